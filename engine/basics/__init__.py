@@ -1,0 +1,1 @@
+"""Small things every other folder of the engine stands on; imports nothing from them."""
