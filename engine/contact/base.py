@@ -1,0 +1,61 @@
+"""What a contact element is: closed forms from the joint reaction to contact forces, contact points and friction.
+
+Components f_c, m_c are those on the part that carries the pin, in the pin's frame (NOTATION, "Reactions, friction and contacts").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.friction import Law
+
+SX = ca.SX
+COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Components of f_c, m_c by name; ``pin`` = +1 when the inboard part carries the pin, −1 otherwise."""
+
+    values: Mapping[str, SX]
+    pin: int
+
+    def __getitem__(self, name: str) -> SX:
+        return self.values[name]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact: normal force (≥ 0) and outward unit normal on the pin times normal force (3, pin's frame), whose direction
+    is undefined when the force is zero. ``plane``: axes (cos, sin) of its angle, in the pin's frame, or in the inboard joint frame
+    when ``inboard``."""
+
+    force: SX
+    vector: tuple[SX, SX, SX]
+    plane: tuple[int, int]
+    inboard: bool = False
+
+
+@dataclass(frozen=True)
+class ContactElement:
+    """A kind of joint contact.
+
+    needs      components of f_c, m_c the forms use, given the element's numbers (names) and whether it is ``adams``.
+    friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
+    speeds     (wrench, rates, laws, numbers) → sliding speed of every pair, m/s, negative once past a reversal of the frozen
+               direction.
+    contacts   (wrench, rates, laws, numbers) → contacts.
+    velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
+    count      number of contacts.
+    """
+
+    name: str
+    needs: Callable[[Sequence[str], bool], tuple[str, ...]]
+    friction: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]]
+    speeds: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[SX]]
+    contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[Contact]]
+    velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
+    count: int

@@ -1,0 +1,62 @@
+"""Rectangular sleeve of a prismatic joint (method §2; the paper leaves it out).
+
+Half length c, half sizes a (along e2) and b (along e3); forces on the inner part (the pin's) at x = ±c, with the arm of the axial
+friction on the faces:  F2(±c) = f2/2 ± (m3 − k a f2)/(2c),  F3(±c) = f3/2 ∓ (m2 + k b f3)/(2c).
+The torsion m1 is carried by couples of total force |m1|/max(a, b) on the faces with the longer arm; the split is not unique, this
+is our choice. Axial friction on the inner part: k Σ|F|.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import casadi as ca
+
+from engine.contact.base import SX, Contact, ContactElement, Wrench
+from engine.contact.journal import length
+from engine.friction import Law
+
+TINY = 1e-300
+
+
+def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+    return ("f2", "f3") if adams else ("f2", "f3", "m1", "m2", "m3")
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    return [[rates[0]]]
+
+
+def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
+    return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
+
+
+def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
+    """F2(−c), F2(+c), F3(−c), F3(+c) on the inner part, and the torsion couple's total force."""
+    a, b, c = g["half_width"], g["half_height"], g["half_length"]
+    d2 = (w["m3"] - k * a * w["f2"]) / (2 * c)
+    d3 = (w["m2"] + k * b * w["f3"]) / (2 * c)
+    h2, h3 = 0.5 * w["f2"], 0.5 * w["f3"]
+    return h2 - d2, h2 + d2, h3 + d3, h3 - d3, w["m1"] / ca.fmax(a, b)
+
+
+def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    k = _ratio(w, rates, laws, g)
+    load = length(w["f2"], w["f3"]) if adams else sum(ca.sqrt(x * x + TINY) for x in _forces(w, k, g))
+    return [w.pin * k * load]
+
+
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    return [ca.fabs(rates[0]) * laws[0].sign(rates, (1.0,))]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
+    """Outward normal on the inner part is opposite to the force on it; contact 5 is the torsion couple (about e1)."""
+    p, q, r, s, couple = _forces(w, _ratio(w, rates, laws, g), g)
+    zero = SX(0)
+    out = [Contact(ca.sqrt(x * x + TINY), (zero, -x, zero), (2, 1)) for x in (p, q)]
+    out += [Contact(ca.sqrt(x * x + TINY), (zero, zero, -x), (2, 1)) for x in (r, s)]
+    return [*out, Contact(ca.sqrt(couple * couple + TINY), (couple, zero, zero), (2, 1))]
+
+
+SLEEVE = ContactElement("sleeve", _needs, _friction, _speeds, _contacts, _velocity, 5)

@@ -1,0 +1,66 @@
+"""Universal joint (paper §7.4): two journals on a massless cross.
+
+Journal 1 about u1: (143) in (u1, u2, u3). Journal 2 about u2: (147), the forms applied to (−f_c, −m_c) with axes (u2, u3, u1) and
+k2 = −μ_e sign(q̇2), which is the sign that dissipates (method §3). The wrench is always the one on the inboard part; with the pins
+on the cross the forms are applied to the opposite forces with every k of opposite sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import casadi as ca
+
+from engine.contact.base import SX, Contact, ContactElement, Wrench
+from engine.contact.journal import length, split
+from engine.friction import Law
+
+TINY = 1e-300
+
+
+def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+    return ("f1", "f2", "f3") if adams else ("f1", "f2", "f3", "m1", "m2", "m3")
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    return [[g[f"radius[{i + 1}]"] * rates[i]] for i in range(2)]
+
+
+def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> tuple[SX, SX]:
+    """k1, k2 of the journal forms."""
+    v = _velocity(rates, g)
+    return w.pin * laws[0].ratios(v[0])[0], -w.pin * laws[1].ratios(v[1])[0]
+
+
+def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, ...], tuple[SX, ...]]:
+    """(a, b) components of both journals' contacts."""
+    p = w.pin
+    c1, c2 = g["half_length[1]"], g["half_length[2]"]
+    first = split(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, SX(0), SX(0), c1)
+    second = split(-p * w["f3"], -p * w["f1"], -p * w["m3"], -p * w["m1"], k2, SX(0), SX(0), c2)
+    return first, second
+
+
+def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """(149): m_c·u1 = k1 r1 (f1+f2); (150): −m_c·u2 = k2 r2 (f5+f6)."""
+    k1, k2 = _ratios(w, rates, laws, g)
+    if adams:
+        load = ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
+        loads = [load, load]
+    else:
+        loads = [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
+    return [w.pin * k1 * g["radius[1]"] * loads[0], -w.pin * k2 * g["radius[2]"] * loads[1]]
+
+
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(_velocity(rates, g), laws, strict=True)]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
+    """Contacts 1, 2 on journal 1 (n = cosθ u3 + sinθ u2), 3, 4 on journal 2 (n = cosθ u1 + sinθ u3)."""
+    first, second = _splits(w, *_ratios(w, rates, laws, g), g)
+    out = [Contact(length(a, b), (SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
+    return out + [Contact(length(a, b), (a, SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
+
+
+UNIVERSAL = ContactElement("universal", _needs, _friction, _speeds, _contacts, _velocity, 4)

@@ -1,0 +1,9 @@
+"""Friction laws: how the friction ratio k follows from the sliding velocity. A new law is a new file and one registry line."""
+
+from engine.friction.base import Law
+from engine.friction.regularized import Regularized
+from engine.friction.viscous import Viscous
+
+REGISTRY: dict[str, type[Law]] = {law.name: law for law in (Regularized, Viscous)}
+
+__all__ = ["REGISTRY", "Law"]

@@ -1,0 +1,73 @@
+"""The seam between contact geometry and friction law.
+
+A law is asked for the signed friction ratio k of a sliding velocity v (friction force on the pin = k per unit normal force, (121)
+with ω_r, ṡ of the outboard part relative to the pin's). Two forms cover the closed contact forms:
+``slope``: k = slope · v, and ``level``: k = level · v/|v|; ``sliding`` chooses the second. A law with kinks names the value the
+sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import casadi as ca
+
+SX = ca.SX
+TINY = 1e-300
+
+
+class Law(ABC):
+    """A law at one sliding pair. numbers: its scene numbers as expressions; mode: (flag, d1, d2, d3) of the pair, the state flag
+    and the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen."""
+
+    name: ClassVar[str]
+    kinks: ClassVar[bool] = False
+    """Whether the branch changes at a sliding speed (then ``kink`` is that speed and the mode flag says which branch)."""
+
+    def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any]):
+        self.numbers, self.flag, self.frozen = numbers, mode[0], list(mode[1:])
+
+    @property
+    @abstractmethod
+    def slope(self) -> SX | None:
+        """k per sliding velocity on the proportional branch, None when the law has none."""
+
+    @property
+    @abstractmethod
+    def level(self) -> SX | None:
+        """|k| on the sliding branch, None when the law has none."""
+
+    @property
+    def kink(self) -> SX:
+        """Sliding speed at which the branches meet."""
+        return SX(0)
+
+    def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
+        """The value of the branch in force."""
+        if sliding is None or proportional is None:
+            return proportional if sliding is None else sliding
+        return ca.if_else(self.flag > 0.5, sliding, proportional)
+
+    def sign(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
+        """+1 while the velocity still points to the side of the frozen one, −1 past its reversal. ``arms``: lever that turns
+        each rate into a velocity."""
+        if len(v) == 1:
+            return ca.if_else(v[0] * self.frozen[0] < 0, -1, 1)
+        dot = sum(x * d * a for x, d, a in zip(v, self.frozen, arms, strict=False))
+        return ca.if_else(dot < 0, -1, 1)
+
+    def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
+        """Signed ratios k of one or two velocity components (m/s). On the sliding branch the sign is frozen over a step:
+        k = level · sign · v/|v|, smooth through v = 0 along a line."""
+        slope, level = self.slope, self.level
+        proportional = [None if slope is None else slope * x for x in v]
+        if level is None:
+            sliding: list[SX | None] = [None] * len(v)
+        elif len(v) == 1:
+            sliding = [level * self.frozen[0]]
+        else:
+            speed = ca.sqrt(sum(x * x for x in v) + TINY)
+            sliding = [level * self.sign(v, arms) * x / speed for x in v]
+        return [self.choose(s, p) for s, p in zip(sliding, proportional, strict=True)]

@@ -1,0 +1,22 @@
+"""Universal joint: angle about u1 (inboard e1), then about u2 (outboard e2)."""
+
+from engine.joints.base import Axis, JointKind, no_travel
+
+
+def _rotation(q, ops):
+    """rot(e1, q1) rot(e2, q2)."""
+    c1, s1, c2, s2 = ops.cos(q[0]), ops.sin(q[0]), ops.cos(q[1]), ops.sin(q[1])
+    return [[c2, 0.0, s2], [s1 * s2, c1, -s1 * c2], [-c1 * s2, s1, c1 * c2]]
+
+
+UNIVERSAL = JointKind(
+    "universal",
+    ((Axis(0, True),), (Axis(1, True, "out"),)),
+    ("angle", "angle"),
+    _rotation,
+    no_travel,
+    (0, 1, 2),
+    ((0, 1),),
+    lambda r, s, ops: [ops.atan2(r[2][1], r[1][1]), ops.atan2(r[0][2], r[0][0])],
+    friction="universal",
+)

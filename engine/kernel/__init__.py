@@ -1,0 +1,1 @@
+"""From a system to a compiled library: symbolic build, C, compiler, cache."""

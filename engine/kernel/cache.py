@@ -1,0 +1,99 @@
+"""The kernel cache: compiled libraries by content, safe under concurrent builds, bounded, never half written.
+
+An entry is a folder ``<kind>-<key>``; it is made under a temporary name and renamed when complete, so whoever sees it sees all of
+it. Two processes that build the same entry both succeed; the second one's copy is dropped.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+MAX_BYTES = 512 * 1024 * 1024
+STALE_SECONDS = 3600.0
+
+
+def cache_folder() -> Path:
+    """TRUNNION_CACHE, else the user's cache folder; created with mode 0700. Falls back to a private temporary folder when there is
+    no home to write to."""
+    chosen = os.environ.get("TRUNNION_CACHE")
+    base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME")
+    home = Path(chosen) if chosen else Path(base) / "trunnion" if base else Path("~/.cache/trunnion").expanduser()
+    try:
+        home.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if not os.access(home, os.W_OK):
+            raise OSError
+    except (OSError, RuntimeError):
+        home = _private_temporary()
+    return home
+
+
+def _private_temporary() -> Path:
+    """A folder of this process only (never a guessable name in a world-writable place)."""
+    global _temporary
+    if _temporary is None:
+        _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))
+    return _temporary
+
+
+_temporary: Path | None = None
+
+
+def digest(*parts: str | bytes) -> str:
+    """Content key."""
+    h = hashlib.sha256()
+    for p in parts:
+        data = p.encode() if isinstance(p, str) else p
+        h.update(len(data).to_bytes(8, "little"))
+        h.update(data)
+    return h.hexdigest()[:32]
+
+
+def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
+    """Folder of entry ``name``; ``make(folder)`` fills it when it is not there. Returns (folder, whether it was made now)."""
+    home = cache_folder()
+    folder = home / name
+    if (folder / "complete").exists():
+        with suppress(OSError):
+            os.utime(folder)
+        return folder, False
+    work = Path(tempfile.mkdtemp(prefix=f".{name}-", dir=home))
+    try:
+        make(work)
+        (work / "complete").touch()
+        with suppress(OSError):
+            work.rename(folder)
+        if not (folder / "complete").exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            work.rename(folder)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    prune(home)
+    return folder, True
+
+
+def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
+    """Remove abandoned work, then the entries unused for longest until the rest fits."""
+    now = time.time()
+    entries: list[tuple[float, int, Path]] = []
+    for path in home.iterdir():
+        with suppress(OSError):
+            if path.name.startswith(".") and path.is_dir():
+                if now - path.stat().st_mtime > STALE_SECONDS:
+                    shutil.rmtree(path, ignore_errors=True)
+            elif (path / "complete").exists():
+                size = sum(f.stat().st_size for f in path.iterdir() if f.is_file())
+                entries.append((path.stat().st_mtime, size, path))
+    total = sum(size for _, size, _ in entries)
+    for used, size, path in sorted(entries):
+        if total <= max_bytes:
+            break
+        if now - used > 60.0:
+            shutil.rmtree(path, ignore_errors=True)
+            total -= size

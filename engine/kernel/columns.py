@@ -1,0 +1,127 @@
+"""The columns a scene can give: one table of names (design §5), units and where each comes from. No symbolic library here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from engine.contact.counts import CONTACT_COUNT
+from engine.joints import JointKind
+from engine.system.structure import Joint, System
+
+QUATERNION = ("quaternion",)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: name, unit, description, and the key (kind, object, index…) by which the output unit builds its expression.
+    post: "" or what the runtime does with it: "hold" (kept while its contact is open), "wrap" (angle continued by turns)."""
+
+    name: str
+    unit: str
+    description: str
+    key: tuple
+    post: str = ""
+
+
+def columns(system: System) -> list[Column]:
+    """Every column of the system, in order."""
+    out: list[Column] = []
+    for i, b in enumerate(system.bodies):
+        out += _body(i, b.name, [n for n, _ in b.points])
+    for j in system.joints:
+        out += _joint(j)
+    return [*out, *_whole(system)]
+
+
+def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
+    """Columns whose name matches one of the patterns (shell style; "[k]" is an index, not a character class)."""
+    escaped = [p.replace("[", "\0").replace("\0", "[[]") for p in patterns]
+    return [c for c in all_columns if any(fnmatchcase(c.name, p) for p in escaped)]
+
+
+def _three(name: str, unit: str, description: str, key: tuple, n: int = 3) -> list[Column]:
+    return [Column(f"{name}[{k + 1}]", unit, description, (*key, k)) for k in range(n)]
+
+
+def _body(i: int, name: str, points: list[str]) -> Iterator[Column]:
+    yield from _three(f"{name}.position", "m", f"mass centre of {name}, world frame", ("position", i))
+    yield from _three(f"{name}.velocity", "m/s", f"velocity of the mass centre of {name}", ("velocity", i))
+    yield from _three(f"{name}.acceleration", "m/s^2", f"acceleration of the mass centre of {name}", ("acceleration", i))
+    yield from _three(f"{name}.orientation", "1", f"orientation of {name}, quaternion, scalar first", ("orientation", i), 4)
+    yield from _three(f"{name}.angular_velocity", "rad/s", f"angular velocity of {name}, world frame", ("omega", i))
+    for p in points:
+        yield from _three(f"{name}.{p}.position", "m", f"point {p} of {name}, world frame", ("point", i, p))
+
+
+def _unit(kind: JointKind, freedom: int) -> tuple[str, str]:
+    """(unit of displacement, unit of effort) of a freedom."""
+    return ("rad", "N*m") if kind.columns[freedom][0].rot else ("m", "N")
+
+
+def _joint(j: Joint) -> Iterator[Column]:
+    kind, name = j.kind, j.name
+    for i, c in enumerate(kind.coordinates):
+        unit = {"angle": "rad", "length": "m", "quaternion": "1"}[c]
+        post = "wrap" if j.cut and c == "angle" else ""
+        yield Column(f"{name}.q[{i + 1}]", unit, f"coordinate {i + 1} of {name}", ("q", name, i), post)
+    for k in range(kind.nv):
+        u = _unit(kind, k)[0]
+        yield Column(f"{name}.qd[{k + 1}]", f"{u}/s", f"rate {k + 1} of {name}", ("qd", name, k))
+    for k in range(kind.nv):
+        u = _unit(kind, k)[0]
+        yield Column(f"{name}.qdd[{k + 1}]", f"{u}/s^2", f"acceleration {k + 1} of {name}", ("qdd", name, k))
+    if kind.name != "free":
+        what = "transmitted by {} to the inboard part, inboard joint frame"
+        yield from _three(f"{name}.reaction.force", "N", "force " + what.format(name), ("reaction", name, "f"))
+        yield from _three(f"{name}.reaction.torque", "N*m", "torque " + what.format(name), ("reaction", name, "m"))
+    for k in j.driven:
+        yield Column(f"{name}.drive.effort[{k + 1}]", _unit(kind, k)[1], f"effort of the drive of {name}", ("drive", name, k))
+    if j.friction:
+        yield from _friction(j)
+
+
+def _friction(j: Joint) -> Iterator[Column]:
+    name, kind = j.name, j.kind
+    assert j.friction is not None
+    turn = 0
+    for k in range(kind.nv):
+        if kind.columns[k][0].rot:
+            turn += 1
+            text = f"friction torque of {name} on the inboard part"
+            yield Column(f"{name}.friction.torque[{turn}]", "N*m", text, ("friction", name, k))
+        else:
+            yield Column(f"{name}.friction.force", "N", f"friction force of {name} on the inboard part", ("friction", name, k))
+    for n, s in enumerate(j.friction.sliders):
+        text = "sliding state: −1, +1 slipping, 0 proportional zone or stick"
+        yield Column(f"{name}.friction.state[{n + 1}]", "1", text, ("state", s.flag))
+    yield Column(f"{name}.friction.work", "J", f"work of friction in {name} (≤ 0)", ("quad", f"friction:{name}"))
+    ball = j.friction.contact == "ball"
+    for i in range(CONTACT_COUNT[j.friction.contact]):
+        c = f"{name}.contact[{i + 1}]"
+        yield Column(f"{c}.normal_force", "N", f"normal force at contact {i + 1} of {name}", ("contact", name, i, "force"))
+        yield Column(f"{c}.angle", "rad", f"orientation angle of contact {i + 1} of {name}", ("contact", name, i, "angle"), "hold")
+        if ball:
+            yield Column(f"{c}.elevation", "rad", f"elevation of contact {i + 1} of {name}", ("contact", name, i, "elevation"), "hold")
+        yield from _three(f"{c}.normal", "1", "outward normal of the pin, inboard joint frame", ("contact", name, i, "normal"))
+        yield Column(f"{c}.state", "1", "1: touching, 0: no contact force", ("contact", name, i, "state"))
+
+
+def _whole(system: System) -> Iterator[Column]:
+    yield Column("energy.kinetic", "J", "kinetic energy", ("kinetic",))
+    yield Column("energy.potential", "J", "potential energy of gravity and springs", ("potential",))
+    yield Column("energy.dissipated", "J", "energy lost to friction and dampers", ("dissipated",))
+    yield Column("energy.residual", "J", "energy now − at the start − work of drives and loads + dissipated", ("residual",))
+    yield Column("audit.constraint", "1", "largest loop closure residual (lengths per length scale, rad)", ("extra", 1))
+    yield Column("audit.complement", "1", "relative residual of the complement equations", ("extra", 2))
+    yield Column("events.count", "1", "events so far", ("extra", 4))
+
+
+NEEDS_QUADRATURE = ("quad", "dissipated", "residual")
+"""Keys whose columns need powers integrated beside the motion."""
+
+
+def needs_quadratures(chosen: list[Column]) -> bool:
+    """Whether any chosen column is an integral."""
+    return any(c.key[0] in NEEDS_QUADRATURE for c in chosen)

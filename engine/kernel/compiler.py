@@ -1,0 +1,89 @@
+"""The C compiler: ``ziglang`` (a pip package), so that nothing need be installed on the machine.
+
+Its caches are pointed into ours (it fails without a home directory otherwise). Libraries for this machine are linked without the
+start files: the first link would otherwise build the compiler's own runtime for seconds. Never fast-math: NaN tests must live.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+log = logging.getLogger("trunnion.kernel")
+
+FLAGS = ("-std=gnu11", "-O2", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast", "-fPIC", "-fvisibility=default", "-w")
+TARGETS = {
+    ("Linux", "x86_64"): "x86_64-linux-gnu.2.17",
+    ("Linux", "aarch64"): "aarch64-linux-gnu.2.17",
+    ("Windows", "AMD64"): "x86_64-windows-gnu",
+    ("Darwin", "x86_64"): "x86_64-macos.11.0",
+    ("Darwin", "arm64"): "aarch64-macos.11.0",
+}
+
+
+class CompilerError(RuntimeError):
+    """The compiler refused generated code: a defect of Trunnion, to be reported with the file it names."""
+
+
+def host_target() -> str:
+    """zig target of this machine."""
+    key = (platform.system(), platform.machine())
+    if key not in TARGETS:
+        raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TARGETS)}")
+    return TARGETS[key]
+
+
+def cpu_level() -> str:
+    """x86-64-v3 (AVX2, FMA) where this machine has it, else the baseline."""
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return ""
+    if os.environ.get("TRUNNION_CPU"):
+        return os.environ["TRUNNION_CPU"]
+    try:
+        flags = Path("/proc/cpuinfo").read_text().split("flags", 1)[1].split("\n", 1)[0].split()
+    except (OSError, IndexError):
+        return "x86_64_v2" if platform.system() == "Darwin" else "x86_64"
+    return "x86_64_v3" if {"avx2", "fma", "bmi2"} <= set(flags) else "x86_64"
+
+
+def compiler_version() -> str:
+    """Version of the ziglang package."""
+    from importlib.metadata import version
+
+    return version("ziglang")
+
+
+def library_suffix() -> str:
+    """Suffix of shared libraries here."""
+    return {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
+
+
+def run(arguments: Sequence[str], cache: Path) -> None:
+    """``zig cc`` with our caches; CompilerError with the compiler's words on failure."""
+    env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(cache / "zig"), ZIG_LOCAL_CACHE_DIR=str(cache / "zig"))
+    command = [sys.executable, "-m", "ziglang", "cc", *arguments]
+    log.debug("compile: %s", " ".join(arguments))
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+    if done.returncode:
+        raise CompilerError(
+            "the C compiler failed on generated code; this is a defect of Trunnion, please report it with this text:\n"
+            + done.stderr[-2000:]
+        )
+
+
+def machine_flags() -> list[str]:
+    """Target and CPU level of this machine."""
+    level = cpu_level()
+    return ["-target", host_target(), *([f"-mcpu={level}"] if level else [])]
+
+
+def build_library(sources: Sequence[Path], library: Path, include: Sequence[Path], cache: Path, extra: Sequence[str] = ()) -> None:
+    """One shared library for this machine from C files."""
+    link = ["-nostdlib", "-lm", "-lc"] if platform.system() == "Linux" else []
+    folders = [f"-I{p}" for p in include]
+    run([*machine_flags(), *FLAGS, *extra, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)

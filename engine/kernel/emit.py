@@ -1,0 +1,209 @@
+"""Symbolic expressions → C, in stages.
+
+Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of what it depends on, so
+everything that depends on parameters alone is computed once (``prepare``), everything that depends on the state alone before the
+multipliers are known, and so on; values needed later are kept in an array. Long functions are cut into pieces, which makes
+compile time linear in their length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+SX = ca.SX
+PIECE = 2500
+"""Statements per C function. Compile time grows faster than linear beyond a few thousand, run time does not suffer at this size."""
+
+BINARY = {
+    ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",
+    ca.OP_POW: "pow({0},{1})", ca.OP_CONSTPOW: "pow({0},{1})", ca.OP_FMIN: "fmin({0},{1})", ca.OP_FMAX: "fmax({0},{1})",
+    ca.OP_ATAN2: "atan2({0},{1})", ca.OP_COPYSIGN: "copysign({0},{1})", ca.OP_LT: "({0}<{1})", ca.OP_LE: "({0}<={1})",
+    ca.OP_EQ: "({0}=={1})", ca.OP_NE: "({0}!={1})", ca.OP_AND: "(({0}!=0)&&({1}!=0))", ca.OP_OR: "(({0}!=0)||({1}!=0))",
+    ca.OP_IF_ELSE_ZERO: "(({0}!=0)?{1}:0.0)", ca.OP_FMOD: "fmod({0},{1})", ca.OP_HYPOT: "hypot({0},{1})",
+}
+UNARY = {
+    ca.OP_NEG: "-{0}", ca.OP_SQ: "{0}*{0}", ca.OP_TWICE: "2.0*{0}", ca.OP_INV: "1.0/{0}", ca.OP_SQRT: "sqrt({0})",
+    ca.OP_SIN: "sin({0})", ca.OP_COS: "cos({0})", ca.OP_TAN: "tan({0})", ca.OP_ASIN: "asin({0})", ca.OP_ACOS: "acos({0})",
+    ca.OP_ATAN: "atan({0})", ca.OP_EXP: "exp({0})", ca.OP_LOG: "log({0})", ca.OP_FABS: "fabs({0})", ca.OP_TANH: "tanh({0})",
+    ca.OP_SIGN: "(({0}>0)-({0}<0))", ca.OP_NOT: "({0}==0)", ca.OP_ASSIGN: "{0}", ca.OP_FLOOR: "floor({0})",
+}
+
+
+@dataclass(frozen=True)
+class Input:
+    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage."""
+
+    name: str
+    symbol: SX
+    stage: int
+
+    def element(self, i: int) -> str:
+        """C expression of element i."""
+        base, _, offset = self.name.partition("+")
+        return f"{base}[{i + int(offset or 0)}]"
+
+
+@dataclass(frozen=True)
+class Output:
+    """Values to be written by a stage: C array name, offset there, expressions."""
+
+    name: str
+    offset: int
+    values: Sequence[SX] | SX
+    stage: int
+
+
+@dataclass
+class Stage:
+    """One C function: its name, its parameter list, and where values for later stages go ("" = nowhere)."""
+
+    name: str
+    arguments: str
+    keep: str
+    statements: list[tuple[int, str]] = field(default_factory=list)
+
+
+@dataclass
+class Code:
+    """C text of the stages, and the sizes of the arrays that carry values between them."""
+
+    text: str
+    kept: list[int]
+    operations: list[int]
+
+
+def emit(inputs: list[Input], outputs: list[Output], stages: list[Stage]) -> Code:
+    """C code of ``outputs`` as functions of ``inputs``."""
+    return _Emitter(inputs, outputs, stages).run()
+
+
+class _Emitter:
+    def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
+        self.inputs, self.outputs, self.stages = inputs, outputs, stages
+        values = [ca.densify(ca.vertcat(*o.values)) if isinstance(o.values, list | tuple) else ca.densify(o.values) for o in outputs]
+        options = {"cse": True, "live_variables": False}
+        self.f = ca.Function("f", [i.symbol for i in inputs], [ca.vec(v) for v in values], options)
+        self.text: dict[int, str] = {}
+        self.stage: dict[int, int] = {}
+        self.slot: dict[int, str] = {}
+        self.kept = [0] * len(stages)
+        self.counts = [0] * len(stages)
+        self.home: dict[int, tuple[int, int]] = {}
+        self.op: dict[int, tuple[str, tuple[int, ...]]] = {}
+        self.writes: list[tuple[int, str, int]] = []
+
+    def run(self) -> Code:
+        self._read()
+        order = self._order()
+        users = self._users(order)
+        self._assign_slots(users)
+        for k, stage in enumerate(self.stages):
+            stage.statements = []
+            for v in order[k]:
+                self._statement(k, v)
+        text = "\n".join(self._function(k, s) for k, s in enumerate(self.stages))
+        return Code(text, self.kept, self.counts)
+
+    def _read(self) -> None:
+        """Instructions as single assignments, with the stage of every value."""
+        f = self.f
+        for k in range(f.n_instructions()):
+            op = f.instruction_id(k)
+            if op == ca.OP_OUTPUT:
+                o, i = f.instruction_output(k)
+                out = self.outputs[o]
+                self.writes.append((out.stage, f"{out.name}[{out.offset + i}]", f.instruction_input(k)[0]))
+                continue
+            v = f.instruction_output(k)[0]
+            if op == ca.OP_CONST:
+                self.text[v], self.stage[v] = literal(f.instruction_constant(k)), -1
+            elif op == ca.OP_INPUT:
+                i, e = f.instruction_input(k)
+                self.stage[v] = self.inputs[i].stage
+                self.text[v] = self.inputs[i].element(e)
+            else:
+                a = tuple(f.instruction_input(k))
+                a = a[:1] if op in UNARY else a
+                self.op[v] = (UNARY.get(op) or BINARY[op], a)
+                self.stage[v] = max(0, *(self.stage[x] for x in a))
+
+    def _order(self) -> list[list[int]]:
+        """Operations by stage, in order of computation, cut into pieces (recorded in ``home``)."""
+        order: list[list[int]] = [[] for _ in self.stages]
+        for v in self.op:
+            k = self.stage[v]
+            self.home[v] = (k, len(order[k]) // PIECE)
+            order[k].append(v)
+        self.counts = [len(o) for o in order]
+        return order
+
+    def _users(self, order: list[list[int]]) -> dict[int, set[tuple[int, int]]]:
+        """Places (stage, piece) that use each value."""
+        users: dict[int, set[tuple[int, int]]] = {}
+        for stage in order:
+            for v in stage:
+                for a in self.op[v][1]:
+                    users.setdefault(a, set()).add(self.home[v])
+        for stage, _, v in self.writes:
+            place = self.home.get(v, (stage, 0))
+            users.setdefault(v, set()).add(place if place[0] == stage else (stage, 0))
+        return users
+
+    def _assign_slots(self, users: dict[int, set[tuple[int, int]]]) -> None:
+        """Array elements for values used outside their own piece; parameters that later stages read are copied too."""
+        for v, places in users.items():
+            if self.stage[v] < 0:
+                continue
+            source = self.stage[v]
+            outside = {p for p in places if p != self.home.get(v, p)} if v in self.op else set()
+            raw_parameter = v not in self.op and source == 0 and any(p[0] > 0 for p in places)
+            if outside or raw_parameter:
+                keep = self.stages[source].keep
+                self.slot[v] = f"{keep}[{self.kept[source]}]"
+                self.kept[source] += 1
+
+    def _ref(self, v: int, place: tuple[int, int]) -> str:
+        if v in self.op:
+            return f"v{v}" if self.home[v] == place else self.slot[v]
+        if self.stage[v] == 0 and place[0] > 0:
+            return self.slot[v]
+        return self.text[v]
+
+    def _statement(self, k: int, v: int) -> None:
+        form, args = self.op[v]
+        place = self.home[v]
+        self.stages[k].statements.append((place[1], f"double v{v}={form.format(*(self._ref(a, place) for a in args))};"))
+        if v in self.slot:
+            self.stages[k].statements.append((place[1], f"{self.slot[v]}=v{v};"))
+
+    def _function(self, k: int, stage: Stage) -> str:
+        """The stage's function, as pieces when it is long."""
+        pieces = max((p for p, _ in stage.statements), default=0) + 1
+        bodies: list[list[str]] = [[] for _ in range(pieces)]
+        for v, slot in self.slot.items():
+            if v not in self.op and k == 0:
+                bodies[0].append(f"{slot}={self.text[v]};")
+        for p, s in stage.statements:
+            bodies[p].append(s)
+        for where, target, v in self.writes:
+            if where == k:
+                p = self.home[v][1] if v in self.op and self.home[v][0] == k else 0
+                bodies[p].append(f"{target}={self._ref(v, (k, p))};")
+        if pieces == 1:
+            return f"void {stage.name}({stage.arguments}){{\n" + "\n".join(bodies[0]) + "\n}\n"
+        call = ",".join(a.split("*")[-1].split()[-1] for a in stage.arguments.split(","))
+        parts = [
+            f"static __attribute__((noinline)) void {stage.name}_{p}({stage.arguments}){{\n" + "\n".join(b) + "\n}\n"
+            for p, b in enumerate(bodies)
+        ]
+        calls = "\n".join(f"{stage.name}_{p}({call});" for p in range(pieces))
+        return "\n".join(parts) + f"void {stage.name}({stage.arguments}){{\n{calls}\n}}\n"
+
+
+def literal(value: float) -> str:
+    """A double that reads back exactly."""
+    text = repr(float(value))
+    return f"({text})" if value < 0 else text

@@ -1,0 +1,183 @@
+"""Expressions of what users ask for: joint coordinates, reactions, contacts in their frames, energies, reactions in loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.kernel.powers import coordinates_of, drive_effort
+from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.loads import spring_line
+from engine.recursion.reactions import frames, on_inboard, on_outboard, pin_frame
+from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.vectors import SX, cross
+from engine.system.structure import GROUND, Body, Joint
+
+TINY = 1e-300
+
+
+def joint(m: Model, name: str) -> Joint:
+    """Joint by name."""
+    return next(j for j in m.sym.system.joints if j.name == name)
+
+
+def coordinates(m: Model, name: str) -> list[SX]:
+    """All coordinates of a joint."""
+    return coordinates_of(m, joint(m, name))
+
+
+def rates(m: Model, name: str) -> list[SX]:
+    """All rates of a joint."""
+    return joint_rates(m, joint(m, name))
+
+
+def accelerations(m: Model, acc: Accelerations, name: str) -> SX:
+    """All accelerations of a joint."""
+    return acceleration_rows(m, acc, joint(m, name))
+
+
+def reaction(m: Model, acc: Accelerations, name: str, pick: SX) -> tuple[SX, SX]:
+    """Total reaction on the inboard part at the joint centre, inboard joint frame."""
+    return on_inboard(m, acc, joint(m, name), pick)
+
+
+def drive(m: Model, acc: Accelerations, pick: SX, name: str, k: int) -> SX:
+    """Effort of a drive on the outboard part."""
+    return drive_effort(m, acc, pick, joint(m, name), k)
+
+
+def eta_of(m: Model, name: str) -> list[int]:
+    """Multiplier indices of a frictional joint, one a freedom."""
+    j = joint(m, name)
+    assert j.friction is not None
+    return sorted(e for s in j.friction.sliders for e in s.eta)
+
+
+def angle(y: SX, x: SX) -> SX:
+    """atan2 with 0 at the origin."""
+    none = x * x + y * y <= TINY
+    return ca.if_else(none, 0, ca.atan2(y, ca.if_else(none, 1, x)))
+
+
+@dataclass
+class Touch:
+    """A contact ready for output: force, vector and plane of its angle (pin's frame; ball: inboard joint frame), unit normal in the
+    inboard joint frame, elevation out of the plane."""
+
+    force: SX
+    vector: tuple[SX, SX, SX]
+    plane: tuple[int, int]
+    normal: SX
+    elevation: SX
+
+
+def contacts(m: Model, acc: Accelerations, pick: SX, name: str) -> list[Touch]:
+    """Contacts of a frictional joint by its closed forms."""
+    e = next(e for e in elements(m.sym.system) if e.joint.name == name)
+    w = wrench(e, _all_components(m, acc, e, pick))
+    found = e.contact.contacts(w, joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
+    turn = ca.sparsify(frames(m, e.joint)[0].T @ pin_frame(m, e.joint))
+    out = []
+    for c in found:
+        vector = turn @ ca.vertcat(*c.vector)
+        normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
+        elevation = ca.asin(ca.fmin(1, ca.fmax(-1, normal[3 - c.plane[0] - c.plane[1]])))
+        own = (vector[0], vector[1], vector[2]) if c.inboard else c.vector
+        out.append(Touch(c.force, own, c.plane, normal, elevation))
+    return out
+
+
+def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:
+    """All six components: the contacts are always those of the exact forms, whatever the friction needs."""
+    e.needs = ("f1", "f2", "f3", "m1", "m2", "m3")
+    return reaction_rows(m, acc, e, pick)
+
+
+def kinetic(m: Model) -> SX:
+    """Σ ½ Zᵀ M Z, from the bodies' own mass (recomputed: reduction has changed M̄)."""
+    from engine.recursion.loads import mass_matrix
+
+    total = SX(0)
+    for b, motion in zip(m.sym.system.bodies, m.motions, strict=True):
+        mass = mass_matrix(m.sym, b, motion.R)
+        p = mass.A @ motion.rdot + mass.B @ motion.omega
+        total += 0.5 * (ca.dot(motion.rdot, p) + ca.dot(motion.omega, mass.B.T @ motion.rdot + mass.C @ motion.omega))
+    return total
+
+
+def potential(m: Model) -> SX:
+    """Gravity (zero at the world's origin), joint springs, engaged stops, springs between points."""
+    sym = m.sym
+    g = sym.leaves(sym.system.gravity)
+    total = SX(0)
+    for b, motion in zip(sym.system.bodies, m.motions, strict=True):
+        total -= sym.leaf(b.mass) * ca.dot(g, motion.r + motion.R @ sym.leaves(b.center))
+    for j in sym.system.joints:
+        q = coordinates_of(m, j) if j.kind.nv else []
+        for k, d in enumerate(j.devices):
+            i = j.kind.coordinate_of(k)
+            if d.spring is not None and i >= 0:
+                total += 0.5 * sym.leaf(d.spring[0]) * (q[i] - sym.leaf(d.spring[1])) ** 2
+            if d.stop is not None and i >= 0:
+                for bound, flag in zip((d.stop.lower, d.stop.upper), d.stop.flags, strict=True):
+                    if bound is not None:
+                        total += 0.5 * sym.leaf(d.stop.stiffness) * sym.stop_flag(flag) * (sym.leaf(bound) - q[i]) ** 2
+    for load in sym.system.loads:
+        if load.kind == "spring_damper":
+            length = spring_line(sym, m.motions, load)[0]
+            total += 0.5 * sym.leaf(load.numbers[0]) * (length - sym.leaf(load.numbers[2])) ** 2
+    return total
+
+
+def loop_joints(m: Model) -> list[Joint]:
+    """Joints on any loop: cut ones, and tree joints between their bodies."""
+    system, found = m.sym.system, []
+    for c in system.cuts:
+        paths = []
+        for body in (c.inb, c.out):
+            path = []
+            while body != GROUND:
+                path.append(body)
+                body = system.bodies[body].parent
+            paths.append(path)
+        different = set(paths[0]) ^ set(paths[1])
+        found += [system.tree[b].name for b in sorted(different)] + [c.name]
+    return [joint(m, n) for n in dict.fromkeys(found)]
+
+
+def loop_reactions(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
+    """Reactions of joints in loops, scaled so that their squared sum is Σ |f|²/m + |torque about the mass centre|²/j over the two
+    bodies of every joint (j: half the trace of the inertia): what they would do to the bodies if these were free. Frame, unit and
+    cut do not matter to it."""
+    out: list[SX] = []
+    for j in loop_joints(m):
+        f, t, _ = on_outboard(m, acc, j, pick)
+        for body, sign in ((j.out, 1), (j.inb, -1)):
+            if body == GROUND:
+                continue
+            b, motion = m.sym.system.bodies[body], m.motions[body]
+            arm = _outboard_point(m, j) - (motion.r + motion.R @ m.sym.leaves(b.center))
+            force, torque = sign * f, sign * (t + cross(arm, f))
+            mass = m.sym.leaf(b.mass)
+            out += [force[k] / ca.sqrt(mass) for k in range(3)] + [torque[k] / ca.sqrt(_spin(m, b)) for k in range(3)]
+    return out
+
+
+def _outboard_point(m: Model, j: Joint) -> SX:
+    """p_out in the world."""
+    if j.cut:
+        c = next(c for c in m.cuts if c.joint.name == j.name)
+        return c.out.r + c.c_out
+    step, motion = m.steps[j.child], m.motions[j.child]
+    return motion.r if j.forward else motion.r + step.s
+
+
+def _spin(m: Model, b: Body) -> SX:
+    """Half the trace of the inertia; a point mass takes m |c|² (its centre from its joint)."""
+    j = [m.sym.leaf(x) for x in b.inertia[:3]]
+    mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
+    if all(x.is_zero() for x in j):
+        return mass * (ca.dot(c, c) + TINY)
+    total = 0.5 * (j[0] + j[1] + j[2])
+    return total * mass if b.per_mass else total

@@ -1,0 +1,136 @@
+"""Compiled kernels and the runtime as ctypes libraries, from the cache or built on the spot.
+
+The key of a kernel is the structure of its system, the columns asked for, the sources of everything that shapes the code, the
+compiler and the CPU level; so a warm start needs neither the symbolic library nor the compiler.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import logging
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from engine.kernel import cache, compiler
+from engine.kernel.columns import Column
+from engine.system.structure import System
+
+log = logging.getLogger("trunnion.kernel")
+ENGINE = Path(__file__).resolve().parent.parent
+RUNTIME = ENGINE / "runtime"
+SHAPING = ("contact", "friction", "integrators", "joints", "kernel", "recursion", "system")
+UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian"}
+
+
+@lru_cache(maxsize=1)
+def sources_key() -> str:
+    """Digest of all Python sources that shape generated code."""
+    files = sorted(f for folder in SHAPING for f in (ENGINE / folder).glob("*.py"))
+    return cache.digest(*(f.read_bytes() for f in files))
+
+
+@lru_cache(maxsize=1)
+def runtime_key() -> str:
+    """Digest of the runtime's C sources and the tables they include."""
+    files = sorted([*RUNTIME.glob("*.[ch]"), *(ENGINE / "integrators").glob("*.py")])
+    return cache.digest(*(f.read_bytes() for f in files), *_toolchain())
+
+
+@lru_cache(maxsize=1)
+def _toolchain() -> tuple[str, ...]:
+    return (compiler.compiler_version(), compiler.host_target(), compiler.cpu_level(), " ".join(compiler.FLAGS), _casadi_version())
+
+
+def _casadi_version() -> str:
+    try:
+        return version("casadi")
+    except PackageNotFoundError:
+        return "none"
+
+
+def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> str:
+    """Content key of a system's kernel."""
+    names = ",".join(c.name for c in chosen)
+    header = (RUNTIME / "tr.h").read_bytes()
+    return cache.digest(repr(system), str(parameters), names, str(quadratures), sources_key(), header, *_toolchain())
+
+
+@lru_cache(maxsize=1)
+def runtime() -> ctypes.CDLL:
+    """The stepping code, compiled once a machine."""
+    folder, made = cache.entry(f"runtime-{runtime_key()}", _build_runtime)
+    log.debug("runtime %s from %s", "built" if made else "found", folder)
+    return ctypes.CDLL(str(folder / f"runtime{compiler.library_suffix()}"))
+
+
+def _build_runtime(folder: Path) -> None:
+    from engine.integrators.header import header
+
+    (folder / "tr_tables.h").write_text(header())
+    target = folder / f"runtime{compiler.library_suffix()}"
+    compiler.build_library([RUNTIME / "api.c"], target, [RUNTIME, folder], cache.cache_folder())
+
+
+@dataclass
+class Kernel:
+    """A loaded kernel: addresses of its tables, its sizes, and what building it took (seconds, 0 when it was there)."""
+
+    libraries: dict[str, ctypes.CDLL]
+    sizes: dict[str, int]
+    facts: dict[str, Any]
+    build_seconds: float
+    folder: Path
+
+    def address(self, unit: str) -> int:
+        """Address of a unit's table."""
+        return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
+
+
+SIZE_NAMES = (
+    "abi", "nq", "nv", "nx", "np", "nc", "nw", "nmaps", "rows", "active", "neta", "nn", "nrates", "nquad", "nsliders", "nstops",
+    "ntables", "ninputs", "nquat", "nelements", "ndn",
+)
+
+
+def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> Kernel:
+    """The kernel of a system with these columns. Builds the runtime beside it when that is missing too."""
+    started = time.perf_counter()
+    key = kernel_key(system, parameters, chosen, quadratures)
+
+    def make(folder: Path) -> None:
+        _build_kernel(folder, system, parameters, chosen, quadratures)
+
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(runtime)
+        folder, made = cache.entry(f"kernel-{key}", make)
+        waiting.result()
+    libraries = {u: ctypes.CDLL(str(folder / f"{u}{compiler.library_suffix()}")) for u in ("kernel", "outputs")}
+    table = (ctypes.c_int * len(SIZE_NAMES)).in_dll(libraries["kernel"], UNITS["kernel"])
+    sizes = dict(zip(SIZE_NAMES, table, strict=True))
+    facts = json.loads((folder / "facts.json").read_text())
+    return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder)
+
+
+def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool) -> None:
+    from engine.kernel.source import kernel_source
+
+    started = time.perf_counter()
+    source = kernel_source(system, parameters, chosen, quadratures)
+    symbolic = time.perf_counter() - started
+    with ThreadPoolExecutor(2) as pool:
+        for job in [pool.submit(_compile_unit, folder, unit, text) for unit, text in source.units.items()]:
+            job.result()
+    facts = dict(source.facts, symbolic_seconds=symbolic, compile_seconds=time.perf_counter() - started - symbolic)
+    (folder / "facts.json").write_text(json.dumps(facts))
+
+
+def _compile_unit(folder: Path, unit: str, text: str) -> None:
+    file = folder / f"{unit}.c"
+    file.write_text(text)
+    compiler.build_library([file], folder / f"{unit}{compiler.library_suffix()}", [RUNTIME], cache.cache_folder())

@@ -1,0 +1,240 @@
+"""The stepping unit: prepare, stage 1 (maps), laws, stage 2 (accelerations), closure of loops, coordinate rates.
+
+Between stage 1 and stage 2 the runtime solves for the multipliers; nothing here depends on the mode of a joint.
+Block written by stage 1 ("maps", column-major, a = active cut rows, e = multipliers η, n = reaction components, r = rates):
+S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.joints.base import quaternion_rate
+from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.kernel.powers import coordinates_of, powers
+from engine.recursion.elements import Element, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.reduction import Model, outward
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX
+from engine.system.structure import System, state_coordinates
+
+CONST = "const double*restrict "
+STATE = f"{CONST}x,{CONST}y,{CONST}c"
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Dimensions the runtime needs (names as in ``tr_kernel``)."""
+
+    nq: int
+    nv: int
+    nx: int
+    np: int
+    nc: int
+    nw: int
+    nmaps: int
+    rows: int
+    active: tuple[int, ...]
+    neta: int
+    nn: int
+    nrates: int
+    nquad: int
+
+
+@dataclass
+class MainUnit:
+    """C text and sizes of the stepping unit."""
+
+    text: str
+    sizes: Sizes
+    elements: list[Element]
+    operations: dict[str, int]
+
+
+def inputs(sym: Symbols) -> list[Input]:
+    """Stage inputs with their C names: parameters, external values, state, multipliers [λ active | η]."""
+    nq = sym.system.nq
+    return [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("y", sym.q, 1), Input(f"y+{nq}", sym.v, 1)]
+
+
+def active_rows(m: Model) -> tuple[int, ...]:
+    """Constraint rows that are not structurally empty (in a planar loop of spatial joints most of them are)."""
+    rows = []
+    for k in range(m.sym.system.rows):
+        if m.S[k, :].nnz() or m.Se[k, :].nnz() or m.g0[k].nnz():
+            rows.append(k)
+    return tuple(rows)
+
+
+def main_unit(sym: Symbols, m: Model, quadratures: bool) -> MainUnit:
+    """Build the unit."""
+    system = sym.system
+    active = list(active_rows(m))
+    parts = elements(system)
+    maps, nn, nrates = _maps(m, parts, active)
+    rate, quads = _derivative(m, parts, quadratures)
+    lam_active = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
+    multipliers = bool(active) or system.neta > 0
+    stages = [
+        Stage("k_prepare", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy", "w"),
+        Stage("k_stage2", f"{STATE},{CONST}w,{CONST}z,double*restrict dy", ""),
+    ]
+    ins = inputs(sym)
+    # inactive multipliers never reach the motion: they are structurally absent from it
+    ins += [Input("z", lam_active, 2), Input(f"z+{len(active)}", sym.eta, 2)]
+    rate = _without_inactive(sym, rate, active)
+    code = emit(ins, [Output("maps", 0, maps, 1), Output("dy", 0, rate + quads, 2 if multipliers else 1)], stages)
+    closure = _closure(sym, m)
+    laws_code = _laws(sym, parts)
+    rates_code = _coordinate_rates(sym)
+    stops_code = _stops(sym, m)
+    codes = [code, closure, laws_code, stops_code]
+    text = "\n".join([*(c.text for c in codes), rates_code.text, _prepare_all(codes)])
+    nmaps = sum(int(v.numel()) for v in maps)
+    sizes = Sizes(
+        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], sum(c.kept[0] for c in codes), code.kept[1], nmaps, system.rows,
+        tuple(active), system.neta, nn, nrates, len(quads),
+    )
+    ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
+           "laws": laws_code.operations[1], "closure": closure.operations[1]}
+    return MainUnit(text, sizes, parts, ops)
+
+
+def _without_inactive(sym: Symbols, values: list[SX], active: list[int]) -> list[SX]:
+    """The same expressions with multipliers of inactive rows set to zero (they multiply structural zeros anyway)."""
+    inactive = [k for k in range(sym.system.rows) if k not in active]
+    if not inactive:
+        return values
+    old = ca.vertcat(*[sym.lam[k] for k in inactive])
+    return ca.substitute(values, [old], [SX.zeros(len(inactive))])
+
+
+def _maps(m: Model, parts: list[Element], active: list[int]) -> tuple[list[SX], int, int]:
+    """The maps block, number of reaction components, number of rates."""
+    system = m.sym.system
+    blocks = [ca.vec(ca.densify(m.S[active, active])), ca.vec(ca.densify(m.Se[active, :])), ca.densify(m.g0[active])]
+    nn = nrates = 0
+    if parts:
+        acc = outward(m)
+        rows = ca.vertcat(*[reaction_rows(m, acc, e) for e in parts])
+        nl, nn = system.rows, rows.size1()
+        lam = rows[:, 1 : 1 + nl][:, active]
+        blocks += [ca.densify(rows[:, 0]), ca.vec(ca.densify(lam)), ca.vec(ca.densify(rows[:, 1 + nl :]))]
+        rates = [r for e in parts for r in joint_rates(m, e.joint)]
+        nrates = len(rates)
+        blocks += rates
+    return [ca.densify(b) for b in blocks if b.numel()] or [SX(0, 1)], nn, nrates
+
+
+def combination(sym: Symbols) -> SX:
+    """[1; λ; η]."""
+    return ca.vertcat(SX(1), sym.lam, sym.eta)
+
+
+def qdot(sym: Symbols, v: SX) -> list[SX]:
+    """q̇ of the state's coordinates for rates v (nv)."""
+    out: list[SX] = []
+    for j in sym.system.tree:
+        quaternion = j.kind.quaternion
+        for i in state_coordinates(j):
+            if quaternion < 0 or i < quaternion:
+                rate = next(k for k in range(j.kind.nv) if j.kind.coordinate_of(k) == i)
+                out.append(v[j.v0 + j.free.index(rate)])
+        if quaternion >= 0:
+            first = j.q0 + state_coordinates(j).index(quaternion)
+            spin = [v[j.v0 + j.free.index(j.kind.nv - 3 + k)] for k in range(3)]
+            out += quaternion_rate([sym.q[first + i] for i in range(4)], spin)
+    return out
+
+
+def _derivative(m: Model, parts: list[Element], quadratures: bool) -> tuple[list[SX], list[SX]]:
+    """ẏ = [q̇; v̇] and the powers to be integrated beside it."""
+    sym = m.sym
+    pick = combination(sym)
+    acc = outward(m, pick, reactions=quadratures)
+    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())]]
+    return rate, [p for _, p in powers(m, acc, pick)] if quadratures else []
+
+
+def _closure(sym: Symbols, m: Model) -> Code:
+    """Residuals φ and their rates, all rows."""
+    rows = [row for c in m.cuts for row in c.rows]
+    stages = [
+        Stage("k_prepare_closure", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_closure", f"{STATE},double*restrict h", ""),
+    ]
+    values = [r.phi for r in rows] + [r.rate for r in rows]
+    return emit(inputs(sym), [Output("h", 0, values or [SX(0, 1)], 1)], stages)
+
+
+def _stops(sym: Symbols, m: Model) -> Code:
+    """Depth of every stop (> 0: pressed)."""
+    depths: list[SX] = [SX(0)] * sym.system.stops
+    for j in sym.system.joints:
+        q = coordinates_of(m, j) if j.kind.nv else []
+        for k, d in enumerate(j.devices):
+            if d.stop is None:
+                continue
+            for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
+                if bound is not None:
+                    depths[flag] = sign * (sym.leaf(bound) - q[j.kind.coordinate_of(k)])
+    stages = [
+        Stage("k_prepare_events", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_events", f"{STATE},double*restrict g", ""),
+    ]
+    return emit(inputs(sym), [Output("g", 0, depths or [SX(0, 1)], 1)], stages)
+
+
+def _laws(sym: Symbols, parts: list[Element]) -> Code:
+    """η = law(N, rates), its derivative with N (dense block per element, column-major), sliding speeds and kink speeds."""
+    nn = sum(len(e.needs) for e in parts)
+    nr = sum(e.joint.kind.nv for e in parts)
+    N, rates = SX.sym("N", nn), SX.sym("r", nr)
+    eta: list[SX] = [SX(0)] * sym.system.neta
+    derivative: list[SX] = []
+    speeds: list[SX] = [SX(0)] * (2 * len(sym.system.sliders))
+    for e in parts:
+        mine, ls, g = N[e.n0 : e.n0 + len(e.needs)], laws(sym, e), numbers(sym, e)
+        r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
+        w = wrench(e, mine)
+        values = ca.vertcat(*e.contact.friction(w, r, ls, g, e.friction.adams))
+        for k, i in enumerate(e.eta):
+            eta[i] = values[k]
+        derivative.append(ca.vec(ca.densify(ca.jacobian(values, mine))))
+        for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g), ls, strict=True):
+            speeds[2 * s.flag], speeds[2 * s.flag + 1] = speed, law.kink
+    args = f"{CONST}N,{CONST}r,{CONST}x,{CONST}c"
+    stages = [
+        Stage("k_prepare_laws", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_laws", f"{args},double*restrict eta,double*restrict dN,double*restrict speed", ""),
+    ]
+    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
+    outs = [Output("eta", 0, eta, 1), Output("dN", 0, derivative, 1), Output("speed", 0, speeds, 1)]
+    return emit(ins, [o for o in outs if o.values], stages)
+
+
+def _coordinate_rates(sym: Symbols) -> Code:
+    """dq = q̇(q, v) for any v: used to move along the manifold."""
+    stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,double*restrict dq", "")]
+    v = SX.sym("v", sym.system.nv)
+    values = qdot(sym, v)
+    code = emit([Input("y", sym.q, 1), Input("v", v, 1)], [Output("dq", 0, values or [SX(0, 1)], 1)], stages)
+    code.text = code.text[code.text.index("void k_qdot") :]
+    return code
+
+
+def _prepare_all(codes: list[Code]) -> str:
+    """One function that fills the constants of all parts, and where each part's constants start."""
+    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events"]
+    starts = [sum(c.kept[0] for c in codes[:i]) for i in range(len(codes))]
+    calls = "".join(f"{n}(p,c+{at});" for n, at in zip(names, starts, strict=True))
+    return (
+        f"enum {{K_C_CLOSURE={starts[1]},K_C_LAWS={starts[2]},K_C_EVENTS={starts[3]}}};\n"
+        f"void k_prepare_all({CONST}p,double*restrict c){{{calls}}}\n"
+    )
+
+
+__all__ = ["MainUnit", "Sizes", "combination", "inputs", "main_unit"]

@@ -1,0 +1,194 @@
+"""The output unit: requested columns, contact forces, and the reactions of all joints in loops (for redundant ones)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.joints.base import to_quaternion
+from engine.kernel import expressions as ex
+from engine.kernel.columns import Column
+from engine.kernel.emit import Input, Output, Stage, emit
+from engine.kernel.main_unit import CONST, STATE, combination
+from engine.kernel.powers import powers
+from engine.recursion.reduction import Accelerations, Model, outward
+from engine.recursion.vectors import SX, cross
+
+EXTRA = 6
+"""Offset of slider states in the runtime's ``extra`` block (``output.c``)."""
+
+
+@dataclass
+class OutputUnit:
+    """C text of the unit and its sizes."""
+
+    text: str
+    nout: int
+    ncontacts: int
+    nc: int
+    nkappa: int
+    post: list[tuple[int, int, int]]
+    energy: int
+
+
+class Outputs:
+    """Expressions of columns by key. ``quads``: symbols of the integrals, named as in ``powers``."""
+
+    def __init__(self, m: Model, quadratures: bool):
+        self.m, self.sym = m, m.sym
+        self.pick = combination(m.sym)
+        self.acc: Accelerations = outward(m, self.pick)
+        self.names = [n for n, _ in powers(m, self.acc, self.pick)] if quadratures else []
+        self.quad = SX.sym("quad", len(self.names))
+        self.extra = SX.sym("extra", EXTRA + len(m.sym.system.sliders))
+        self._contacts: dict[str, list] = {}
+
+    def value(self, key: tuple) -> SX:
+        """Expression of the column with this key."""
+        return getattr(self, f"_{key[0]}")(*key[1:])
+
+    # -- bodies -------------------------------------------------------------------------------------------------------------
+
+    def _center(self, i: int) -> SX:
+        return self.m.motions[i].R @ self.sym.leaves(self.sym.system.bodies[i].center)
+
+    def _position(self, i: int, k: int) -> SX:
+        return (self.m.motions[i].r + self._center(i))[k]
+
+    def _velocity(self, i: int, k: int) -> SX:
+        motion = self.m.motions[i]
+        return (motion.rdot + cross(motion.omega, self._center(i)))[k]
+
+    def _acceleration(self, i: int, k: int) -> SX:
+        motion, Z, c = self.m.motions[i], self.acc.Z[i], self._center(i)
+        a = Z[:3] + cross(Z[3:], c) + cross(motion.omega, cross(motion.omega, c)) + self.sym.leaves(self.sym.system.gravity)
+        return a[k]
+
+    def _orientation(self, i: int, k: int) -> SX:
+        R = self.m.motions[i].R
+        return to_quaternion([[R[r, c] for c in range(3)] for r in range(3)], ca)[k]
+
+    def _omega(self, i: int, k: int) -> SX:
+        return self.m.motions[i].omega[k]
+
+    def _point(self, i: int, name: str, k: int) -> SX:
+        leaves = dict(self.sym.system.bodies[i].points)[name]
+        return (self.m.motions[i].r + self.m.motions[i].R @ self.sym.leaves(leaves))[k]
+
+    # -- joints -------------------------------------------------------------------------------------------------------------
+
+    def _q(self, name: str, i: int) -> SX:
+        return ex.coordinates(self.m, name)[i]
+
+    def _qd(self, name: str, k: int) -> SX:
+        return ex.rates(self.m, name)[k]
+
+    def _qdd(self, name: str, k: int) -> SX:
+        return ex.accelerations(self.m, self.acc, name)[k]
+
+    def _reaction(self, name: str, which: str, k: int) -> SX:
+        f, t = ex.reaction(self.m, self.acc, name, self.pick)
+        return (f if which == "f" else t)[k]
+
+    def _drive(self, name: str, k: int) -> SX:
+        return ex.drive(self.m, self.acc, self.pick, name, k)
+
+    def _friction(self, name: str, k: int) -> SX:
+        return self.sym.eta[ex.eta_of(self.m, name)[k]]
+
+    def _state(self, flag: int) -> SX:
+        return self.extra[EXTRA + flag]
+
+    def contacts(self, name: str) -> list:
+        """Contacts of a frictional joint (cached)."""
+        if name not in self._contacts:
+            self._contacts[name] = ex.contacts(self.m, self.acc, self.pick, name)
+        return self._contacts[name]
+
+    def _contact(self, name: str, i: int, what: str, k: int = 0) -> SX:
+        c = self.contacts(name)[i]
+        if what == "force":
+            return c.force
+        if what == "state":
+            return c.force > 1e-140
+        if what == "angle":
+            axis, base = c.plane
+            return ex.angle(c.vector[base], c.vector[axis])
+        if what == "elevation":
+            return c.elevation
+        return c.normal[k]
+
+    # -- the whole ----------------------------------------------------------------------------------------------------------
+
+    def _quad(self, name: str) -> SX:
+        return self.quad[self.names.index(name)]
+
+    def _kinetic(self) -> SX:
+        return ex.kinetic(self.m)
+
+    def _potential(self) -> SX:
+        return ex.potential(self.m)
+
+    def _dissipated(self) -> SX:
+        return -sum((self._quad(n) for n in self.names if n not in ("drive", "load")), SX(0))
+
+    def _residual(self) -> SX:
+        work = self._quad("drive") + self._quad("load")
+        return self._kinetic() + self._potential() - self.extra[0] - work + self._dissipated()
+
+    def _extra(self, i: int) -> SX:
+        return self.extra[i]
+
+
+def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit:
+    """Build the unit for the chosen columns."""
+    o, sym = Outputs(m, quadratures), m.sym
+    nq, nv = sym.system.nq, sym.system.nv
+    state = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("y", sym.q, 1), Input(f"y+{nq}", sym.v, 1)]
+    z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1)]
+    values = [o.value(c.key) for c in chosen]
+    more = [Input(f"y+{nq + nv}", o.quad, 1), Input("extra", o.extra, 1)]
+    stages = [Stage("o_prepare", f"{CONST}p,double*restrict c", "c"),
+              Stage("o_eval", f"{STATE},{CONST}z,{CONST}extra,double*restrict out", "")]
+    main = emit(state + z + more, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
+    touching = [c for j in sym.system.frictional for c in o.contacts(j.name)]
+    four = [v for c in touching for v in (c.force, *_oriented(c))]
+    contact = _second("contacts", state + z, four)
+    loops = ex.loop_reactions(m, o.acc, o.pick)
+    kappa = _second("kappa", state + z, loops)
+    a, b = main.kept[0], main.kept[0] + contact.kept[0]
+    text = "\n".join([
+        main.text, contact.text, kappa.text,
+        f"void o_prepare_all({CONST}p,double*restrict c){{o_prepare(p,c);o_prepare_contacts(p,c+{a});o_prepare_kappa(p,c+{b});}}",
+        f"void o_contacts_at({STATE},{CONST}z,double*restrict out){{o_contacts(x,y,c+{a},z,out);}}",
+        f"void o_kappa_at({STATE},{CONST}z,double*restrict out){{o_kappa(x,y,c+{b},z,out);}}",
+    ])
+    energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
+    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], len(loops), _post(chosen), energy)
+
+
+def _oriented(c) -> tuple[SX, SX, SX]:
+    """The contact's vector turned so that its angle is atan2(second, first)."""
+    axis, base = c.plane
+    return c.vector[axis], c.vector[base], c.vector[3 - axis - base]
+
+
+def _second(name: str, ins: list[Input], values: list[SX]):
+    stages = [Stage(f"o_prepare_{name}", f"{CONST}p,double*restrict c", "c"),
+              Stage(f"o_{name}", f"{STATE},{CONST}z,double*restrict out", "")]
+    return emit(ins, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
+
+
+def _post(chosen: list[Column]) -> list[tuple[int, int, int]]:
+    """(kind, column, partner) for the runtime; a held column whose normal force was not asked for is not held."""
+    names = {c.name: i for i, c in enumerate(chosen)}
+    out = []
+    for i, c in enumerate(chosen):
+        if c.post == "wrap":
+            out.append((2, i, i))
+        elif c.post == "hold":
+            partner = names.get(c.name.rsplit(".", 1)[0] + ".normal_force")
+            if partner is not None:
+                out.append((1, i, partner))
+    return out

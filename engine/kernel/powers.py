@@ -1,0 +1,120 @@
+"""Powers to be integrated beside the motion: friction of each joint, dampers, drives, applied loads. Their integrals are the audit."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from engine.recursion import cuts as cutting
+from engine.recursion.elements import joint_rates
+from engine.recursion.kinematics import point_motion
+from engine.recursion.loads import spring_line, wrenches
+from engine.recursion.reactions import on_outboard
+from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.vectors import SX, cross
+from engine.system.structure import Device, Joint
+
+
+def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
+    """(name, power): "friction:JOINT" (≤ 0), "damping" (≤ 0), "drive", "load"."""
+    sym = m.sym
+    out = [(f"friction:{j.name}", friction_power(m, j)) for j in sym.system.frictional]
+    return [*out, ("damping", _damping(m)), ("drive", _drive(m, acc, pick)), ("load", _loads(m))]
+
+
+def friction_power(m: Model, j: Joint) -> SX:
+    """−Σ η·rate."""
+    assert j.friction is not None
+    eta = sorted(e for s in j.friction.sliders for e in s.eta)
+    return -sum((m.sym.eta[e] * r for e, r in zip(eta, joint_rates(m, j), strict=True)), SX(0))
+
+
+def coordinates_of(m: Model, j: Joint) -> list[SX]:
+    """Coordinates of a joint, tree or cut."""
+    if not j.cut:
+        return m.steps[j.child].coordinates
+    return cutting.coordinates(next(c for c in m.cuts if c.joint.name == j.name))
+
+
+def _damping(m: Model) -> SX:
+    """Joint dampers, dampers between points, and the damping part of stops."""
+    total = SX(0)
+    for j in m.sym.system.joints:
+        if not j.kind.nv:
+            continue
+        q, rates = coordinates_of(m, j), joint_rates(m, j)
+        for k, d in enumerate(j.devices):
+            if d.damping is not None:
+                total -= m.sym.leaf(d.damping) * rates[k] ** 2
+            i = j.kind.coordinate_of(k)
+            if d.stop is not None and i >= 0:
+                total += _stop_damping(m, d, q[i], rates[k])
+    for load in m.sym.system.loads:
+        if load.kind == "spring_damper":
+            total -= m.sym.leaf(load.numbers[1]) * spring_line(m.sym, m.motions, load)[1] ** 2
+    return total
+
+
+def _stop_damping(m: Model, d: Device, q: SX, rate: SX) -> SX:
+    """Power of a stop beyond that of its spring."""
+    from engine.recursion.loads import stop_force
+
+    return (stop_force(m.sym, d, q, rate) - stop_spring(m, d, q)) * rate
+
+
+def stop_spring(m: Model, d: Device, q: SX) -> SX:
+    """Elastic part of a stop's force."""
+    out = SX(0)
+    assert d.stop is not None
+    for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
+        if bound is not None:
+            out += m.sym.stop_flag(flag) * m.sym.leaf(d.stop.stiffness) * (m.sym.leaf(bound) - q)
+    del sign
+    return out
+
+
+def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
+    """Effort of the drive of freedom k on the outboard part: what the joint transmits along it, less friction and devices."""
+    from engine.recursion.loads import device_force
+
+    f, t, s = on_outboard(m, acc, j, pick)
+    step = m.steps[j.child]
+    total = SX(0)
+    for a in j.kind.columns[k]:
+        h = (step.Ein if a.side == "in" else step.Eout)[:, a.index]
+        scale = m.sym.leaf(j.pitch) / (2 * ca.pi) if a.by_pitch and j.pitch is not None else SX(1)
+        total += ca.dot(t, h) if a.rot else scale * ca.dot(f, h)
+    del s
+    i = j.kind.coordinate_of(k)
+    device = device_force(m.sym, j.devices[k], step.coordinates[i] if i >= 0 else None, step.rates[k])
+    friction = SX(0)
+    if j.friction:
+        eta = sorted(e for sl in j.friction.sliders for e in sl.eta)
+        friction = m.sym.eta[eta[k]]
+    return total - device + friction
+
+
+def _drive(m: Model, acc: Accelerations, pick: SX) -> SX:
+    total = SX(0)
+    for j in m.sym.system.tree:
+        for k in j.driven:
+            total += drive_effort(m, acc, pick, j, k) * m.steps[j.child].rates[k]
+    return total
+
+
+def _loads(m: Model) -> SX:
+    """Applied forces and torques, and joint efforts."""
+    total = SX(0)
+    for load in m.sym.system.loads:
+        if load.kind == "spring_damper":
+            continue
+        for body, w in wrenches(m.sym, m.motions, load):
+            motion = m.motions[body]
+            total += ca.dot(w[:3], motion.rdot) + ca.dot(w[3:], motion.omega)
+    for j in m.sym.system.joints:
+        for k, d in enumerate(j.devices):
+            if d.effort is not None:
+                total += m.sym.load(d.effort) * joint_rates(m, j)[k]
+    return total
+
+
+__all__ = ["coordinates_of", "cross", "drive_effort", "friction_power", "point_motion", "powers", "stop_spring"]

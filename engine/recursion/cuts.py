@@ -1,0 +1,128 @@
+"""Constraint equations of cut joints (paper §4): residuals (46), (49), rows G (47), (50) and ξ (48), (51); rates of cut joints.
+
+The rows' transposes are the force columns W^N (59), (61), so that S = G M⁻¹ Gᵀ comes out symmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.recursion.kinematics import GROUND_MOTION, Motion, axis_world, constant
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, cross, zeros
+from engine.system.structure import GROUND, Joint
+
+
+@dataclass
+class Row:
+    """One constraint: residual φ, its rate, G on the two bodies (6×1 each, transposed rows) and ξ."""
+
+    phi: SX
+    rate: SX
+    g_in: SX
+    g_out: SX
+    xi: SX
+
+
+@dataclass
+class Cut:
+    """A cut joint in the world: frames, levers from the bodies' reference origins, relative motion, rows."""
+
+    joint: Joint
+    Ein: SX
+    Eout: SX
+    c_in: SX
+    c_out: SX
+    inb: Motion
+    out: Motion
+    s: SX
+    rows: list[Row]
+
+
+def motion_of(motions: list[Motion], body: int) -> Motion:
+    """Motion of a body or of the ground."""
+    return GROUND_MOTION if body == GROUND else motions[body]
+
+
+def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
+    """Everything about one cut joint."""
+    inb, out = motion_of(motions, j.inb), motion_of(motions, j.out)
+    Ein, Eout = ca.sparsify(inb.R @ constant(j.inb_frame)), ca.sparsify(out.R @ constant(j.out_frame))
+    c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
+    s = ca.sparsify(out.r + c_out - inb.r - c_in)
+    made = Cut(j, Ein, Eout, c_in, c_out, inb, out, s, [])
+    made.rows = [_travel_row(made, k) for k in j.kind.rows_s] + [_turn_row(made, m, k) for m, k in j.kind.rows_r]
+    return made
+
+
+def point_velocity(c: Cut) -> SX:
+    """Velocity of the outboard joint point relative to the inboard one."""
+    return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
+
+
+def _centripetal(c: Cut) -> SX:
+    """Relative acceleration of the joint points when Ż of both bodies is zero."""
+    return cross(c.out.omega, cross(c.out.omega, c.c_out)) - cross(c.inb.omega, cross(c.inb.omega, c.c_in))
+
+
+def _travel_row(c: Cut, k: int) -> Row:
+    """(49)–(51). h is a world axis when all three are constrained, else an axis of the part that is the ground, else inboard."""
+    vel, acc = point_velocity(c), _centripetal(c)
+    if len(c.joint.kind.rows_s) == 3:
+        h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out
+    elif c.joint.out == GROUND:
+        h, omega, arm_in, arm_out = c.Eout[:, k], c.out.omega, c.c_in, c.c_out - c.s
+    else:
+        h, omega, arm_in, arm_out = c.Ein[:, k], c.inb.omega, c.c_in + c.s, c.c_out
+    hdot = cross(omega, h)
+    xi = ca.dot(acc, h) + 2 * ca.dot(vel, hdot) + ca.dot(c.s, cross(omega, hdot))
+    return Row(
+        ca.dot(c.s, h), ca.dot(vel, h) + ca.dot(c.s, hdot),
+        -ca.sparsify(ca.vertcat(h, cross(arm_in, h))), ca.sparsify(ca.vertcat(h, cross(arm_out, h))), xi,
+    )
+
+
+def _turn_row(c: Cut, m: int, k: int) -> Row:
+    """(46)–(48)."""
+    a, b = c.Ein[:, m], c.Eout[:, k]
+    ab, rel = cross(a, b), ca.sparsify(c.inb.omega - c.out.omega)
+    xi = ca.dot(rel, cross(cross(c.inb.omega, a), b) + cross(a, cross(c.out.omega, b)))
+    g = ca.sparsify(ca.vertcat(zeros(3), ab))
+    return Row(ca.dot(a, b), ca.dot(rel, ab), g, -g, xi)
+
+
+def rates(c: Cut) -> list[SX]:
+    """Rates of a closed cut joint from the relative motion: turning (ω_out − ω_in)·axis, sliding v·axis."""
+    turn = ca.sparsify(c.out.omega - c.inb.omega)
+    slide = point_velocity(c) - cross(c.inb.omega, c.s)
+    return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.columns]
+
+
+def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
+    """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force on the outboard part along a freedom."""
+    (a,) = c.joint.kind.columns[freedom]
+    h = axis_world(a, c.Ein, c.Eout)
+    if a.rot:
+        w = ca.sparsify(ca.vertcat(zeros(3), h))
+        return -w, w
+    return -ca.sparsify(ca.vertcat(h, cross(c.c_in + c.s, h))), ca.sparsify(ca.vertcat(h, cross(c.c_out, h)))
+
+
+def acceleration_bias(c: Cut, freedom: int) -> SX:
+    """Rate of a cut joint's rate when Ż of both bodies is zero (its part with Ż is the axis wrench transposed)."""
+    (a,) = c.joint.kind.columns[freedom]
+    h = axis_world(a, c.Ein, c.Eout)
+    carrier = c.inb.omega if a.side == "in" else c.out.omega
+    hdot = cross(carrier, h)
+    if a.rot:
+        return ca.dot(ca.sparsify(c.out.omega - c.inb.omega), hdot)
+    v = point_velocity(c)
+    return ca.dot(_centripetal(c), h) + 2 * ca.dot(v, hdot) + ca.dot(c.s, cross(carrier, hdot))
+
+
+def coordinates(c: Cut) -> list[SX]:
+    """Coordinates of a closed cut joint from the bodies' poses (angles in ±π, quaternion with w ≥ 0)."""
+    rel, s = c.Ein.T @ c.Eout, c.Ein.T @ c.s
+    return c.joint.kind.measure([[rel[i, k] for k in range(3)] for i in range(3)], [s[k] for k in range(3)], ca)

@@ -1,0 +1,124 @@
+"""What the complement equations η = law(N(η)) are made of: reaction components, sliding rates, conjugate accelerations, laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import ContactElement, Wrench
+from engine.contact.base import COMPONENTS
+from engine.friction import REGISTRY as LAWS
+from engine.friction import Law
+from engine.recursion import cuts as cutting
+from engine.recursion.reactions import on_pin
+from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, zeros
+from engine.system.structure import GROUND, FrictionElement, Joint
+
+
+@dataclass
+class Element:
+    """One frictional joint: contact element, needed components (rows of the N block), number of rates."""
+
+    joint: Joint
+    contact: ContactElement
+    needs: tuple[str, ...]
+    n0: int
+    rate0: int
+
+    @property
+    def friction(self) -> FrictionElement:
+        """The joint's friction data."""
+        assert self.joint.friction is not None
+        return self.joint.friction
+
+    @property
+    def eta(self) -> list[int]:
+        """Indices of its multipliers, one a freedom."""
+        return sorted(e for s in self.friction.sliders for e in s.eta)
+
+
+    @property
+    def law_kinks(self) -> bool:
+        """Whether the law changes branch at a sliding speed."""
+        return LAWS[self.friction.law].kinks
+
+
+def elements(system) -> list[Element]:
+    """All frictional joints with the offsets of their blocks."""
+    out: list[Element] = []
+    n0 = rate0 = 0
+    for j in system.frictional:
+        f = j.friction
+        contact = CONTACTS[f.contact]
+        needs = contact.needs([name for name, _ in f.numbers], f.adams)
+        out.append(Element(j, contact, needs, n0, rate0))
+        n0 += len(needs)
+        rate0 += j.kind.nv
+    return out
+
+
+def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
+    """Rows of the needed components of f_c, m_c (n×columns)."""
+    f, t = on_pin(m, acc, e.joint, combine)
+    rows = {**{f"f{k + 1}": f[k, :] for k in range(3)}, **{f"m{k + 1}": t[k, :] for k in range(3)}}
+    return ca.sparsify(ca.vertcat(*[rows[n] for n in e.needs]))
+
+
+def joint_rates(m: Model, j: Joint) -> list[SX]:
+    """Rates of a joint, tree or cut."""
+    if not j.cut:
+        return m.steps[j.child].rates
+    return cutting.rates(next(c for c in m.cuts if c.joint.name == j.name))
+
+
+def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
+    """Affine maps of the joint's accelerations q̈ (freedoms×columns), tree or cut, driven freedoms included."""
+    columns = acc.Z[0].size2() if acc.Z else 1
+    out = zeros(j.kind.nv, columns)
+    if not j.cut:
+        step = m.steps[j.child]
+        for row, k in enumerate(j.free):
+            out[k, :] = acc.qdd[j.child][row, :]
+        for k, value in m.sym.driven_accelerations(step.joint).items():
+            out[k, 0] = value
+        return ca.sparsify(out)
+    c = next(c for c in m.cuts if c.joint.name == j.name)
+    for k in range(j.kind.nv):
+        on_in, on_out = cutting.axis_wrenches(c, k)
+        for body, g in ((j.inb, on_in), (j.out, on_out)):
+            if body != GROUND:
+                out[k, :] += g.T @ acc.Z[body]
+        out[k, 0] += cutting.acceleration_bias(c, k)
+        for body, g in ((j.inb, on_in), (j.out, on_out)):
+            if body == GROUND:
+                out[k, 0] += g.T @ _ground(m)
+    return ca.sparsify(out)
+
+
+def _ground(m: Model) -> SX:
+    from engine.recursion.loads import ground_acceleration
+
+    return ground_acceleration(m.sym)
+
+
+def laws(sym: Symbols, e: Element) -> list[Law]:
+    """The law at each sliding pair of an element."""
+    numbers = {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
+    law = LAWS[e.friction.law]
+    return [law(numbers, sym.mode(s.flag)) for s in e.friction.sliders]
+
+
+def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
+    """Geometry of an element as expressions."""
+    return {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
+
+
+def wrench(e: Element, values: SX) -> Wrench:
+    """The element's components as a Wrench; missing ones are not asked for by its forms."""
+    assert set(e.needs) <= set(COMPONENTS)
+    return Wrench({n: values[k] for k, n in enumerate(e.needs)}, -1 if e.joint.pin_out else 1)

@@ -1,0 +1,142 @@
+"""Kinematic recursion (paper §2): from a body to the next, in the world frame.
+
+Body i's reference origin is its joint definition point p_i, so c_i = 0 and the rotation centre d_i = r_i: Π = [P^s; P^r].
+A joint may be walked from its outboard to its inboard part; its coordinates keep their meaning (outboard relative to inboard).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.joints import Axis
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, basis_cross, cross, matrix, vector, zeros
+from engine.system.structure import GROUND, Joint
+
+
+@dataclass
+class Motion:
+    """Position and velocity of a body: R (3×3), r (3), omega (3), rdot (3; velocity of the reference origin)."""
+
+    R: SX
+    r: SX
+    omega: SX
+    rdot: SX
+
+
+@dataclass
+class Step:
+    """What joint i adds (1)–(14): joint frames in the world, lever r_i − r_in, free columns Pi (6×n), w (6), rates."""
+
+    joint: Joint
+    Ein: SX
+    Eout: SX
+    s: SX
+    travel: list[SX]
+    lever: SX
+    Pi: SX
+    w: SX
+    rates: list[SX]
+    coordinates: list[SX]
+
+
+GROUND_MOTION = Motion(SX.eye(3), zeros(3), zeros(3), zeros(3))
+
+
+def constant(frame: tuple[float, ...]) -> SX:
+    """A structural 3×3 matrix from 9 row-major numbers."""
+    return matrix([frame[0:3], frame[3:6], frame[6:9]])
+
+
+def axis_world(axis: Axis, Ein: SX, Eout: SX) -> SX:
+    """The unit vector of a motion axis in the world."""
+    return (Ein if axis.side == "in" else Eout)[:, axis.index]
+
+
+def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
+    """Motion of the child of tree joint j, and the joint's contribution."""
+    q, rates = sym.coordinates(j), sym.rates(j)
+    pitch = sym.leaf(j.pitch) / (2 * ca.pi) if j.pitch is not None else SX(1)
+    Rq = matrix(j.kind.rotation(q, ca))
+    travel = [pitch * s if j.pitch is not None else s for s in j.kind.travel(q)]
+    if j.forward:
+        Ein = parent.R @ constant(j.inb_frame)
+        Eout = Ein @ Rq
+        R = Eout @ constant(j.out_frame).T
+        d = parent.R @ sym.leaves(j.inb_point)
+    else:
+        Eout = parent.R @ constant(j.out_frame)
+        Ein = Eout @ Rq.T
+        R = Ein @ constant(j.inb_frame).T
+        d = parent.R @ sym.leaves(j.out_point)
+    s = Ein @ vector(travel)
+    sign = 1 if j.forward else -1
+    lever = d + sign * s
+    spin = sum((axis_world(a, Ein, Eout) * rates[k] for k, a in _axes(j, True)), zeros(3))
+    slide = sum((_scaled(a, Ein, Eout, pitch) * rates[k] for k, a in _axes(j, False)), zeros(3))
+    omega = parent.omega + sign * spin
+    rdot = parent.rdot + cross(parent.omega, lever) + (slide if j.forward else -slide + cross(spin, s))
+    sigma = _sigma(j, Ein, Eout, rates, parent.omega, omega)
+    gamma = _gamma(j, parent.omega, omega, d, s, slide, sigma)
+    columns = [_column(j, k, Ein, Eout, travel, pitch) for k in range(j.kind.nv)]
+    w = ca.vertcat(gamma, sign * sigma)
+    for k, acceleration in sym.driven_accelerations(j).items():
+        w = w + columns[k] * acceleration
+    Pi = ca.sparsify(ca.horzcat(zeros(6, 0), *[columns[k] for k in j.free]))
+    return (
+        Motion(ca.sparsify(R), parent.r + lever, ca.sparsify(omega), ca.sparsify(rdot)),
+        Step(j, ca.sparsify(Ein), ca.sparsify(Eout), s, travel, ca.sparsify(lever), Pi, ca.sparsify(w), rates, q),
+    )
+
+
+def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
+    """(freedom, axis) of all turning or all sliding axes."""
+    return [(k, a) for k, column in enumerate(j.kind.columns) for a in column if a.rot == rot]
+
+
+def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
+    """A sliding axis, times pitch/2π for a screw."""
+    v = axis_world(a, Ein, Eout)
+    return v * pitch if a.by_pitch else v
+
+
+def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) -> SX:
+    """Column k of Π (7). Walked backwards: [−P^s + P^r × s; −P^r]."""
+    top, bottom = zeros(3), zeros(3)
+    for a in j.kind.columns[k]:
+        v = axis_world(a, Ein, Eout)
+        if not a.rot:
+            top = top + (1 if j.forward else -1) * _scaled(a, Ein, Eout, pitch)
+            continue
+        bottom = bottom + (v if j.forward else -v)
+        if not j.forward and a.side == "in":
+            for m in range(3):
+                sign, n = basis_cross(a.index, m)
+                if sign:
+                    top = top + sign * travel[m] * Ein[:, n]
+    return ca.sparsify(ca.vertcat(top, bottom))
+
+
+def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -> SX:
+    """σ (10) as Σ (ω of the part that carries the axis) × axis · rate, for outboard relative to inboard."""
+    omega = {"in": inner if j.forward else outer, "out": outer if j.forward else inner}
+    out = zeros(3)
+    for k, a in _axes(j, True):
+        carrier = inner if a.side == "in" and len(_axes(j, True)) == 1 else omega[a.side]
+        out = out + cross(carrier, axis_world(a, Ein, Eout) * rates[k])
+    return out
+
+
+def _gamma(j: Joint, parent: SX, child: SX, d: SX, s: SX, slide: SX, sigma: SX) -> SX:
+    """γ (12), (13) with the rotation centre at p_i; backwards its mirror image."""
+    if j.forward:
+        return cross(parent, cross(parent, d + s)) + 2 * cross(parent, slide)
+    return cross(parent, cross(parent, d)) - 2 * cross(child, slide) + cross(sigma, s) - cross(child, cross(child, s))
+
+
+def point_motion(motions: list[Motion], body: int, lever: SX) -> tuple[SX, SX]:
+    """Position and velocity of a point at ``lever`` (world) from a body's reference origin; GROUND is at rest."""
+    m = GROUND_MOTION if body == GROUND else motions[body]
+    return m.r + lever, m.rdot + cross(m.omega, lever)

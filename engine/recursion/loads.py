@@ -1,0 +1,145 @@
+"""Inertia (16), velocity-dependent forces (17), applied forces F^a, and generalised forces of joint devices.
+
+Gravity enters as the acceleration −g of the ground (Ż_0), which costs nothing per body and leaves every reaction as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.recursion.kinematics import Motion, Step, point_motion
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, cross, rotate_inertia, skew, vector, zeros
+from engine.system.structure import GROUND, Body, Device, Load, System
+
+TINY = 1e-300
+
+
+@dataclass
+class Mass:
+    """M = [A B; Bᵀ C] at the reference origin; mass, first moment and inertia in the world."""
+
+    m: SX
+    rho: SX
+    A: SX
+    B: SX
+    C: SX
+
+
+def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
+    """(16): A = m E, B = −m ρ̃, C = J about the reference origin."""
+    m, c = sym.leaf(b.mass), sym.leaves(b.center)
+    j = [sym.leaf(x) * m if b.per_mass else sym.leaf(x) for x in b.inertia]
+    cc = [c[k] * c[k] for k in range(3)]
+    steiner = [cc[1] + cc[2], cc[0] + cc[2], cc[0] + cc[1], -c[0] * c[1], -c[0] * c[2], -c[1] * c[2]]
+    origin = [j[k] + m * steiner[k] for k in range(6)]
+    rho = ca.sparsify(R @ c)
+    return Mass(m, rho, m * SX.eye(3), -skew(ca.sparsify(R @ (m * c))), rotate_inertia(R, origin))
+
+
+def velocity_force(mass: Mass, omega: SX) -> SX:
+    """F⁰ (17), 6×1."""
+    first = -skew_to_vector(mass.B)
+    return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.C @ omega)))
+
+
+def skew_to_vector(a: SX) -> SX:
+    """The vector whose tilde matrix this is."""
+    return ca.sparsify(ca.vertcat(a[2, 1], a[0, 2], a[1, 0]))
+
+
+def ground_acceleration(sym: Symbols) -> SX:
+    """Ż_0 = [−g; 0]."""
+    return ca.sparsify(ca.vertcat(-sym.leaves(sym.system.gravity), zeros(3)))
+
+
+def applied(sym: Symbols, motions: list[Motion]) -> list[SX]:
+    """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers."""
+    out = [zeros(6) for _ in sym.system.bodies]
+    for load in sym.system.loads:
+        for body, wrench in wrenches(sym, motions, load):
+            out[body] = out[body] + wrench
+    return out
+
+
+def wrenches(sym: Symbols, motions: list[Motion], load: Load) -> list[tuple[int, SX]]:
+    """(body, 6×1 at its reference origin) of one load; parts on the ground are left out."""
+    if load.kind == "spring_damper":
+        return _spring(sym, motions, load)
+    body = load.bodies[0]
+    value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
+    if load.body_frame:
+        value = motions[body].R @ value
+    if load.kind == "torque":
+        return [(body, ca.sparsify(ca.vertcat(zeros(3), value)))]
+    lever = motions[body].R @ sym.leaves(load.points[0])
+    return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
+
+
+def spring_line(sym: Symbols, motions: list[Motion], load: Load) -> tuple[SX, SX, SX, list[SX]]:
+    """(length, rate, unit vector from first to second point, levers) of a spring-damper."""
+    levers = [
+        sym.leaves(p) if b == GROUND else motions[b].R @ sym.leaves(p)
+        for b, p in zip(load.bodies, load.points, strict=True)
+    ]
+    (xa, va), (xb, vb) = (point_motion(motions, b, lever) for b, lever in zip(load.bodies, levers, strict=True))
+    line = ca.sparsify(xb - xa)
+    length = ca.sqrt(ca.dot(line, line) + TINY)
+    unit = line / length
+    return length, ca.dot(ca.sparsify(vb - va), unit), unit, levers
+
+
+def _spring(sym: Symbols, motions: list[Motion], load: Load) -> list[tuple[int, SX]]:
+    """Force −(K (L − l0) + C L̇) along the line, on the second body; opposite on the first."""
+    k, c, free = (sym.leaf(x) for x in load.numbers)
+    length, rate, unit, levers = spring_line(sym, motions, load)
+    force = unit * (k * (length - free) + c * rate)
+    return [
+        (body, ca.sparsify(ca.vertcat(sign * force, sign * cross(lever, force))))
+        for body, lever, sign in zip(load.bodies, levers, (1, -1), strict=True)
+        if body != GROUND
+    ]
+
+
+def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
+    """Generalised force of spring, damper, stops and effort on the outboard part along one freedom (drives excepted)."""
+    out = SX(0)
+    if d.spring is not None and q is not None:
+        out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
+    if d.damping is not None:
+        out = out - sym.leaf(d.damping) * rate
+    if d.effort is not None:
+        out = out + sym.load(d.effort)
+    if d.stop is not None and q is not None:
+        out = out + stop_force(sym, d, q, rate)
+    return out
+
+
+def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
+    """Hunt–Crossley stops: stiffness·depth·(1 + damping·depth rate), only while engaged and never pulling."""
+    out = SX(0)
+    assert d.stop is not None
+    for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
+        if bound is None:
+            continue
+        depth = sign * (sym.leaf(bound) - q)
+        push = sym.leaf(d.stop.stiffness) * depth * ca.fmax(1 - sym.leaf(d.stop.damping) * sign * rate, 0)
+        out = out + sign * sym.stop_flag(flag) * push
+    return out
+
+
+def joint_forces(sym: Symbols, step: Step) -> list[SX]:
+    """Device force of every freedom of a tree joint."""
+    j = step.joint
+    out = []
+    for k, d in enumerate(j.devices):
+        i = j.kind.coordinate_of(k)
+        out.append(device_force(sym, d, step.coordinates[i] if i >= 0 else None, step.rates[k]))
+    return out
+
+
+def point_names(system: System) -> list[tuple[str, int]]:
+    """(body.point, body index) of every named point of a body."""
+    return [(f"{b.name}.{n}", i) for i, b in enumerate(system.bodies) for n, _ in b.points]

@@ -1,0 +1,85 @@
+"""Joint reactions (57)–(66), (71), (103): what each joint transmits, moved to a wanted point and frame."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from engine.recursion import cuts as cutting
+from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.vectors import SX, cross, zeros
+from engine.system.structure import Joint
+
+
+def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX, SX]:
+    """(force, torque, s) in the world, 3×columns: the total wrench on the outboard part at p_out, and s = p_out − p_in."""
+    if j.cut:
+        c = m.cuts[_cut_index(m, j)]
+        W = ca.sparsify(_cut_wrench(m, c) if combine is None else _cut_wrench(m, c) @ combine)
+        return W[:3, :], W[3:, :], c.s
+    step, N = m.steps[j.child], acc.N[j.child]
+    f, t, s = N[:3, :], N[3:, :], step.s
+    if j.forward:
+        return f, t, s
+    return -f, -(t - cross(s, f)), s
+
+
+def _cut_index(m: Model, j: Joint) -> int:
+    return next(i for i, c in enumerate(m.cuts) if c.joint.name == j.name)
+
+
+def _cut_wrench(m: Model, c: cutting.Cut) -> SX:
+    """Columns of the wrench of a cut joint on its outboard part at p_out, by (59)–(62)."""
+    j = c.joint
+    W = zeros(6, m.columns)
+    for k, row in enumerate(c.rows):
+        W[:, 1 + j.rows + k] += at_point(row.g_out, c.c_out)
+    from engine.recursion.loads import device_force
+    from engine.recursion.reduction import eta_column
+
+    if j.kind.nv:
+        q, rates = cutting.coordinates(c), cutting.rates(c)
+        for k, device in enumerate(j.devices):
+            unit = at_point(cutting.axis_wrenches(c, k)[1], c.c_out)
+            i = j.kind.coordinate_of(k)
+            W[:, 0] += unit * device_force(m.sym, device, q[i] if i >= 0 else None, rates[k])
+            if j.friction:
+                W[:, eta_column(m, j, k)] -= unit
+    return ca.sparsify(W)
+
+
+def at_point(wrench: SX, lever: SX) -> SX:
+    """A wrench at a body's origin moved to a point at ``lever`` from it."""
+    return ca.sparsify(ca.vertcat(wrench[:3, :], wrench[3:, :] - cross(lever, wrench[:3, :])))
+
+
+def frames(m: Model, j: Joint) -> tuple[SX, SX]:
+    """Inboard and outboard joint frame in the world."""
+    holder = m.cuts[_cut_index(m, j)] if j.cut else m.steps[j.child]
+    return holder.Ein, holder.Eout
+
+
+def pin_frame(m: Model, j: Joint) -> SX:
+    """Axes in which f_c, m_c are measured: the pin's joint frame; for a universal joint (u1, u2, u3)."""
+    Ein, Eout = frames(m, j)
+    if j.kind.friction == "universal":
+        u1, u2 = Ein[:, 0], Eout[:, 1]
+        return ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
+    return Eout if j.pin_out else Ein
+
+
+def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
+    """f_c, m_c: total wrench on the part that carries the pin, at its point, in ``pin_frame`` (3×columns each).
+    Universal: always on the inboard part (its journals are told apart by the contact element)."""
+    f, t, s = on_outboard(m, acc, j, combine)
+    E = pin_frame(m, j)
+    if not (j.pin_out and j.kind.friction != "universal"):
+        f, t = -f, -(t + cross(s, f))
+    return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
+
+
+def on_inboard(m: Model, acc: Accelerations, j: Joint, combine: SX) -> tuple[SX, SX]:
+    """The reported reaction: on the inboard part, at the joint centre (the pin's point), in the inboard joint frame."""
+    f, t, s = on_outboard(m, acc, j, combine)
+    Ein = frames(m, j)[0]
+    t = t if j.pin_out else t + cross(s, f)
+    return ca.sparsify(-(Ein.T @ f)), ca.sparsify(-(Ein.T @ t))

@@ -1,0 +1,117 @@
+"""Inputs of the symbolic model: time, state, external values, parameters, multipliers; leaves and signals as expressions."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from engine.recursion.vectors import SX, vector
+from engine.system.leaves import Leaf, Leaves, Param
+from engine.system.structure import Joint, Signal, System, state_coordinates
+
+MODE = 4
+"""Numbers per slider in the mode part of the inputs: state flag and frozen direction (see ``friction.base``)."""
+
+
+class Symbols:
+    """Symbols of one system.
+
+    t, ts: time, and a time inside the current step, which alone decides on which branch of a ramp we are;
+    x: [t, ts, inputs, tables (value, first, second derivative each), stop flags, slider modes (4 each)];
+    q (nq), v (nv); p (parameters); lam (cut rows); eta (friction multipliers).
+    """
+
+    def __init__(self, system: System, parameters: int):
+        self.system = system
+        n_in, n_tab, n_stop = len(system.inputs), system.tables, system.stops
+        self.x = SX.sym("x", 2 + n_in + 3 * n_tab + n_stop + MODE * len(system.sliders))
+        self.offset_tables = 2 + n_in
+        self.offset_stops = self.offset_tables + 3 * n_tab
+        self.offset_modes = self.offset_stops + n_stop
+        self.t, self.ts = self.x[0], self.x[1]
+        self.q, self.v = SX.sym("q", system.nq), SX.sym("v", system.nv)
+        self.p = SX.sym("p", parameters)
+        self.lam, self.eta = SX.sym("lam", system.rows), SX.sym("eta", system.neta)
+
+    def leaf(self, leaf: Leaf) -> SX:
+        """A structural constant or a run-time parameter."""
+        return self.p[leaf.index] if isinstance(leaf, Param) else SX(leaf)
+
+    def leaves(self, leaves: Leaves) -> SX:
+        """A column of leaves."""
+        return vector([self.leaf(x) for x in leaves])
+
+    def stop_flag(self, index: int) -> SX:
+        """1 while the stop is engaged."""
+        return self.x[self.offset_stops + index]
+
+    def mode(self, slider: int) -> list[SX]:
+        """(state flag, frozen direction) of a sliding pair."""
+        k = self.offset_modes + MODE * slider
+        return [self.x[k + i] for i in range(MODE)]
+
+    def load(self, s: Signal) -> SX:
+        """Value of a load signal."""
+        if s.kind == "value":
+            return self.leaf(s.leaves[0])
+        if s.kind == "input":
+            return self.x[2 + s.index]
+        if s.kind == "table":
+            return self.x[self.offset_tables + 3 * s.index]
+        if s.kind == "harmonic":
+            return self._harmonic(s)[0]
+        start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
+        return start + (end - start) * self._progress(begin, duration)
+
+    def motion(self, s: Signal) -> tuple[SX, SX, SX]:
+        """Position, rate and acceleration of a drive."""
+        if s.kind == "rate":
+            start, rate = (self.leaf(x) for x in s.leaves)
+            return start + rate * self.t, rate, SX(0)
+        if s.kind == "table":
+            k = self.offset_tables + 3 * s.index
+            return self.x[k], self.x[k + 1], self.x[k + 2]
+        if s.kind == "harmonic":
+            return self._harmonic(s)
+        return self._ramp(s)
+
+    def _harmonic(self, s: Signal) -> tuple[SX, SX, SX]:
+        amplitude, frequency, phase, offset = (self.leaf(x) for x in s.leaves)
+        w = 2 * ca.pi * frequency
+        sin, cos = ca.sin(w * self.t + phase), ca.cos(w * self.t + phase)
+        return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
+
+    def _progress(self, begin: SX, duration: SX) -> SX:
+        """0 before a ramp, 1 after it; the branch is chosen by ts, so that no step sees both sides of a kink."""
+        inside = (self.t - begin) / duration
+        return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
+
+    def _ramp(self, s: Signal) -> tuple[SX, SX, SX]:
+        """A rate going from start to end, position = origin at t = 0."""
+        start, end, begin, duration, origin = (self.leaf(x) for x in s.leaves)
+        slope = (end - start) / duration
+        x, after = self.t - begin, self.t - begin - duration
+        before_, during, beyond = self.ts < begin, self.ts < begin + duration, 0.5 * slope * duration**2
+        added = ca.if_else(before_, 0, ca.if_else(during, 0.5 * slope * x * x, beyond + slope * duration * after))
+        rate = start + slope * ca.if_else(before_, 0, ca.if_else(during, x, duration))
+        return origin + start * self.t + added, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
+
+    def coordinates(self, j: Joint) -> list[SX]:
+        """All coordinates of a tree joint, states and driven ones."""
+        states = state_coordinates(j)
+        out = [self.q[j.q0 + states.index(i)] if i in states else SX(0) for i in range(j.kind.nq)]
+        for k in j.driven:
+            drive = j.devices[k].drive
+            assert drive is not None
+            out[j.kind.coordinate_of(k)] = self.motion(drive)[0]
+        return out
+
+    def rates(self, j: Joint) -> list[SX]:
+        """All rates of a tree joint, free and driven."""
+        out: list[SX] = []
+        for k, device in enumerate(j.devices):
+            out.append(self.v[j.v0 + j.free.index(k)] if device.drive is None else self.motion(device.drive)[1])
+        return out
+
+    def driven_accelerations(self, j: Joint) -> dict[int, SX]:
+        """Prescribed accelerations by freedom."""
+        return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}

@@ -1,0 +1,84 @@
+"""Small symbolic vector algebra; every result keeps its structural zeros, which is what makes the code small."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+SX = ca.SX
+
+
+def vector(values: Sequence) -> SX:
+    """Column of scalars with structural zeros where a value is exactly zero."""
+    return ca.sparsify(ca.vertcat(*[SX(v) for v in values]))
+
+
+def matrix(rows: Sequence[Sequence]) -> SX:
+    """Matrix of scalars with structural zeros."""
+    return ca.sparsify(ca.vertcat(*[ca.horzcat(*[SX(v) for v in row]) for row in rows]))
+
+
+def zeros(rows: int, columns: int = 1) -> SX:
+    """All structural zeros."""
+    return SX(rows, columns)
+
+
+def skew(a: SX) -> SX:
+    """ã, so that ã b = a × b."""
+    return matrix([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def cross(a: SX, b: SX) -> SX:
+    """a × b; b may have several columns."""
+    rows = [a[1] * b[2, :] - a[2] * b[1, :], a[2] * b[0, :] - a[0] * b[2, :], a[0] * b[1, :] - a[1] * b[0, :]]
+    return ca.sparsify(ca.vertcat(*rows))
+
+
+def symmetric(a: SX) -> SX:
+    """The same matrix with its lower triangle taken from the upper one, so that each entry is computed once."""
+    out = SX(a)
+    for i in range(a.size1()):
+        for j in range(i):
+            out[i, j] = out[j, i]
+    return ca.sparsify(out)
+
+
+def rotate_inertia(r: SX, j: Sequence) -> SX:
+    """R J Rᵀ for J = (xx, yy, zz, xy, xz, yz); a diagonal J costs two dyads."""
+    xx, yy, zz, xy, xz, yz = (SX(v) for v in j)
+    if all(v.is_zero() for v in (xy, xz, yz)):
+        a, b = (xx - zz) * r[:, 0], (yy - zz) * r[:, 1]
+        return symmetric(a @ r[:, 0].T + b @ r[:, 1].T + zz * SX.eye(3))
+    return symmetric(r @ matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ r.T)
+
+
+def solve_spd(d: SX, b: SX) -> SX:
+    """D⁻¹ b for the small symmetric positive definite D of one joint, by an unrolled L D Lᵀ (joint blocks are never
+    near-singular unless a freedom has no inertia, which `check` reports)."""
+    n = d.size1()
+    low, diag = SX.eye(n), []
+    for j in range(n):
+        dj = d[j, j] - sum((low[j, k] ** 2 * diag[k] for k in range(j)), SX(0))
+        diag.append(dj)
+        for i in range(j + 1, n):
+            low[i, j] = (d[i, j] - sum((low[i, k] * low[j, k] * diag[k] for k in range(j)), SX(0))) / dj
+    x = [b[i, :] for i in range(n)]
+    for i in range(n):
+        for k in range(i):
+            x[i] = x[i] - low[i, k] * x[k]
+    x = [x[i] / diag[i] for i in range(n)]
+    for i in reversed(range(n)):
+        for k in range(i + 1, n):
+            x[i] = x[i] - low[k, i] * x[k]
+    return ca.sparsify(ca.vertcat(*x)) if n else zeros(0, b.size2())
+
+
+EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
+"""e_i × e_j = ± e_|.|−1 of a right-handed frame (0: parallel)."""
+
+
+def basis_cross(i: int, j: int) -> tuple[int, int]:
+    """(sign, index) of e_i × e_j; sign 0 when parallel."""
+    e = EPSILON[i][j]
+    return (0, 0) if e == 0 else (1 if e > 0 else -1, abs(e) - 1)

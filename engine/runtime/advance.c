@@ -1,0 +1,272 @@
+/* The stepping loop: step sizes, error control, events, output rows, outcomes. */
+#include "tr.h"
+
+#define SAFETY 0.9
+#define CHATTER_MAX 12
+
+static int tr_prepare_dense(tr_sim *s) {
+  int ok;
+  if (s->method_now == TR_ROSENBROCK) {
+    ok = tr_dense_rosenbrock(s);
+  } else {
+    const tr_erk *m = tr_erk_of(s->method_now);
+    s->method_dense = 3 + m->dense;
+    ok = tr_dense_explicit(s, m);
+  }
+  return ok;
+}
+
+static double tr_limit_time(const tr_sim *s, double target) {
+  if (s->next_break < s->nbreaks) {
+    double b = TR_A(s, breaks)[s->next_break];
+    if (b < target) return b;
+  }
+  return target;
+}
+
+/* First step size (Hairer, II.4): from the size of y, ẏ and ÿ in the tolerance norm. K[0] must be in place. */
+static double tr_first_step(tr_sim *s, double span, int order) {
+  int n = tr_width(s);
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp);
+  const double *unit = TR_A(s, scale);
+  double d0 = 0.0, d1 = 0.0, d2 = 0.0;
+  for (int i = 0; i < s->ny; ++i) {
+    double w = s->rtol * (unit[i] + fabs(y[i]));
+    d0 += y[i] * y[i] / (w * w);
+    d1 += K[i] * K[i] / (w * w);
+  }
+  d0 = sqrt(d0 / s->ny), d1 = sqrt(d1 / s->ny);
+  double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
+  h0 = fmin(h0, span);
+  for (int i = 0; i < n; ++i) tmp[i] = y[i] + h0 * K[i];
+  double *f1 = TR_A(s, dy);
+  if (!tr_rhs(s, s->t + h0, tmp, f1)) return h0 * 1e-2;
+  for (int i = 0; i < s->ny; ++i) {
+    double w = s->rtol * (unit[i] + fabs(y[i])), d = (f1[i] - K[i]) / w;
+    d2 += d * d;
+  }
+  d2 = sqrt(d2 / s->ny) / h0;
+  double big = fmax(d1, d2), h1 = big <= 1e-15 ? fmax(1e-6, h0 * 1e-3) : pow(0.01 / big, 1.0 / order);
+  return fmin(fmin(100.0 * h0, h1), span);
+}
+
+/* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0. */
+static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
+  if (s->want == 0) return TR_OK;
+  int width = s->want;
+  if (s->every <= 0.0) {
+    if (*count >= capacity) return TR_ROWS_FULL;
+    if (!final) return TR_OK;
+    double *y = TR_A(s, yout);
+    memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    if (!tr_output(s, t_end, y, rows + width * *count)) return TR_FAIL_MULTIPLIERS;
+    ++*count;
+    return TR_OK;
+  }
+  while (s->row_next <= t_end + (final ? 1e-12 * fmax(1.0, fabs(t_end)) : 0.0)) {
+    if (*count >= capacity) return TR_ROWS_FULL;
+    double *y = TR_A(s, yout), theta = (s->row_next - s->step_t0) / s->step_h, t = s->row_next;
+    if (final && fabs(t - (s->step_t0 + s->step_h)) <= 1e-12 * fmax(1.0, fabs(t))) {
+      memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    } else {
+      if (!s->have_dense) {
+        if (!tr_prepare_dense(s)) return TR_FAIL_MULTIPLIERS;
+        s->have_dense = 1;
+      }
+      tr_dense_eval(s, theta, y);
+    }
+    if (!tr_output(s, t, y, rows + width * *count)) return TR_FAIL_MULTIPLIERS;
+    ++*count;
+    s->row_index++;
+    s->row_next = s->t_start + s->row_index * s->every;
+  }
+  return TR_OK;
+}
+
+/* While a slider passes through its proportional zone, note when its velocity along the old direction vanishes. */
+static void tr_note_reversals(tr_sim *s, double theta_end) {
+  const tr_kernel *k = s->k;
+  for (int i = 0; i < k->nsliders; ++i) {
+    double *z = tr_zone(s, i);
+    if (z[0] < 0.5 || z[5] == z[5]) continue;
+    if (tr_along(s, i) >= 0.0) continue;
+    if (!s->have_dense) {
+      if (!tr_prepare_dense(s)) return;
+      s->have_dense = 1;
+    }
+    double a = 0.0, b = theta_end, *y = TR_A(s, yout);
+    for (int it = 0; it < 60 && b - a > 1e-15; ++it) {
+      double m = 0.5 * (a + b), t = s->step_t0 + m * s->step_h;
+      tr_dense_eval(s, m, y);
+      tr_set_time(s, t);
+      k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+      if (tr_along(s, i) < 0.0) b = m; else a = m;
+    }
+    z[5] = s->step_t0 + b * s->step_h;
+  }
+}
+
+static void tr_forget_extremes(tr_sim *s);
+
+static void tr_shift(tr_sim *s, double t, const double *y) {
+  int n = tr_width(s);
+  memmove(TR_A(s, y), y, sizeof(double) * n);
+  s->t = t;
+  while (s->next_break < s->nbreaks && TR_A(s, breaks)[s->next_break] <= t + 1e-13 * fmax(1.0, fabs(t))) {
+    s->next_break++;
+    s->have_k1 = 0;
+  }
+  tr_forget_extremes(s);
+}
+
+/* Step size factor for an error (1 = at the tolerance). */
+static double tr_factor_of(double err, int order, double most) {
+  return fmin(most, fmax(0.2, SAFETY * pow(fmax(err, 1e-12), -1.0 / order)));
+}
+
+static void tr_forget_extremes(tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) TR_A(s, smin)[i] = INFINITY, TR_A(s, smax)[i] = -INFINITY;
+}
+
+/* Derivative and first step size at the start of a step; directions of sliding are frozen here. */
+static int tr_begin_step(tr_sim *s, double limit, int order) {
+  const tr_kernel *k = s->k;
+  if (!s->have_k1) {
+    TR_A(s, x)[1] = s->t + 0.5 * fmin(limit - s->t, s->h > 0.0 ? s->h : limit - s->t);
+    s->watch = 0;
+    if (!tr_rhs(s, s->t, TR_A(s, y), TR_A(s, K))) return TR_FAIL_MULTIPLIERS;
+    s->have_k1 = 1;
+  }
+  if (s->h <= 0.0) s->h = tr_first_step(s, limit - s->t, order);
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_mode(s, i)[0] > 0.5 && tr_slider(s, i)[4] > 1) tr_freeze(s, i);
+  memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
+  return TR_OK;
+}
+
+/* Make one acceptable trial step towards `limit`; the result waits as `pending` (1 whole step, 2 up to an event). */
+static int tr_attempt(tr_sim *s, double limit) {
+  const tr_kernel *k = s->k;
+  const int ros = s->method_now == TR_ROSENBROCK, n = tr_width(s), nz = k->active + k->neta;
+  const tr_erk *m = tr_erk_of(s->method_now);
+  const int order = ros ? TR_ROS_ORDER : m->order, end = ros ? TR_ROS_END : m->stages;
+  int code = tr_begin_step(s, limit, order), rejected = 0;
+  if (code != TR_OK) return code;
+  for (;;) {
+    double h = s->hfixed > 0.0 ? s->hfixed : fmin(s->h, s->hmax), left = limit - s->t;
+    int last = h >= left * (1.0 - 1e-10);
+    if (last) h = left;
+    else if (h > 0.5 * left && s->hfixed <= 0.0) h = 0.5 * left;
+    TR_A(s, x)[1] = s->t + 0.5 * h;
+    s->watch = s->locate && k->nsliders > 0;
+    double err = ros ? tr_step_rosenbrock(s, h) : tr_step_explicit(s, m, h), theta = 2.0, t1 = last ? limit : s->t + h;
+    int which = -1;
+    if (s->status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
+    if (err <= 1.0) {
+      s->step_t0 = s->t, s->step_h = t1 - s->t, s->have_dense = 0;
+      memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * n);
+      if (!tr_project(s, t1, TR_A(s, ynew)) || !tr_rhs(s, t1, TR_A(s, ynew), TR_A(s, K) + end * n)) err = NAN;
+      else if (s->chatter <= CHATTER_MAX) theta = tr_find_event(s, &which);
+      if (theta == 3.0) err = NAN;
+    }
+    s->watch = 0;
+    if (err <= 1.0) {
+      s->stats.steps++;
+      s->pending = theta <= 1.0 ? 2 : 1;
+      s->p_theta = theta, s->p_which = which, s->p_h = h, s->p_t = theta <= 1.0 ? s->step_t0 + theta * s->step_h : t1;
+      s->p_grow = s->hfixed > 0.0 ? 1.0 : tr_factor_of(err, order, rejected ? 1.0 : 6.0);
+      s->p_cut = last;
+      if (s->pending == 1) memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * nz);
+      return TR_OK;
+    }
+    s->stats.rejected++;
+    rejected = 1;
+    memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * nz);
+    tr_forget_extremes(s);
+    s->h = err == err ? h * tr_factor_of(err, order, 0.9) : 0.2 * h;
+    if (s->hfixed > 0.0 || s->h <= s->hmin + 8e-16 * fabs(s->t)) return err == err ? TR_FAIL_STEP : TR_FAIL_MULTIPLIERS;
+  }
+}
+
+/* Complete a whole step: it becomes the start of the next. */
+static void tr_finish_whole(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const int ros = s->method_now == TR_ROSENBROCK, n = tr_width(s), end = ros ? TR_ROS_END : tr_erk_of(s->method_now)->stages;
+  s->chatter = 0;
+  *(ros ? &s->stats.stiff : s->method_now == TR_RK5 ? &s->stats.rk5 : &s->stats.rk8) += 1;
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+  if (s->method == TR_AUTO) tr_choose(s);
+  memcpy(TR_A(s, K), TR_A(s, K) + end * n, sizeof(double) * n);
+  tr_shift(s, s->p_t, TR_A(s, ynew));
+  double next = s->p_h * s->p_grow;
+  s->h = s->p_cut && next < s->h ? (s->p_grow < 1.0 ? next : s->h) : next;
+}
+
+/* Complete a step that ends at an event: the state there, the new mode, and a fitting next step. */
+static int tr_finish_event(tr_sim *s) {
+  double te = s->p_t, *ye = TR_A(s, cand), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
+  int i = s->p_which, pair = i < s->k->nsliders;
+  tr_dense_eval(s, s->p_theta, ye);
+  double rate = 0.0, kink = 1.0, dt = fmin(s->p_theta, 1e-3) * s->step_h;
+  if (pair && tr_mode(s, i)[0] > 0.5 && dt > 0.0) { /* how fast the proportional zone will be crossed */
+    tr_dense_eval(s, s->p_theta - dt / s->step_h, yo);
+    if (!tr_rhs(s, te - dt, yo, dy)) return TR_FAIL_MULTIPLIERS;
+    rate = TR_A(s, speed)[2 * i];
+  }
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, dy)) return TR_FAIL_MULTIPLIERS;
+  if (pair) kink = TR_A(s, speed)[2 * i + 1], rate = fabs(TR_A(s, speed)[2 * i] - rate) / dt;
+  s->chatter = te - s->chatter_t < 1e-12 * fmax(1.0, fabs(te)) ? s->chatter + 1 : 0;
+  s->chatter_t = te;
+  int entering = pair && tr_mode(s, i)[0] > 0.5;
+  tr_switch(s, i, te, ye);
+  tr_shift(s, te, ye);
+  s->have_k1 = 0;
+  double h = s->p_h * fmin(s->p_grow, 1.0);
+  if (entering) {
+    s->h_slip = fmax(h, s->h_slip);
+    s->h = rate > 0.0 ? fmin(h, 2.2 * kink / rate) : h;
+  } else {
+    s->h = s->h_slip > 0.0 ? s->h_slip : h;
+    s->h_slip = 0.0;
+  }
+  return TR_OK;
+}
+
+/* Rows, then completion, of what is pending. May return TR_ROWS_FULL and be called again. */
+static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
+  int whole = s->pending == 1, code;
+  if (s->k->nsliders && !s->p_noted) tr_note_reversals(s, whole ? 1.0 : s->p_theta);
+  s->p_noted = 1;
+  code = tr_rows(s, s->p_t, whole, rows, capacity, count);
+  if (code != TR_OK) return code;
+  s->pending = s->p_noted = 0;
+  if (whole) {
+    tr_finish_whole(s);
+    return TR_OK;
+  }
+  return tr_finish_event(s);
+}
+
+/* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. */
+int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
+  *count = 0;
+  if (s->status >= TR_DONE && s->status != TR_DONE) return s->status;
+  s->status = TR_OK;
+  for (long step = 0;;) {
+    int code = TR_OK;
+    if (s->pending) {
+      code = tr_finish(s, rows, capacity, count);
+      if (code != TR_OK) return s->status = code;
+      if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
+    }
+    if (s->t >= target - 1e-13 * fmax(1.0, fabs(target))) return s->status = TR_DONE;
+    if (step++ >= max_steps) return TR_MORE;
+    if (s->max_steps_total > 0 && s->stats.steps >= s->max_steps_total) return s->status = TR_FAIL_MAX_STEPS;
+    code = tr_attempt(s, tr_limit_time(s, target));
+    if (code == TR_NEED_JACOBIAN) {
+      s->status = TR_OK;
+      return code;
+    }
+    if (code != TR_OK) return s->status = code;
+  }
+}

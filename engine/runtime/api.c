@@ -1,0 +1,166 @@
+/* Entry points for hosts: size and layout of a simulation block, start, parameters, single evaluations. One translation unit. */
+#include <math.h>
+#include <string.h>
+#include "tr.h"
+#include "linalg.h"
+#include "multipliers.c"
+#include "rhs.c"
+#include "explicit.c"
+static int tr_prepare_dense(tr_sim *s);
+static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
+#include "manifold.c"
+#include "events.c"
+#include "output.c"
+#include "assemble.c"
+#include "rosenbrock.c"
+#include "advance.c"
+
+static int tr_max(int a, int b) { return a > b ? a : b; }
+
+/* Lay the arrays out behind the struct; returns doubles used. */
+static int tr_layout(tr_sim *s, int ntable) {
+  const tr_kernel *k = s->k;
+  const tr_outputs *o = s->o;
+  int at = 0, n = TR_PAD(k->nq + k->nv + k->nquad), a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv;
+#define TR_PLACE(field, count) (s->field = at, at += TR_PAD((count) + 1))
+  TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
+  TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
+  TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * 8);
+  TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(scale, n);
+  TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
+  TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(speed, 2 * k->nsliders); TR_PLACE(lu, e * e); TR_PLACE(r, e);
+  TR_PLACE(smin, k->nsliders); TR_PLACE(smax, k->nsliders); TR_PLACE(lin0, TR_ZONE * k->nsliders);
+  TR_PLACE(h_res, 2 * rows); TR_PLACE(ev, TR_EVENT * s->ev_capacity); TR_PLACE(breaks, s->nbreaks); TR_PLACE(tables, ntable);
+  TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
+  int nz = a + e, dense = (nv + nz) * (ny + 1 + nz);
+  TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
+  TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? 3 * ny * ny + (ny + 1) * (nz + nv) + 4 * ny : 0));
+  return at;
+}
+
+size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
+  tr_sim s;
+  memset(&s, 0, sizeof s);
+  s.k = k, s.o = o, s.j = j, s.nbreaks = nbreaks, s.ev_capacity = ev_capacity;
+  return sizeof(tr_sim) + sizeof(double) * tr_layout(&s, ntable);
+}
+
+/* Prepare a zeroed block of tr_size bytes. */
+int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
+  if (k->abi != TR_ABI || (o && o->abi != TR_ABI) || (j && j->abi != TR_ABI)) return 0;
+  s->k = k, s->o = o, s->j = j, s->nbreaks = nbreaks, s->ev_capacity = ev_capacity;
+  s->bytes = sizeof(tr_sim) + sizeof(double) * tr_layout(s, ntable);
+  s->ny = k->nq + k->nv, s->nz = k->active + k->neta, s->nrows = k->rows;
+  s->want = 1 + (o ? o->nout : 0);
+  s->rtol = 1e-6, s->hmax = INFINITY, s->hmin = 0.0, s->length = 1.0, s->rate = 1.0, s->project = 1, s->locate = 1;
+  s->method = TR_AUTO, s->method_now = TR_RK8;
+  for (int i = 0; i < k->active; ++i) TR_A(s, d)[i] = 1.0;
+  return 1;
+}
+
+double *tr_array(tr_sim *s, int which) {
+  switch (which) {
+    case 0: return TR_A(s, p);
+    case 1: return TR_A(s, y);
+    case 2: return TR_A(s, x);
+    case 3: return TR_A(s, breaks);
+    case 4: return TR_A(s, tables);
+    case 5: return TR_A(s, ev);
+    case 6: return TR_A(s, z);
+    case 7: return TR_A(s, K);
+    case 8: return TR_A(s, maps);
+    default: return 0;
+  }
+}
+
+void tr_set_parameters(tr_sim *s) {
+  s->k->prepare(TR_A(s, p), TR_A(s, c));
+  if (s->o) s->o->prepare(TR_A(s, p), TR_A(s, co));
+  if (s->j) s->j->prepare(TR_A(s, p), TR_A(s, cj));
+}
+
+int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven) {
+  s->t = t;
+  TR_A(s, x)[1] = t + 1e-12;
+  return tr_assemble_state(s, qgiven, vgiven);
+}
+
+/* Tolerance units: 1 for angles and quaternions, the length scale for lengths; rates times the rate scale. */
+static void tr_units(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double *u = TR_A(s, scale);
+  for (int i = 0; i < TR_PAD(s->ny + k->nquad); ++i) u[i] = 1.0;
+  for (int i = 0; i < k->nq; ++i) u[i] = k->qkind[i] == 1 ? s->length : 1.0;
+  for (int i = 0; i < k->nv; ++i) u[k->nq + i] = (k->vkind[i] ? s->length : 1.0) * s->rate;
+}
+
+/* Begin a run at (t, y) already assembled: scales, ranks, modes, energy reference, first row. */
+int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
+  const tr_kernel *k = s->k;
+  s->t = s->t_start = t, s->t_stop = t_stop, s->every = every, s->row_index = 0, s->row_next = t;
+  s->h = s->hfixed, s->h_slip = 0.0, s->have_k1 = s->have_dense = s->pending = s->chatter = s->nev = s->status = 0;
+  s->chatter_t = -INFINITY, s->next_break = 0, s->rank = 0, s->energy0 = 0.0;
+  memset(&s->stats, 0, sizeof s->stats);
+  s->method_now = s->method == TR_AUTO ? (s->rtol > 2e-4 ? TR_RK5 : TR_RK8) : s->method;
+  while (s->next_break < s->nbreaks && TR_A(s, breaks)[s->next_break] <= t) s->next_break++;
+  TR_A(s, x)[1] = t + 1e-12;
+  memset(TR_A(s, z), 0, sizeof(double) * (k->active + k->neta));
+  memset(TR_A(s, wrap), 0, sizeof(double) * (s->o ? 2 * s->o->npost : 0));
+  tr_units(s);
+  if (k->active) {
+    tr_set_time(s, t);
+    k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_scale_rows(s);
+    tr_note_rank(s);
+  }
+  tr_shift(s, t, TR_A(s, y));
+  if (!tr_start_modes(s)) return s->status = TR_FAIL_MULTIPLIERS;
+  if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->status = TR_FAIL_MULTIPLIERS;
+  for (int i = 0; i < s->ny; ++i)
+    if (!isfinite(TR_A(s, dy)[i])) {
+      s->fail_detail = i;
+      return s->status = TR_FAIL_NOT_FINITE;
+    }
+  if (s->o && row) {
+    memcpy(TR_A(s, yout), TR_A(s, y), sizeof(double) * tr_width(s));
+    tr_output(s, t, TR_A(s, yout), row);
+    if (s->o->energy >= 0) { /* the residual column is measured from its first value */
+      s->energy0 = row[1 + s->o->energy];
+      memset(TR_A(s, wrap), 0, sizeof(double) * 2 * s->o->npost);
+      tr_output(s, t, TR_A(s, yout), row);
+    }
+    s->row_index = 1, s->row_next = t + every;
+  }
+  return TR_OK;
+}
+
+/* Row at the present state (for the end of a run, or an FMU's outputs). */
+int tr_row(tr_sim *s, double *row) {
+  memcpy(TR_A(s, yout), TR_A(s, y), sizeof(double) * tr_width(s));
+  return tr_output(s, s->t, TR_A(s, yout), row);
+}
+
+/* Evaluate ẏ at the block's (t, y) with the modes as they are. 1 on success. */
+int tr_evaluate(tr_sim *s, double *dy, double *z) {
+  s->watch = 0;
+  if (!tr_rhs(s, s->t, TR_A(s, y), TR_A(s, dy))) return 0;
+  memcpy(dy, TR_A(s, dy), sizeof(double) * (s->ny + s->k->nquad));
+  memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta));
+  return 1;
+}
+
+const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }
+double tr_time(const tr_sim *s) { return s->t; }
+int tr_events_take(tr_sim *s) { int n = s->nev; s->nev = 0; return n; }
+
+typedef struct tr_settings {
+  double rtol, hmax, hmin, hfixed, length, rate;
+  int method, project, locate, max_steps;
+} tr_settings;
+
+void tr_configure(tr_sim *s, const tr_settings *o) {
+  s->rtol = o->rtol, s->hmax = o->hmax, s->hmin = o->hmin, s->hfixed = o->hfixed, s->length = o->length, s->rate = o->rate;
+  s->method = o->method, s->project = o->project, s->locate = o->locate, s->max_steps_total = o->max_steps;
+}
+
+void tr_attach_jacobian(tr_sim *s, const tr_jacobian *j) { s->j = j; }

@@ -1,0 +1,125 @@
+/* Start values that close the loops: positions, then velocities, changing as little as possible.
+ *
+ * First only coordinates the user left open move; when that is not enough everything may, given ones a hundred times less. */
+#include "tr.h"
+
+#define TIGHT 1e-13
+
+/* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
+static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
+  const tr_kernel *k = s->k;
+  int rows = k->rows;
+  double v[k->nv + 1], h0[2 * rows], h1[2 * rows];
+  const double *c = TR_A(s, c) + k->c_closure;
+  memcpy(v, y + k->nq, sizeof(double) * k->nv);
+  memset(y + k->nq, 0, sizeof(double) * k->nv);
+  k->closure(TR_A(s, x), y, c, h0);
+  for (int j = 0; j < k->nv; ++j) {
+    y[k->nq + j] = 1.0;
+    k->closure(TR_A(s, x), y, c, h1);
+    y[k->nq + j] = 0.0;
+    for (int i = 0; i < rows; ++i) G[i + rows * j] = h1[rows + i] - h0[rows + i];
+  }
+  memcpy(y + k->nq, v, sizeof(double) * k->nv);
+}
+
+/* δ = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest change in the weighted sense. weight: nv. */
+static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, double *delta) {
+  const tr_kernel *k = s->k;
+  int n = k->rows;
+  double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
+  int perm[n];
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      double a = 0.0;
+      for (int q = 0; q < k->nv; ++q) a += G[i + n * q] * weight[q] * weight[q] * G[j + n * q];
+      A[i + n * j] = a;
+    }
+  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > 1e-30 ? 1.0 / sqrt(A[i + n * i]) : 0.0;
+  int rank = tr_cholesky(n, A, d, L, perm, 0, 1e-10, 1e-10);
+  tr_cholesky_solve(n, rank, L, perm, d, b, x);
+  for (int q = 0; q < k->nv; ++q) {
+    double a = 0.0;
+    for (int i = 0; i < n; ++i) a += G[i + n * q] * x[i];
+    delta[q] = weight[q] * weight[q] * a;
+  }
+}
+
+static double tr_all_residual(const tr_sim *s, const double *h, int rates) {
+  const tr_kernel *k = s->k;
+  double worst = 0.0;
+  for (int i = 0; i < k->rows; ++i) {
+    double unit = k->row_kind[i] ? 1.0 : s->length;
+    worst = fmax(worst, fabs(h[i + (rates ? k->rows : 0)]) / (unit * (rates ? s->rate : 1.0)));
+  }
+  return worst;
+}
+
+/* Newton on the positions with the given weights; 1 when closed. */
+static int tr_close_positions(tr_sim *s, double *y, const double *weight, double *G) {
+  const tr_kernel *k = s->k;
+  const double *c = TR_A(s, c) + k->c_closure;
+  double h[2 * k->rows], b[k->rows], dv[k->nv + 1], dq[k->nq + 4], best = INFINITY;
+  int stalled = 0;
+  for (int it = 0; it < 200; ++it) {
+    k->closure(TR_A(s, x), y, c, h);
+    double now = tr_all_residual(s, h, 0);
+    if (!(now < INFINITY)) return 0;
+    if (now <= TIGHT * 1e-2) return 1;
+    if (now > 0.5 * best) {
+      if (now <= TIGHT) return 1;
+      if (++stalled > 40) return 0;
+    } else stalled = 0;
+    best = fmin(best, now);
+    tr_constraint_jacobian(s, y, G);
+    for (int i = 0; i < k->rows; ++i) b[i] = -h[i];
+    tr_least_change(s, G, weight, b, dv);
+    double big = 0.0;
+    for (int i = 0; i < k->nv; ++i) big = fmax(big, fabs(dv[i]) / (k->vkind[i] ? s->length : 1.0));
+    double cut = big > 0.3 ? 0.3 / big : 1.0;
+    for (int i = 0; i < k->nv; ++i) dv[i] *= cut;
+    k->qdot(y, dv, dq);
+    for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
+    tr_normalize(s, y);
+  }
+  return 0;
+}
+
+static void tr_weights(const tr_sim *s, const double *given, double held, double *weight) {
+  for (int i = 0; i < s->k->nv; ++i) weight[i] = (given[i] > 0.5 ? held : 1.0) * (s->k->vkind[i] ? s->length : 1.0);
+}
+
+/* Make the start state consistent. qgiven, vgiven (nv each): 1 where the user said so. Returns 1; 0 positions cannot be closed;
+ * −1 velocities cannot. The block's y holds the result (or the best found). */
+static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y);
+  tr_normalize(s, y);
+  if (k->rows == 0) return 1;
+  tr_set_time(s, s->t);
+  double weight[k->nv + 1], start[s->ny + 1], *G = TR_A(s, jac), h[2 * k->rows], b[k->rows], dv[k->nv + 1];
+  memcpy(start, y, sizeof(double) * s->ny);
+  const double held[3] = {0.0, 0.01, 1.0};
+  int closed = 0;
+  for (int phase = 0; phase < 3 && !closed; ++phase) {
+    memcpy(y, start, sizeof(double) * s->ny);
+    tr_weights(s, qgiven, held[phase], weight);
+    closed = tr_close_positions(s, y, weight, G);
+  }
+  if (!closed) return 0;
+  tr_constraint_jacobian(s, y, G);
+  for (int phase = 0; phase < 3; ++phase) {
+    memcpy(y + k->nq, start + k->nq, sizeof(double) * k->nv);
+    tr_weights(s, vgiven, held[phase], weight);
+    for (int it = 0; it < 4; ++it) {
+      k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+      if (tr_all_residual(s, h, 1) <= 1e-15) return 1;
+      for (int i = 0; i < k->rows; ++i) b[i] = -h[k->rows + i];
+      tr_least_change(s, G, weight, b, dv);
+      for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+    }
+    k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+    if (tr_all_residual(s, h, 1) <= 1e-11) return 1;
+  }
+  return -1;
+}

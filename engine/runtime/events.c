@@ -1,0 +1,218 @@
+/* Modes of sliding pairs and stops, and the events that change them.
+ *
+ * Within a step every mode is frozen, so that what is integrated is smooth; at its end (and at every stage) the quantities that
+ * decide the modes are looked at, and when one has crossed its threshold the earliest crossing is located on the dense output. */
+#include "tr.h"
+
+#define TOL_KINK 1e-9   /* of the kink speed: how far past it a step may end unnoticed */
+#define TOL_STOP 1e-12  /* of the length scale (turns: rad) */
+
+static inline double *tr_mode(const tr_sim *s, int slider) {
+  const tr_kernel *k = s->k;
+  return TR_A(s, x) + 2 + k->ninputs + 3 * k->ntables + k->nstops + TR_MODE * slider;
+}
+static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + s->k->ninputs + 3 * s->k->ntables + stop; }
+static inline const int *tr_slider(const tr_sim *s, int i) { return s->k->slider + 8 * i; }
+
+/* Rates of a slider from the maps in place. */
+static const double *tr_slider_rates(const tr_sim *s, int i) { return map_rates(s->k, TR_A(s, maps)) + tr_slider(s, i)[3]; }
+
+/* Freeze the direction of sliding as it is now. */
+static void tr_freeze(tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  const double *r = tr_slider_rates(s, i);
+  double *m = tr_mode(s, i);
+  if (sl[4] == 1)
+    m[1] = r[0] < 0.0 ? -1.0 : 1.0;
+  else
+    for (int j = 0; j < 3; ++j) m[1 + j] = j < sl[4] ? r[j] : 0.0;
+}
+
+/* How far pair or stop i is beyond its mode (> 0: an event), in units of its tolerance scale. Needs the state evaluated. */
+static double tr_violation(tr_sim *s, int i, const double *depth) {
+  const tr_kernel *k = s->k;
+  if (i < k->nsliders) {
+    if (!tr_slider(s, i)[5]) return -1.0;
+    double speed = TR_A(s, speed)[2 * i], kink = TR_A(s, speed)[2 * i + 1];
+    return tr_mode(s, i)[0] > 0.5 ? (kink - speed) / kink : (fabs(speed) - kink) / kink;
+  }
+  int j = i - k->nsliders;
+  return *tr_stop_flag(s, j) > 0.5 ? -depth[j] : depth[j];
+}
+
+static inline double tr_violation_tol(const tr_sim *s, int i) { return i < s->k->nsliders ? TOL_KINK : TOL_STOP; }
+
+static inline int tr_watched(const tr_sim *s) { return s->k->nsliders + s->k->nstops; }
+
+static void tr_depths(tr_sim *s, const double *y, double *depth) {
+  if (s->k->nstops) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, depth);
+}
+
+/* Worst violation at a dense point, relative to tolerance; which one in *worst. NaN when the state cannot be evaluated. */
+static double tr_probe(tr_sim *s, double theta, int *worst) {
+  double *y = TR_A(s, yout), depth[s->k->nstops + 1], best = -INFINITY;
+  tr_dense_eval(s, theta, y);
+  if (s->k->nquat) tr_normalize(s, y);
+  if (!tr_rhs(s, s->step_t0 + theta * s->step_h, y, TR_A(s, dy))) return NAN;
+  tr_depths(s, y, depth);
+  for (int i = 0; i < tr_watched(s); ++i) {
+    double v = tr_violation(s, i, depth) / tr_violation_tol(s, i);
+    if (v > best) best = v, *worst = i;
+  }
+  return best - 1.0;
+}
+
+/* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). */
+static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, int *which) {
+  int side = 0;
+  for (int it = 0; it < 80 && b - a > 1e-14; ++it) {
+    double m = (ga < 0.0 && it < 60) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
+    if (!(m > a && m < b)) m = 0.5 * (a + b);
+    int w = *which;
+    double g = tr_probe(s, m, &w);
+    if (!(g <= 0.0)) {
+      b = m, gb = g, *which = w;
+      if (side == 1) ga *= 0.5;
+      side = 1;
+      if (g < 1.0) break; /* within twice the tolerance: good enough, and on the far side */
+    } else {
+      a = m, ga = g;
+      if (side == -1) gb *= 0.5;
+      side = -1;
+    }
+  }
+  return b;
+}
+
+/* Look for an event in the step just made (end state evaluated in ynew, K[end]). Returns θ of the first one, or 2. */
+static double tr_find_event(tr_sim *s, int *which) {
+  int n = tr_watched(s), hit = 0, suspect = 0;
+  if (n == 0 || !s->locate) return 2.0;
+  double depth[s->k->nstops + 1];
+  tr_depths(s, TR_A(s, ynew), depth);
+  for (int i = 0; i < n; ++i) {
+    if (tr_violation(s, i, depth) > tr_violation_tol(s, i)) hit = 1, *which = i;
+    if (i < s->k->nsliders && tr_slider(s, i)[5]) {
+      double kink = TR_A(s, speed)[2 * i + 1];
+      int sliding = tr_mode(s, i)[0] > 0.5;
+      if (sliding ? TR_A(s, smin)[i] < -TOL_KINK * kink : TR_A(s, smax)[i] > TOL_KINK * kink) suspect = 1;
+    }
+  }
+  if (!hit && !suspect) return 2.0;
+  if (!s->have_dense) {
+    if (!tr_prepare_dense(s)) return 3.0;
+    s->have_dense = 1;
+  }
+  double a = 0.0, ga = -1.0;
+  for (int q = 1; q <= 8; ++q) {
+    double b = q / 8.0;
+    if (q < 8 && !suspect) continue;
+    int w = *which;
+    double g = tr_probe(s, b, &w);
+    if (g != g) return 3.0;
+    if (g > 0.0) {
+      *which = w;
+      return tr_first_root(s, a, b, ga, g, which);
+    }
+    a = b, ga = g;
+  }
+  return 2.0;
+}
+
+/* Event record: t, kind, slider or stop, contacts, then (before, after, turn of the normal) per contact. */
+static void tr_log(tr_sim *s, double t, int kind, int index, const double *before, const double *after, int n) {
+  if (s->nev >= s->ev_capacity) return;
+  double *e = TR_A(s, ev) + TR_EVENT * s->nev++;
+  memset(e, 0, sizeof(double) * TR_EVENT);
+  e[0] = t, e[1] = kind, e[2] = index, e[3] = n;
+  for (int i = 0; i < n && i < 6; ++i) {
+    const double *p = before + 4 * i, *q = after + 4 * i;
+    double a = sqrt(p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), b = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    double dot = a > 0.0 && b > 0.0 ? (p[1] * q[1] + p[2] * q[2] + p[3] * q[3]) / (a * b) : 1.0;
+    e[4 + 3 * i] = atan2(p[2], p[1]);
+    e[5 + 3 * i] = atan2(q[2], q[1]);
+    e[6 + 3 * i] = acos(fmax(-1.0, fmin(1.0, dot)));
+  }
+}
+
+/* Contact forces of one slider at the state just evaluated (z, x in place): 4 numbers per contact. */
+static int tr_slider_contacts(tr_sim *s, int i, const double *y, double *out) {
+  const int *sl = tr_slider(s, i);
+  int n = sl[7];
+  if (!s->o || !s->o->contacts || n == 0) return 0;
+  double all[4 * s->o->ncontacts + 1], zf[s->k->rows + s->k->neta + 1];
+  tr_full_multipliers(s, y, zf, 0);
+  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, all);
+  memcpy(out, all + 4 * sl[6], sizeof(double) * 4 * n);
+  return n;
+}
+
+/* Per slider memory of its way through the proportional zone: [in zone, t entered, d1..d3, t of reversal, contacts, data…]. */
+#define TR_ZONE 32
+static inline double *tr_zone(const tr_sim *s, int i) { return TR_A(s, lin0) + TR_ZONE * i; }
+
+static void tr_enter_zone(tr_sim *s, int i, double t, const double *y) {
+  double *z = tr_zone(s, i), *m = tr_mode(s, i);
+  z[0] = 1.0, z[1] = t;
+  for (int j = 0; j < 3; ++j) z[2 + j] = m[1 + j];
+  z[5] = NAN;
+  z[6] = tr_slider_contacts(s, i, y, z + 7);
+}
+
+/* +: sliding as when the zone was entered. */
+static double tr_along(const tr_sim *s, int i) {
+  const double *r = tr_slider_rates(s, i), *z = tr_zone(s, i);
+  double a = 0.0;
+  for (int j = 0; j < tr_slider(s, i)[4]; ++j) a += r[j] * z[2 + j];
+  return a;
+}
+
+static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
+  double *z = tr_zone(s, i), after[TR_ZONE];
+  if (z[0] > 0.5 && tr_along(s, i) < 0.0) {
+    int n = tr_slider_contacts(s, i, y, after);
+    tr_log(s, z[5] == z[5] ? z[5] : 0.5 * (z[1] + t), TR_EV_REVERSAL, i, z + 7, after, n < (int)z[6] ? n : (int)z[6]);
+  }
+  z[0] = 0.0;
+}
+
+/* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
+static void tr_switch(tr_sim *s, int which, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  s->stats.events++;
+  if (which >= k->nsliders) {
+    double *flag = tr_stop_flag(s, which - k->nsliders);
+    *flag = *flag > 0.5 ? 0.0 : 1.0;
+    tr_log(s, t, *flag > 0.5 ? TR_EV_STOP_ON : TR_EV_STOP_OFF, which - k->nsliders, 0, 0, 0);
+    return;
+  }
+  double *m = tr_mode(s, which);
+  if (m[0] > 0.5) {
+    tr_enter_zone(s, which, t, y);
+    m[0] = 0.0;
+  } else {
+    tr_leave_zone(s, which, t, y);
+    m[0] = 1.0;
+    tr_freeze(s, which);
+  }
+}
+
+/* Modes at the start: everything proportional, then saturated where the sliding is faster than the kink. */
+static int tr_start_modes(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double depth[k->nstops + 1], *y = TR_A(s, y);
+  for (int i = 0; i < k->nsliders; ++i) memset(tr_mode(s, i), 0, sizeof(double) * TR_MODE);
+  for (int i = 0; i < k->nsliders; ++i) tr_mode(s, i)[1] = 1.0;
+  tr_set_time(s, s->t);
+  tr_depths(s, y, depth);
+  for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? 1.0 : 0.0;
+  if (k->nsliders == 0) return 1;
+  if (!tr_rhs(s, s->t, y, TR_A(s, dy))) return 0;
+  for (int i = 0; i < k->nsliders; ++i) {
+    tr_freeze(s, i);
+    double *z = tr_zone(s, i);
+    z[0] = 0.0;
+    if (tr_slider(s, i)[5] && fabs(TR_A(s, speed)[2 * i]) > TR_A(s, speed)[2 * i + 1]) tr_mode(s, i)[0] = 1.0;
+  }
+  return tr_rhs(s, s->t, y, TR_A(s, dy));
+}

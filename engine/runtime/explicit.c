@@ -1,0 +1,108 @@
+/* Explicit Runge–Kutta steps from the generated tables. */
+#include "tr.h"
+#include "tr_tables.h"
+
+typedef struct tr_erk {
+  int stages, extra, dense, order, end_in_error;
+  const double *c;
+  void (*argument)(int, int, double, const tr_vec *, const tr_vec *, tr_vec *);
+  void (*solution)(int, double, const tr_vec *, const tr_vec *, tr_vec *);
+} tr_erk;
+
+static const tr_erk TR_ERK5 = {RK5_STAGES, RK5_EXTRA, RK5_DENSE, 5, 1, rk5_c, rk5_argument, rk5_solution};
+static const tr_erk TR_ERK8 = {RK8_STAGES, RK8_EXTRA, RK8_DENSE, 8, 0, rk8_c, rk8_argument, rk8_solution};
+
+static const tr_erk *tr_erk_of(int method) { return method == TR_RK5 ? &TR_ERK5 : &TR_ERK8; }
+
+static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
+
+/* Weighted norm (root mean square over positions and velocities) of `e` between y and ynew. */
+static double tr_norm2(const tr_sim *s, const double *e, const double *y, const double *ynew) {
+  const double *unit = TR_A(s, scale);
+  double sum = 0.0;
+  for (int i = 0; i < s->ny; ++i) {
+    double q = e[i] / (unit[i] + fmax(fabs(y[i]), fabs(ynew[i])));
+    sum += q * q;
+  }
+  return sum / (s->rtol * s->rtol);
+}
+
+/* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
+ * not be evaluated). With end_in_error the end derivative is left in K[stages]. */
+static double tr_step_explicit(tr_sim *s, const tr_erk *m, double h) {
+  int n = tr_width(s), nv = n / 4;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
+  for (int i = 1; i < m->stages; ++i) {
+    m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+    if (!tr_rhs(s, s->t + m->c[i] * h, tmp, K + i * n)) return NAN;
+  }
+  m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
+  if (m->end_in_error && !tr_rhs(s, s->t + h, ynew, K + m->stages * n)) return NAN;
+  if (s->hfixed > 0.0) return 0.0;
+  if (m == &TR_ERK5) {
+    rk5_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
+    return sqrt(tr_norm2(s, tmp, y, ynew) / s->ny);
+  }
+  double *tmp2 = TR_A(s, yout);
+  rk8_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
+  rk8_error1(nv, h, (tr_vec *)K, (tr_vec *)tmp2);
+  double e5 = tr_norm2(s, tmp, y, ynew), e3 = tr_norm2(s, tmp2, y, ynew);
+  double den = e5 + 0.01 * e3;
+  return den > 0.0 ? e5 / sqrt(den * s->ny) : (e5 == 0.0 ? 0.0 : NAN);
+}
+
+/* Spectral radius estimate h|λ| from the last stage and the end (Hairer): > about 3 (order 5), 6 (order 8) means stiff. */
+static double tr_stiffness(tr_sim *s, const tr_erk *m, double h) {
+  int n = tr_width(s), last = m->stages - 1;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
+  const double *unit = TR_A(s, scale);
+  m->argument(last, n / 4, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+  double num = 0.0, den = 0.0;
+  for (int i = 0; i < s->ny; ++i) {
+    double a = (K[m->stages * n + i] - K[last * n + i]) / unit[i], b = (ynew[i] - tmp[i]) / unit[i];
+    num += a * a;
+    den += b * b;
+  }
+  return den > 0.0 ? h * sqrt(num / den) : 0.0;
+}
+
+/* Rows of the dense output, from yold, y(end of step), K. Layout of kstep: rows r0 … of width n. */
+static int tr_dense_explicit(tr_sim *s, const tr_erk *m) {
+  int n = tr_width(s), nv = n / 4;
+  double h = s->step_h, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
+  int watch = s->watch;
+  s->watch = 0;
+  for (int i = 0; i < m->extra; ++i) {
+    m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
+    if (!tr_rhs(s, s->step_t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
+  }
+  s->watch = watch;
+  const double *f0 = K, *f1 = K + m->stages * n;
+  for (int i = 0; i < n; ++i) {
+    double dy = y1[i] - yold[i];
+    R[i] = dy;
+    R[n + i] = h * f0[i] - dy;
+    R[2 * n + i] = 2.0 * dy - h * (f1[i] + f0[i]);
+  }
+  const tr_vec *Kv = (tr_vec *)K;
+  if (m == &TR_ERK5) {
+    rk5_dense0(nv, h, Kv, (tr_vec *)(R + 3 * n));
+  } else {
+    rk8_dense0(nv, h, Kv, (tr_vec *)(R + 3 * n));
+    rk8_dense1(nv, h, Kv, (tr_vec *)(R + 4 * n));
+    rk8_dense2(nv, h, Kv, (tr_vec *)(R + 5 * n));
+    rk8_dense3(nv, h, Kv, (tr_vec *)(R + 6 * n));
+  }
+  return 1;
+}
+
+/* y(θ) = yold + θ(R0 + (1−θ)(R1 + θ(R2 + (1−θ)(…)))). */
+static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
+  int n = tr_width(s), rows = s->method_dense;
+  const double *R = TR_A(s, kstep), *yold = TR_A(s, yold);
+  for (int i = 0; i < n; ++i) {
+    double a = 0.0;
+    for (int r = rows - 1; r >= 0; --r) a = (a + R[r * n + i]) * ((r & 1) ? 1.0 - theta : theta);
+    out[i] = yold[i] + a;
+  }
+}

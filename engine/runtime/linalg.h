@@ -1,0 +1,103 @@
+/* Small dense linear algebra, column-major, rank-revealing where rank is in question. */
+#ifndef TR_LINALG_H
+#define TR_LINALG_H
+#include <math.h>
+#include <string.h>
+
+/* Pivoted Cholesky of d S d (n×n, full storage). On return L (n×n) holds the factor in pivoted order, perm the order.
+ * A pivot beyond the first `base` is taken only above `grow`, one within it only above `keep`. Returns the rank. */
+static int tr_cholesky(int n, const double *S, const double *d, double *L, int *perm, int base, double keep, double grow) {
+  for (int j = 0; j < n; ++j) {
+    perm[j] = j;
+    for (int i = 0; i < n; ++i) L[i + j * n] = d[i] * d[j] * S[i + j * n];
+  }
+  for (int k = 0; k < n; ++k) {
+    int m = k;
+    for (int i = k + 1; i < n; ++i)
+      if (L[i + i * n] > L[m + m * n]) m = i;
+    double pivot = L[m + m * n];
+    if (!(pivot > (k < base ? keep : grow))) return k;
+    if (m != k) { /* symmetric exchange of rows and columns k and m */
+      int t = perm[k];
+      perm[k] = perm[m];
+      perm[m] = t;
+      for (int i = 0; i < n; ++i) {
+        double a = L[k + i * n];
+        L[k + i * n] = L[m + i * n];
+        L[m + i * n] = a;
+      }
+      for (int i = 0; i < n; ++i) {
+        double a = L[i + k * n];
+        L[i + k * n] = L[i + m * n];
+        L[i + m * n] = a;
+      }
+    }
+    double root = sqrt(pivot), inv = 1.0 / root;
+    L[k + k * n] = root;
+    for (int i = k + 1; i < n; ++i) L[i + k * n] *= inv;
+    for (int j = k + 1; j < n; ++j) {
+      double a = L[j + k * n];
+      for (int i = j; i < n; ++i) L[i + j * n] -= L[i + k * n] * a;
+      for (int i = k + 1; i < j; ++i) L[i + j * n] = L[j + i * n];
+    }
+  }
+  return n;
+}
+
+/* x := (d S d)⁺-like solution on the first `rank` pivots: x = d L⁻ᵀ L⁻¹ d b, zero for the other unknowns. */
+static void tr_cholesky_solve(int n, int rank, const double *L, const int *perm, const double *d, const double *b, double *x) {
+  double y[rank > 0 ? rank : 1];
+  for (int i = 0; i < rank; ++i) {
+    double a = d[perm[i]] * b[perm[i]];
+    for (int k = 0; k < i; ++k) a -= L[i + k * n] * y[k];
+    y[i] = a / L[i + i * n];
+  }
+  for (int i = 0; i < n; ++i) x[i] = 0.0;
+  for (int i = rank - 1; i >= 0; --i) {
+    double a = y[i];
+    for (int k = i + 1; k < rank; ++k) a -= L[k + i * n] * y[k];
+    y[i] = a / L[i + i * n];
+    x[perm[i]] = d[perm[i]] * y[i];
+  }
+}
+
+/* LU with partial pivoting in place; returns 0 when singular to working precision. */
+static int tr_lu(int n, double *A, int *perm) {
+  for (int k = 0; k < n; ++k) {
+    int m = k;
+    for (int i = k + 1; i < n; ++i)
+      if (fabs(A[i + k * n]) > fabs(A[m + k * n])) m = i;
+    perm[k] = m;
+    double pivot = A[m + k * n];
+    if (!(fabs(pivot) > 1e-300)) return 0;
+    if (m != k)
+      for (int j = 0; j < n; ++j) {
+        double a = A[k + j * n];
+        A[k + j * n] = A[m + j * n];
+        A[m + j * n] = a;
+      }
+    double inv = 1.0 / pivot;
+    for (int i = k + 1; i < n; ++i) A[i + k * n] *= inv;
+    for (int j = k + 1; j < n; ++j) {
+      double a = A[k + j * n];
+      if (a != 0.0)
+        for (int i = k + 1; i < n; ++i) A[i + j * n] -= A[i + k * n] * a;
+    }
+  }
+  return 1;
+}
+
+static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
+  for (int k = 0; k < n; ++k) {
+    double a = b[perm[k]];
+    b[perm[k]] = b[k];
+    b[k] = a;
+    for (int i = k + 1; i < n; ++i) b[i] -= A[i + k * n] * a;
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    b[k] /= A[k + k * n];
+    double a = b[k];
+    for (int i = 0; i < k; ++i) b[i] -= A[i + k * n] * a;
+  }
+}
+#endif

@@ -1,0 +1,90 @@
+/* Staying on the constraint manifold: quaternion length, loop closure of positions and velocities.
+ *
+ * The correction is the smallest in the mass metric: δv = M⁻¹Gᵀ δλ, obtained as a difference of two stage-2 evaluations. */
+#include "tr.h"
+
+static void tr_normalize(const tr_sim *s, double *y) {
+  for (int i = 0; i < s->k->nquat; ++i) {
+    double *e = y + s->k->quat[i];
+    double n = 1.0 / sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]);
+    for (int j = 0; j < 4; ++j) e[j] *= n;
+  }
+}
+
+/* Largest residual of the active rows, scaled: positions by length, rates by length·rate (turns: 1, rate). */
+static void tr_residual(const tr_sim *s, const double *h, double *position, double *velocity) {
+  const tr_kernel *k = s->k;
+  *position = *velocity = 0.0;
+  for (int i = 0; i < k->active; ++i) {
+    int r = k->active_rows[i];
+    double unit = k->row_kind[r] ? 1.0 : s->length;
+    *position = fmax(*position, fabs(h[r]) / unit);
+    *velocity = fmax(*velocity, fabs(h[k->rows + r]) / (unit * s->rate));
+  }
+}
+
+/* δv (nv) = M⁻¹Gᵀ δλ at the state whose stage 1 is in place. */
+static void tr_impulse(tr_sim *s, const double *y, const double *dlam, double *dv) {
+  const tr_kernel *k = s->k;
+  int a = k->active, n = tr_width(s);
+  double z[a + k->neta + 1], big = 0.0, *f = TR_A(s, dy);
+  for (int i = 0; i < a; ++i) big = fmax(big, fabs(dlam[i]));
+  double up = big > 0.0 ? 1.0 / big : 0.0;
+  memset(z, 0, sizeof z);
+  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
+  double base[n];
+  memcpy(base, f, sizeof(double) * n);
+  double size = 0.0;
+  for (int i = 0; i < k->nv; ++i) size = fmax(size, fabs(base[k->nq + i]));
+  /* scale so that the difference is not lost in the bias: 1/d² is the acceleration a unit multiplier causes along its own row */
+  const double *d = TR_A(s, d);
+  double gain = 0.0;
+  for (int i = 0; i < a; ++i) gain = fmax(gain, fabs(dlam[i]) * up / (d[i] * d[i]));
+  double f1 = gain > 0.0 ? up * fmax(1.0, size / gain) : up;
+  for (int i = 0; i < a; ++i) z[i] = dlam[i] * f1;
+  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
+  for (int i = 0; i < k->nv; ++i) dv[i] = f1 > 0.0 ? (f[k->nq + i] - base[k->nq + i]) / f1 : 0.0;
+}
+
+/* Bring y at time t back onto the manifold. 1 on success (or nothing to do), 0 when the loops stay open. */
+static int tr_project(tr_sim *s, double t, double *y) {
+  const tr_kernel *k = s->k;
+  if (k->nquat) tr_normalize(s, y);
+  if (k->active == 0 || !s->project) return 1;
+  const double *x = TR_A(s, x), *c = TR_A(s, c);
+  double *h = TR_A(s, h_res), pos, vel;
+  int a = k->active;
+  double b[a], dlam[a], dv[k->nv], dq[k->nq + 4];
+  tr_set_time(s, t);
+  double before = INFINITY;
+  for (int it = 0; it < 12; ++it) {
+    k->closure(x, y, c + k->c_closure, h);
+    tr_residual(s, h, &pos, &vel);
+    if (!(pos < INFINITY)) return 0;
+    if (pos <= 4e-15 || (it > 1 && pos > 0.2 * before)) break;
+    before = pos;
+    k->stage1(x, y, c, TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_factor(s);
+    for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
+    tr_solve_S(s, b, dlam);
+    tr_impulse(s, y, dlam, dv);
+    k->qdot(y, dv, dq);
+    for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
+    if (k->nquat) tr_normalize(s, y);
+    s->stats.projections++;
+  }
+  if (pos > 1e-8) return 0;
+  for (int it = 0; it < 3 && vel > 4e-15; ++it) {
+    double was = vel;
+    k->stage1(x, y, c, TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_factor(s);
+    for (int i = 0; i < a; ++i) b[i] = -h[k->rows + k->active_rows[i]];
+    tr_solve_S(s, b, dlam);
+    tr_impulse(s, y, dlam, dv);
+    for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+    k->closure(x, y, c + k->c_closure, h);
+    tr_residual(s, h, &pos, &vel);
+    if (vel > 0.2 * was) break;
+  }
+  return 1;
+}

@@ -1,0 +1,176 @@
+/* Multipliers between stage 1 and stage 2: λ from S λ + Se η + g0 = 0 (90)–(92), η from the complement equations η = law(N(η)).
+ *
+ * S is factorised with pivoting and row scales taken from its own diagonal, so that rank does not depend on units. Rank is
+ * remembered from accurate states: inside a step the loops are open by the step's own error, which makes redundant rows look
+ * nearly independent; a pivot beyond the remembered rank counts only when it is large. */
+#include "linalg.h"
+#include "tr.h"
+
+#define KEEP_PIVOT 1e-13
+#define GROW_PIVOT 1e-6
+#define EXACT_PIVOT 1e-9
+#define NEWTON_MAX 30
+
+/* Offsets of the blocks of `maps`. */
+static inline const double *map_Se(const tr_kernel *k, const double *m) { return m + k->active * k->active; }
+static inline const double *map_g0(const tr_kernel *k, const double *m) { return map_Se(k, m) + k->active * k->neta; }
+static inline const double *map_N0(const tr_kernel *k, const double *m) { return map_g0(k, m) + k->active; }
+static inline const double *map_Nl(const tr_kernel *k, const double *m) { return map_N0(k, m) + k->nn; }
+static inline const double *map_Ne(const tr_kernel *k, const double *m) { return map_Nl(k, m) + k->nn * k->active; }
+static inline const double *map_rates(const tr_kernel *k, const double *m) { return map_Ne(k, m) + k->nn * k->neta; }
+
+static int tr_factor(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  s->rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->rank, KEEP_PIVOT, GROW_PIVOT);
+  return s->rank_now;
+}
+
+static void tr_solve_S(tr_sim *s, const double *b, double *x) {
+  tr_cholesky_solve(s->k->active, s->rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
+}
+
+/* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind. */
+static void tr_scale_rows(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const double *S = TR_A(s, maps);
+  double *d = TR_A(s, d), big[2] = {0.0, 0.0};
+  int n = k->active;
+  for (int i = 0; i < n; ++i) {
+    int kind = k->row_kind[k->active_rows[i]];
+    if (S[i + i * n] > big[kind]) big[kind] = S[i + i * n];
+  }
+  for (int i = 0; i < n; ++i) {
+    double m = S[i + i * n], b = big[k->row_kind[k->active_rows[i]]];
+    if (!(m > 1e-9 * b)) m = b;
+    d[i] = m > 0.0 ? 1.0 / sqrt(m) : 1.0;
+  }
+}
+
+/* Remember the rank found at an accurate (assembled or projected) state. */
+static void tr_note_rank(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  if (k->active == 0) return;
+  int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, EXACT_PIVOT, EXACT_PIVOT);
+  if (r > s->rank) s->rank = r;
+}
+
+/* N' = N0' + Ne' η with λ eliminated; T = S⁺ Se. */
+static void tr_eliminate(tr_sim *s, double *lam0) {
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps);
+  int a = k->active, e = k->neta, n = k->nn;
+  double *T = TR_A(s, T), *N0 = TR_A(s, Np), *Ne = N0 + n;
+  memcpy(N0, map_N0(k, maps), sizeof(double) * n);
+  memcpy(Ne, map_Ne(k, maps), sizeof(double) * n * e);
+  if (a == 0) return;
+  const double *Nl = map_Nl(k, maps);
+  tr_solve_S(s, map_g0(k, maps), lam0);
+  for (int i = 0; i < a; ++i) lam0[i] = -lam0[i];
+  for (int j = 0; j < e; ++j) tr_solve_S(s, map_Se(k, maps) + j * a, T + j * a);
+  for (int j = 0; j < a; ++j) {
+    const double *col = Nl + j * n;
+    for (int i = 0; i < n; ++i) N0[i] += col[i] * lam0[j];
+    for (int q = 0; q < e; ++q) {
+      double t = T[j + q * a];
+      if (t != 0.0)
+        for (int i = 0; i < n; ++i) Ne[i + q * n] -= col[i] * t;
+    }
+  }
+}
+
+static void tr_law(tr_sim *s, const double *eta) {
+  const tr_kernel *k = s->k;
+  int n = k->nn, e = k->neta;
+  const double *N0 = TR_A(s, Np), *Ne = N0 + n;
+  double *N = TR_A(s, NN);
+  for (int i = 0; i < n; ++i) N[i] = N0[i];
+  for (int j = 0; j < e; ++j)
+    for (int i = 0; i < n; ++i) N[i] += Ne[i + j * n] * eta[j];
+  k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, speed));
+}
+
+/* J = E − dlaw/dN · Ne' (e×e). */
+static void tr_law_jacobian(tr_sim *s, double *J) {
+  const tr_kernel *k = s->k;
+  int n = k->nn, e = k->neta;
+  const double *Ne = TR_A(s, Np) + n, *dn = TR_A(s, dn);
+  for (int m = 0; m < k->nelements; ++m) {
+    const int *el = k->element + 7 * m;
+    int n0 = el[0], nn = el[1], e0 = el[2], ne = el[3];
+    const double *D = dn + el[6];
+    for (int j = 0; j < e; ++j)
+      for (int r = 0; r < ne; ++r) {
+        double a = (e0 + r == j) ? 1.0 : 0.0;
+        for (int i = 0; i < nn; ++i) a -= D[r + i * ne] * Ne[n0 + i + j * n];
+        J[e0 + r + j * e] = a;
+      }
+  }
+}
+
+/* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
+ * convergence has made the next one negligible (the Jacobian is exact). */
+static int tr_newton(tr_sim *s, double *eta) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY;
+  for (int it = 1; it <= NEWTON_MAX; ++it) {
+    tr_law(s, eta);
+    tr_law_jacobian(s, J);
+    const double *law = TR_A(s, law);
+    double size = 0.0, step = 0.0;
+    for (int i = 0; i < e; ++i) {
+      r[i] = law[i] - eta[i];
+      size = fmax(size, fabs(law[i]));
+    }
+    if (e == 1) {
+      if (!(fabs(J[0]) > 1e-300)) return 0;
+      r[0] /= J[0];
+    } else {
+      if (!tr_lu(e, J, (int *)TR_A(s, perm) + k->active)) return 0;
+      tr_lu_solve(e, J, (int *)TR_A(s, perm) + k->active, r);
+    }
+    for (int i = 0; i < e; ++i) {
+      eta[i] += r[i];
+      step = fmax(step, fabs(r[i]));
+      size = fmax(size, fabs(eta[i]));
+    }
+    s->stats.newton++;
+    if (!(step < INFINITY)) return 0;
+    if (step <= 1e-15 * size || (step <= 1e-7 * size && step <= 0.1 * last) || size == 0.0) {
+      if (it > s->stats.newton_max) s->stats.newton_max = it;
+      s->solve_error = size > 0.0 ? step / size * step / size : 0.0;
+      return 1;
+    }
+    last = step;
+  }
+  return 0;
+}
+
+/* z = [λ active | η] at the state whose maps are in place; warm-started from the last z. 0 when there is no reachable root. */
+static int tr_multipliers(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta;
+  const double *maps = TR_A(s, maps);
+  double *z = TR_A(s, z), *lam = z, *eta = z + a;
+  if (a > 0) tr_factor(s);
+  if (e == 0) {
+    tr_solve_S(s, map_g0(k, maps), lam);
+    for (int i = 0; i < a; ++i) lam[i] = -lam[i];
+    return 1;
+  }
+  double lam0[a > 0 ? a : 1];
+  tr_eliminate(s, lam0);
+  if (!tr_newton(s, eta)) {
+    memset(eta, 0, sizeof(double) * e);
+    if (!tr_newton(s, eta)) {
+      memset(eta, 0, sizeof(double) * e);
+      return 0;
+    }
+  }
+  const double *T = TR_A(s, T);
+  for (int i = 0; i < a; ++i) {
+    lam[i] = lam0[i];
+    for (int j = 0; j < e; ++j) lam[i] -= T[i + j * a] * eta[j];
+  }
+  return 1;
+}

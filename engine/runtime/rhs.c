@@ -1,0 +1,68 @@
+/* ẏ(t, y): signals, stage 1, multipliers, stage 2. */
+#include "tr.h"
+
+/* Tables: [count | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
+static void tr_signals(tr_sim *s, double t) {
+  const tr_kernel *k = s->k;
+  const double *T = TR_A(s, tables);
+  double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2 + k->ninputs;
+  for (int i = 0; i < k->ntables; ++i, out += 3) {
+    const double *D = T + (int)T[i];
+    int spline = (int)D[0], n = (int)D[1], lo = 0, hi = n - 1;
+    const double *tt = D + 2, *v = tt + n, *m = v + n;
+    double last = tt[n - 1], first = tt[0];
+    if (ts <= first || ts >= last) {
+      int e = ts <= first ? 0 : n - 1, a = ts <= first ? 0 : n - 2;
+      double h = tt[a + 1] - tt[a], slope = (v[a + 1] - v[a]) / h;
+      if (spline) slope += ts <= first ? -h / 6.0 * (2.0 * m[a] + m[a + 1]) : h / 6.0 * (m[a] + 2.0 * m[a + 1]);
+      out[0] = v[e] + (spline ? slope * (t - tt[e]) : 0.0);
+      out[1] = spline ? slope : 0.0;
+      out[2] = 0.0;
+      continue;
+    }
+    while (hi - lo > 1) {
+      int c = (hi + lo) / 2;
+      if (tt[c] <= ts) lo = c; else hi = c;
+    }
+    double h = tt[hi] - tt[lo], A = (tt[hi] - t) / h, B = (t - tt[lo]) / h;
+    out[0] = A * v[lo] + B * v[hi];
+    out[1] = (v[hi] - v[lo]) / h;
+    out[2] = 0.0;
+    if (spline) {
+      out[0] += ((A * A * A - A) * m[lo] + (B * B * B - B) * m[hi]) * h * h / 6.0;
+      out[1] += h / 6.0 * ((3.0 * B * B - 1.0) * m[hi] - (3.0 * A * A - 1.0) * m[lo]);
+      out[2] = A * m[lo] + B * m[hi];
+    }
+  }
+}
+
+static void tr_set_time(tr_sim *s, double t) {
+  TR_A(s, x)[0] = t;
+  if (s->k->ntables) tr_signals(s, t);
+}
+
+/* Record the extremes of (signed sliding speed − kink speed) of every pair over the stages of a step. */
+static void tr_watch(tr_sim *s) {
+  const double *v = TR_A(s, speed);
+  double *lo = TR_A(s, smin), *hi = TR_A(s, smax);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    double g = v[2 * i] - v[2 * i + 1], b = -v[2 * i] - v[2 * i + 1];
+    if (g < lo[i]) lo[i] = g;
+    if (fmax(g, b) > hi[i]) hi[i] = fmax(g, b);
+  }
+}
+
+/* 1 when the derivative could be computed, 0 when the multipliers could not. */
+static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
+  const tr_kernel *k = s->k;
+  const double *x = TR_A(s, x), *c = TR_A(s, c);
+  double *w = TR_A(s, w), *maps = TR_A(s, maps);
+  s->stats.rhs++;
+  tr_set_time(s, t);
+  k->stage1(x, y, c, w, maps, dy);
+  if (k->active + k->neta == 0) return 1;
+  if (!tr_multipliers(s)) return 0;
+  if (s->watch) tr_watch(s);
+  k->stage2(x, y, c, w, TR_A(s, z), dy);
+  return 1;
+}

@@ -1,0 +1,103 @@
+/* Trunnion runtime: interface between generated kernels, the stepping code and its hosts.
+ *
+ * A kernel (one per scene structure) is a constant table of sizes and functions. A simulation is one relocatable block: this
+ * struct followed by its arrays, which are found by offset; copying the block copies the state. Nothing here allocates, prints
+ * or exits.
+ */
+#ifndef TR_H
+#define TR_H
+#include <stddef.h>
+
+#define TR_ABI 3
+#define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
+#define TR_STAGES 17    /* most stages of a method, dense output included */
+#define TR_BREAKS 4096
+#define TR_EVENT 24     /* doubles of one event record */
+
+typedef struct tr_kernel {
+  int abi, nq, nv, nx, np, nc, nw, nmaps;
+  int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, ninputs, nquat, nelements, ndn;
+  int c_closure, c_laws, c_events;
+  const int *active_rows; /* active: indices of constraint rows that are not structurally empty */
+  const int *row_kind;    /* rows: 0 travel (force), 1 turn (torque) */
+  const int *qkind;       /* nq: 0 angle, 1 length, 2 quaternion */
+  const int *vkind;       /* nv: 0 angle, 1 length */
+  const int *quat;        /* nquat: offsets in q of quaternions */
+  const int *element;     /* 7 per element: n0, needs, eta0, neta, rate0, nrates, dn0 */
+  const int *slider;      /* 8 per slider: element, eta0, neta, rate0, nrates, kinks, contact0, ncontacts */
+  void (*prepare)(const double *p, double *c);
+  void (*stage1)(const double *x, const double *y, const double *c, double *w, double *maps, double *dy);
+  void (*stage2)(const double *x, const double *y, const double *c, const double *w, const double *z, double *dy);
+  void (*laws)(const double *N, const double *r, const double *x, const double *c, double *eta, double *dN, double *speed);
+  void (*closure)(const double *x, const double *y, const double *c, double *h);
+  void (*events)(const double *x, const double *y, const double *c, double *g);
+  void (*qdot)(const double *y, const double *v, double *dq);
+} tr_kernel;
+
+/* Optional units: outputs, redundancy metric, Jacobian. */
+typedef struct tr_outputs {
+  int abi, nout, ncontacts, nc, nkappa, npost;
+  int energy; /* column of energy.residual, -1 without */
+  const int *post; /* 3 per entry: kind, column, partner (see output.c) */
+  void (*prepare)(const double *p, double *c);
+  void (*eval)(const double *x, const double *y, const double *c, const double *z, const double *extra, double *out);
+  void (*contacts)(const double *x, const double *y, const double *c, const double *z, double *out);
+  void (*kappa)(const double *x, const double *y, const double *c, const double *z, double *out);
+} tr_outputs;
+
+typedef struct tr_jacobian {
+  int abi, nc;
+  void (*prepare)(const double *p, double *c);
+  /* [F; R_lambda; R_eta] with respect to [y, t, lambda, eta], column-major */
+  void (*eval)(const double *x, const double *y, const double *c, const double *z, double *J);
+} tr_jacobian;
+
+enum tr_status {
+  TR_OK = 0,
+  TR_MORE = 1,          /* step budget used up: call again */
+  TR_ROWS_FULL = 2,     /* output buffer full: drain and call again */
+  TR_EVENTS_FULL = 3,   /* event buffer full: drain and call again */
+  TR_NEED_JACOBIAN = 4, /* the method asks for the Jacobian unit: attach it and call again */
+  TR_DONE = 5,
+  TR_FAIL_NOT_FINITE = 10,
+  TR_FAIL_STEP = 11,      /* step size underflow */
+  TR_FAIL_MULTIPLIERS = 12, /* complement equations have no reachable root */
+  TR_FAIL_CLOSURE = 13,   /* loops cannot be closed */
+  TR_FAIL_MAX_STEPS = 14,
+  TR_FAIL_SINGULAR = 15
+};
+
+enum tr_method { TR_AUTO = 0, TR_RK5 = 1, TR_RK8 = 2, TR_ROSENBROCK = 3 };
+
+enum tr_event_kind { TR_EV_REVERSAL = 1, TR_EV_STOP = 2, TR_EV_SLIP = 3, TR_EV_SEPARATION = 4, TR_EV_TURN = 5, TR_EV_STOP_ON = 6, TR_EV_STOP_OFF = 7, TR_EV_SWITCH = 8 };
+
+typedef struct tr_stats {
+  long steps, rejected, rhs, jacobians, newton, newton_max, events, projections, outputs, rk5, rk8, stiff;
+} tr_stats;
+
+typedef struct tr_sim {
+  size_t bytes;
+  const tr_kernel *k;
+  const tr_outputs *o;
+  const tr_jacobian *j;
+  /* settings */
+  double rtol, hmax, hmin, hfixed, length, rate, t_start, t_stop, every;
+  int method, want, project, locate, max_steps_total;
+  /* time */
+  double t, h, h_slip, told, step_t0, step_h, row_next;
+  long row_index;
+  int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch;
+  int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
+  double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, eta_scale, solve_error;
+  int stiff_count, nonstiff_count, newton_guard, event_slider, probe;
+  tr_stats stats;
+  /* offsets (in doubles) of the arrays behind this struct */
+  int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
+      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, lin0, held, kap, cand, weight, kstep;
+  int ny, nz, nrows;
+} tr_sim;
+
+#define TR_A(s, field) ((double *)((char *)(s) + sizeof(tr_sim)) + (s)->field)
+
+size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable_doubles, int event_capacity);
+#endif

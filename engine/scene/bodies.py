@@ -1,0 +1,59 @@
+"""Rigid bodies of a scene and the ground."""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+from pydantic.dataclasses import dataclass
+
+from engine.scene.quantities import Density, Inertia, Length, Mass
+from engine.scene.values import STRICT, AxisName, Position
+
+
+@dataclass(frozen=True, config=STRICT)
+class Cylinder:
+    """A solid cylinder."""
+
+    radius: Length
+    """Radius."""
+    length: Length
+    """Length along its axis."""
+    axis: AxisName = "x"
+    """Body axis it lies along."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Body:
+    """A rigid body. Its frame is where the numbers below are measured; a shape is centred on ``center``.
+
+    Mass properties: a shape with ``density`` or ``mass``, or ``mass`` + ``inertia``. An explicit ``inertia`` wins over the
+    shape, which is then for drawing only.
+    """
+
+    box: Position | None = None
+    """Edges along x, y, z of a solid box."""
+    cylinder: Cylinder | None = None
+    """A solid cylinder."""
+    sphere: Length | None = None
+    """Radius of a solid ball."""
+    density: Density | None = None
+    """Density of the shape."""
+    mass: Mass | None = None
+    """Mass, instead of a density."""
+    center: Position = (0.0, 0.0, 0.0)
+    """Mass centre (and middle of the shape) in the body's frame."""
+    inertia: tuple[Inertia, ...] | None = None
+    """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with the sign they
+    have in the matrix; (0, 0, 0) is a point mass."""
+    points: dict[str, Position] = field(default_factory=dict)
+    """Named points in the body's frame: places for joints and springs, and outputs."""
+    color: str | None = None
+    """Colour in pictures: a name or #rrggbb."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Ground:
+    """The fixed world; only its named points."""
+
+    points: dict[str, Position] = field(default_factory=dict)
+    """Named points of the world."""

@@ -1,0 +1,45 @@
+"""Mistakes in a scene that need more than one field to see. Every module yields findings on one topic; a new topic is a new
+module and one line in TOPICS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from engine.basics.problems import Problem, SceneError
+from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, run, starts, topology
+from engine.scene.finding import Finding, problem
+from engine.scene.model import Scene
+
+TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
+    names.check,
+    bodies.check,
+    topology.check,
+    frames.check,
+    friction.check,
+    starts.check,
+    devices.check,
+    loads.check,
+    numbers.check,
+    run.check,
+)
+
+
+def findings(scene: Scene) -> list[Finding]:
+    """All mistakes of meaning, topic by topic."""
+    out: list[Finding] = []
+    for topic in TOPICS:
+        out += [f for f in topic(scene) if f not in out]
+    return out
+
+
+def problems(scene: Scene) -> list[Problem]:
+    """The same as problems (a scene made in Python has no lines)."""
+    return [problem(f, {}) for f in findings(scene)]
+
+
+def checked(scene: Scene) -> Scene:
+    """The scene itself; SceneError when it has problems."""
+    found = problems(scene)
+    if found:
+        raise SceneError(found)
+    return scene

@@ -1,0 +1,74 @@
+"""Bodies: one shape at most, mass properties said once, and inertia a rigid body can have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from engine.scene.finding import Finding, Path
+from engine.scene.mass import matrix, principal_moments
+from engine.scene.model import Body, Scene
+
+SHAPES = ("box", "cylinder", "sphere")
+SLACK = 1e-9
+"""Relative violation of the inertia conditions that counts as rounding of the numbers as written."""
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about bodies."""
+    if not scene.bodies:
+        yield Finding(("bodies",), "the scene has no bodies", "add one: bodies: {block: {box: [1, 0.1, 0.1], density: 7800}}")
+    for name, b in scene.bodies.items():
+        path: Path = ("bodies", name)
+        yield from _shape(path, b)
+        yield from _amounts(path, b)
+        yield from _inertia(path, b)
+
+
+def _shape(path: Path, b: Body) -> Iterator[Finding]:
+    given = [s for s in SHAPES if getattr(b, s) is not None]
+    for extra in given[1:]:
+        yield Finding((*path, extra), f"two shapes: {given[0]} and {extra}", "a body has one shape at most")
+    sizes = {
+        "box": b.box or (), "cylinder": (b.cylinder.radius, b.cylinder.length) if b.cylinder else (),
+        "sphere": (b.sphere,) if b.sphere is not None else (),
+    }  # fmt: skip
+    for shape, values in sizes.items():
+        if any(v <= 0 for v in values):
+            yield Finding((*path, shape), "sizes of a shape must be positive")
+
+
+def _amounts(path: Path, b: Body) -> Iterator[Finding]:
+    """density xor mass with a shape; mass and inertia without; an explicit inertia always with a mass."""
+    shaped = any(getattr(b, s) is not None for s in SHAPES)
+    if b.density is not None and (b.mass is not None or b.inertia is not None):
+        other = "mass" if b.mass is not None else "inertia"
+        yield Finding((*path, "density"), f"density and {other} together say the mass twice", f"remove density or {other}")
+        if b.mass is not None:
+            return
+    if b.density is not None and not shaped:
+        yield Finding((*path, "density"), "a density needs a shape", "add box, cylinder or sphere; or give mass and inertia")
+    elif b.density is None and b.mass is None:
+        hint = "give density or mass" if shaped else "give a shape with density, or mass and inertia"
+        yield Finding(path, "the body has no mass", hint)
+    elif not shaped and b.inertia is None:
+        yield Finding(path, "mass without shape needs an inertia", "inertia: [0, 0, 0] makes it a point mass")
+    for key in ("density", "mass"):
+        value = getattr(b, key)
+        if value is not None and value <= 0:
+            yield Finding((*path, key), f"the {key} must be positive, not {value:g}")
+
+
+def _inertia(path: Path, b: Body) -> Iterator[Finding]:
+    if b.inertia is None:
+        return
+    at = (*path, "inertia")
+    if len(b.inertia) not in (3, 6):
+        yield Finding(at, f"{len(b.inertia)} entries; 3 or 6 are wanted", "[xx, yy, zz] or [xx, yy, zz, xy, xz, yz]")
+        return
+    low, mid, high = principal_moments(matrix(b.inertia))
+    text = f"principal moments {low:g}, {mid:g}, {high:g}"
+    if low < -SLACK * max(abs(high), abs(low)):
+        yield Finding(at, f"no body has this inertia: {text}, one is negative", "check the signs of the products")
+    elif low + mid < high * (1 - SLACK):
+        yield Finding(at, f"no body has this inertia: {text}, the largest exceeds the sum of the others",
+                      "a flat body reaches the sum, none goes beyond; is the inertia about the mass centre?")

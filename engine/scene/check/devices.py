@@ -1,0 +1,91 @@
+"""Springs, dampers, stops, drives and efforts of joints: one entry a freedom, values that make sense, freedoms that can be
+driven; and every function of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from engine.joints import REGISTRY, JointKind
+from engine.scene.finding import Finding, Path
+from engine.scene.model import Drive, Joint, Scene, Signal, Stops, Table
+from engine.scene.walk import entries, signals
+
+FIELDS = ("spring", "damping", "stops", "drive", "effort")
+NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
+KINDS = ("constant", "ramp", "harmonic", "table")
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about devices and signals."""
+    for name, j in scene.joints.items():
+        kind = REGISTRY[j.type]
+        for field in FIELDS:
+            yield from _lengths(("joints", name, field), getattr(j, field), kind)
+        yield from _rotations(name, j, kind)
+        for path, stops in entries(j.stops, ("joints", name, "stops")):
+            yield from _stops(path, stops)
+        for path, c in entries(j.damping, ("joints", name, "damping")):
+            if c < 0:
+                yield Finding(path, "a damping must not be negative", "it opposes the motion by itself")
+    for path, s in signals(scene):
+        yield from _signal(path, s)
+
+
+def _lengths(path: Path, value: object, kind: JointKind) -> Iterator[Finding]:
+    if value is None:
+        return
+    given = len(value) if isinstance(value, tuple) else 1
+    freedoms = f"{kind.nv} freedoms" if kind.nv != 1 else "one freedom"
+    if given != kind.nv:
+        hint = f"give a list of {kind.nv}, with null where there is nothing" if kind.nv > 1 else ""
+        yield Finding(path, f"a {kind.name} joint has {freedoms if kind.nv else 'no freedom'}, not {given}", hint)
+
+
+def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
+    """A quaternion is no single coordinate a spring, stop or drive could refer to."""
+    for field, what in NEED_COORDINATE.items():
+        for path, _ in entries(getattr(j, field), ("joints", name, field)):
+            k = path[-1] if isinstance(path[-1], int) else 0
+            if k < kind.nv and kind.coordinate_of(k) < 0:
+                hint = "use damping or effort, or build the joint from revolutes" if field != "drive" else "drive revolute joints"
+                yield Finding(path, f"{what} cannot act on the rotation of a {kind.name} joint", hint)
+
+
+def _stops(path: Path, s: Stops) -> Iterator[Finding]:
+    if s.lower is None and s.upper is None:
+        yield Finding(path, "stops need lower, upper or both")
+    if s.lower is not None and s.upper is not None and not s.lower < s.upper:
+        yield Finding((*path, "lower"), f"the lower stop ({s.lower:g}) is not below the upper one ({s.upper:g})")
+    if s.stiffness <= 0:
+        yield Finding((*path, "stiffness"), "the stiffness of a stop must be positive")
+    if s.damping < 0:
+        yield Finding((*path, "damping"), "the damping of a stop must not be negative")
+
+
+def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
+    kinds = [k for k in KINDS if getattr(s, k, None) is not None]
+    what = "drive" if isinstance(s, Drive) else "signal"
+    known = ", ".join(KINDS if isinstance(s, Drive) else KINDS[1:])
+    if not kinds:
+        yield Finding(path, f"an empty {what}", f"give one of: {known}")
+    for extra in kinds[1:]:
+        yield Finding((*path, extra), f"a {what} is one thing: {kinds[0]} or {extra}, not both")
+    if s.ramp is not None and s.ramp.duration <= 0:
+        yield Finding((*path, "ramp", "duration"), "the duration of a ramp must be positive")
+    if s.ramp is not None and s.ramp.origin and isinstance(s, Signal):
+        yield Finding((*path, "ramp", "origin"), "origin is for drives: a load has no coordinate", "remove it")
+    if s.harmonic is not None and s.harmonic.frequency < 0:
+        yield Finding((*path, "harmonic", "frequency"), "the frequency must not be negative", "turn the phase instead")
+    if s.table is not None:
+        yield from _table((*path, "table"), s.table)
+
+
+def _table(path: Path, t: Table) -> Iterator[Finding]:
+    if len(t.time) != len(t.value):
+        yield Finding((*path, "value"), f"{len(t.time)} times but {len(t.value)} values", "give one value a time")
+    if len(t.time) < 2:
+        yield Finding((*path, "time"), "a table needs two entries at least")
+    for i in range(1, len(t.time)):
+        if not t.time[i - 1] < t.time[i]:
+            yield Finding((*path, "time", i), f"times must increase: {t.time[i]:g} follows {t.time[i - 1]:g}")
+            break

@@ -1,0 +1,88 @@
+"""Joint frames: axes where a type needs one, directions that are none, references along the axis, pitch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from engine.scene.finding import Finding, Path
+from engine.scene.model import AxisAngle, Direction, Joint, Scene, Side
+
+NEED_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar", "screw")
+PARALLEL = 1e-6
+"""Sine of the angle between axis and reference below which e2 would be rounding (rad)."""
+_NAMED = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about frames."""
+    for name, j in scene.joints.items():
+        path: Path = ("joints", name)
+        yield from _written(path, j)
+        for key, side in (("inboard", j.inboard), ("outboard", j.outboard)):
+            yield from _side(path, key, side, j)
+        yield from _pitch(path, j)
+
+
+def vector(d: Direction) -> tuple[float, float, float]:
+    """Components of a direction as written (not normalised)."""
+    if isinstance(d, str):
+        x, y, z = _NAMED[d[-1]]
+        return (-x, -y, -z) if d[0] == "-" else (x, y, z)
+    return float(d[0]), float(d[1]), float(d[2])
+
+
+def _written(path: Path, j: Joint) -> Iterator[Finding]:
+    """Every direction as written points somewhere."""
+    for key, owner in ((), j), (("inboard",), j.inboard), (("outboard",), j.outboard):
+        if isinstance(owner, str):
+            continue
+        for field in ("axis", "reference"):
+            yield from _nonzero((*path, *key, field), getattr(owner, field))
+    if j.start is not None and isinstance(j.start.q, AxisAngle):
+        yield from _nonzero((*path, "start", "q", "axis"), j.start.q.axis)
+
+
+def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
+    if d is not None and not any(vector(d)):
+        yield Finding(path, "a direction of zero length", "give x, y, z or three numbers that are not all zero")
+
+
+def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
+    """The frame one side ends up with: its own axis and reference, else the joint's."""
+    own = side if isinstance(side, Side) else Side("")
+    axis = own.axis if own.axis is not None else j.axis
+    reference = own.reference if own.reference is not None else j.reference
+    if axis is None:
+        if j.type in NEED_AXIS:
+            other = j.outboard if key == "inboard" else j.inboard
+            alone = isinstance(other, Side) and other.axis is not None
+            yield Finding((*path, key) if alone else path, f"a {j.type} joint needs an axis" + (" on both sides" if alone else ""),
+                          "add axis: x, y, z or three numbers")
+        elif reference is not None:
+            yield Finding((*path, "reference"), "a reference without an axis has no effect", "add axis, or remove it")
+        return
+    if reference is None or not any(vector(axis)) or not any(vector(reference)):
+        return
+    if _sine(vector(axis), vector(reference)) < PARALLEL:
+        at = (*path, key, "reference") if own.reference is not None else (*path, "reference")
+        role = "; its e2 is the second axis of the universal joint" if j.type == "universal" else ""
+        yield Finding(at, f"the reference is parallel to the axis{role}", "choose a direction across the axis")
+
+
+def _sine(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
+    a, b = _scaled(a), _scaled(b)
+    cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    return math.hypot(*cross) / (math.hypot(*a) * math.hypot(*b))
+
+
+def _scaled(a: tuple[float, float, float]) -> tuple[float, float, float]:
+    big = max(abs(v) for v in a)
+    return a[0] / big, a[1] / big, a[2] / big
+
+
+def _pitch(path: Path, j: Joint) -> Iterator[Finding]:
+    if j.type == "screw" and not j.pitch:
+        yield Finding((*path, "pitch"), "a screw needs a pitch (travel a turn) that is not zero", 'for example pitch: "5 mm"')
+    if j.type != "screw" and j.pitch is not None:
+        yield Finding((*path, "pitch"), f"a {j.type} joint has no pitch", "remove it, or use type: screw")

@@ -1,0 +1,41 @@
+"""Start values: as many as the joint has coordinates and rates, rotations that are rotations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from engine.joints import REGISTRY, JointKind
+from engine.scene.finding import Finding, Path
+from engine.scene.model import AxisAngle, Coordinates, Scene
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about start values."""
+    for name, j in scene.joints.items():
+        if j.start is None:
+            continue
+        kind, path = REGISTRY[j.type], ("joints", name, "start")
+        if j.start.q is not None:
+            yield from _coordinates((*path, "q"), j.start.q, kind)
+        if j.start.qd is not None:
+            given = len(j.start.qd) if isinstance(j.start.qd, tuple) else 1
+            if given != kind.nv or (kind.nv != 1 and not isinstance(j.start.qd, tuple)):
+                yield Finding((*path, "qd"), f"a {kind.name} joint has {_count(kind.nv, 'rate')}, not {given}", _names(kind.rates))
+
+
+def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Finding]:
+    if isinstance(q, AxisAngle):
+        if kind.quaternion < 0:
+            yield Finding(path, f"axis and angle are for spherical and free joints, not for a {kind.name} joint",
+                          "give its coordinates")
+        return
+    values = q if isinstance(q, tuple) else (q,)
+    if len(values) != kind.nq:
+        hint = "q: {axis: y, angle: 30 deg}, or four numbers [w, x, y, z]" if kind.name == "spherical" else ""
+        yield Finding(path, f"a {kind.name} joint has {_count(kind.nq, 'coordinate')}, not {len(values)}", hint)
+    elif kind.quaternion >= 0 and not any(values[kind.quaternion :]):
+        yield Finding(path, "a quaternion of four zeros is no rotation", "no rotation is [1, 0, 0, 0]")
+
+
+def _count(n: int, word: str) -> str:
+    return f"no {word}" if n == 0 else f"{n} {word}" + ("s" if n > 1 else "")

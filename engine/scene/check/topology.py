@@ -1,0 +1,92 @@
+"""How bodies hang together: joints of a body with itself, bodies tied to nothing, rigid loops, wishes where to cut."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from engine.joints import REGISTRY
+from engine.scene.finding import CONNECTIONS, Finding
+from engine.scene.model import Scene
+from engine.scene.refs import GROUND, body_of
+from engine.scene.suggest import shown
+
+
+class _Groups:
+    """Sets of bodies that hang together (union-find)."""
+
+    def __init__(self, names: Iterable[str]):
+        self.parent = {n: n for n in names}
+
+    def find(self, name: str) -> str:
+        """Representative of a body's group."""
+        while self.parent[name] != name:
+            self.parent[name] = self.parent[self.parent[name]]
+            name = self.parent[name]
+        return name
+
+    def join(self, a: str, b: str) -> bool:
+        """Unite two groups; False when they were one already."""
+        a, b = self.find(a), self.find(b)
+        self.parent[a] = b
+        return a != b
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about connections."""
+    ends = {}
+    for name, j in scene.joints.items():
+        a, b = body_of(j.inboard), body_of(j.outboard)
+        if a == b:
+            part = "the ground" if a == GROUND else shown(a)
+            yield Finding(("joints", name), f"both sides are on {part}", "a joint ties two different parts")
+        elif {a, b} <= {GROUND, *scene.bodies}:
+            ends[name] = (a, b)
+    yield from _loose(scene, ends)
+    yield from _rigid(scene, ends)
+    yield from _cuts(scene, ends)
+
+
+def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
+    """Every body must be reached from the ground."""
+    groups = _Groups([GROUND, *scene.bodies])
+    for a, b in ends.values():
+        groups.join(a, b)
+    loose: dict[str, list[str]] = {}
+    for name in scene.bodies:
+        if groups.find(name) != groups.find(GROUND):
+            loose.setdefault(groups.find(name), []).append(name)
+    for members in loose.values():
+        first = members[0]
+        if len(members) == 1:
+            what, hint = "no joint ties this body to anything", f"a body that flies freely has a joint of type free to {GROUND}"
+        else:
+            what = f"no joint ties these bodies to the ground: {', '.join(members)}"
+            hint = f"if they fly freely, give one of them a joint of type free to {GROUND}"
+        yield Finding(("bodies", first), what, hint, about=(CONNECTIONS,))
+
+
+def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
+    """A loop of fixed joints alone cannot move and cannot be told from a contradiction."""
+    groups = _Groups([GROUND, *scene.bodies])
+    for name, (a, b) in ends.items():
+        if scene.joints[name].type == "fixed" and not groups.join(a, b):
+            what = f"{shown(a)} and {shown(b)} are fixed to each other already: impossible loop closure"
+            yield Finding(("joints", name), what, "remove this fixed joint")
+
+
+def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
+    """Wishes about cutting must leave a tree: joints that may not be cut make no loop, the others reach every body."""
+    keep, rest = _Groups([GROUND, *scene.bodies]), _Groups([GROUND, *scene.bodies])
+    for name, (a, b) in ends.items():
+        j = scene.joints[name]
+        path = ("joints", name, "cut")
+        if not REGISTRY[j.type].cuttable and j.cut:
+            yield Finding(path, f"a {j.type} joint cannot be cut", "leave it out")
+        elif (j.cut is False or not REGISTRY[j.type].cuttable) and not keep.join(a, b):
+            yield Finding(path, "the joints that must not be cut close a loop", "leave one of them to be cut")
+        if not j.cut:
+            rest.join(a, b)
+    for name, (a, b) in ends.items():
+        if scene.joints[name].cut and rest.join(a, b):
+            what = "cutting this joint (and the others marked) would leave a body loose"
+            yield Finding(("joints", name, "cut"), what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))

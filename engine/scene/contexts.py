@@ -1,0 +1,100 @@
+"""Which unit a number has where that depends on the joint it belongs to; and all numbers of a scene with path and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import Any
+
+from engine.joints import REGISTRY, JointKind
+from engine.scene.finding import Path
+from engine.scene.model import Force, Scene
+from engine.scene.typed import unit_at
+
+PLAIN = "1"
+
+
+def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
+    """(path, value, SI unit) of every number the scene has."""
+    yield from _numbers(scene, (), scene)
+
+
+def _numbers(value: Any, path: Path, scene: Scene) -> Iterator[tuple[Path, float, str]]:
+    if isinstance(value, float):
+        yield path, value, unit_of(scene, path)
+    elif isinstance(value, dict):
+        for k, v in value.items():
+            yield from _numbers(v, (*path, k), scene)
+    elif isinstance(value, tuple):
+        for i, v in enumerate(value):
+            yield from _numbers(v, (*path, i), scene)
+    elif is_dataclass(value):
+        for name in _names(type(value)):
+            yield from _numbers(getattr(value, name), (*path, name), scene)
+
+
+@cache
+def _names(cls: type) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(cls))
+
+
+def unit_of(scene: Scene, path: Path) -> str:
+    """SI unit of the number at a path."""
+    mark = unit_at(_shape(path))
+    if mark is not None and mark.unit:
+        return mark.unit
+    if path[0] == "joints":
+        return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
+    if path[0] == "forces":
+        return "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m"
+    return scene.inputs[str(path[1])].unit if path[0] == "inputs" else PLAIN
+
+
+def _shape(path: Path) -> Path:
+    """The path with free names and list positions made equal, so that few different ones are ever looked up."""
+    named = path[0] in ("bodies", "joints", "forces", "inputs") and len(path) > 1
+    return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
+
+
+def _joint_unit(kind: JointKind, path: Path) -> str:
+    """Unit of a number below a joint, e.g. ("spring", 1, "stiffness")."""
+    field, rest = path[0], path[1:]
+    if field == "start":
+        return _start_unit(kind, rest)
+    if field in ("axis", "reference", "inboard", "outboard"):
+        return PLAIN
+    k = rest[0] if rest and isinstance(rest[0], int) else 0
+    rest = rest[1:] if rest and isinstance(rest[0], int) else rest
+    coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
+    if field == "drive":
+        return _drive_unit(rest, coordinate)
+    if field == "effort":
+        return effort
+    stiffness = f"{effort}/{coordinate}"
+    damping = f"{effort}*s/{coordinate}"
+    leaf = str(rest[-1]) if rest else field
+    if field == "damping":
+        return damping
+    return {"stiffness": stiffness, "damping": f"s/{coordinate}"}.get(leaf, coordinate)
+
+
+def slides(kind: JointKind, freedom: int) -> bool:
+    """Whether a freedom is a travel (else a rotation; a screw's is its angle)."""
+    return 0 <= freedom < kind.nv and not kind.columns[freedom][0].rot
+
+
+def _start_unit(kind: JointKind, path: Path) -> str:
+    k = path[1] if len(path) > 1 and isinstance(path[1], int) else 0
+    if "axis" in path:
+        return PLAIN
+    if path[0] == "qd":
+        return "m/s" if slides(kind, k) else "rad/s"
+    coordinate = kind.coordinates[k] if k < kind.nq else ""
+    return {"length": "m", "angle": "rad"}.get(coordinate, PLAIN)
+
+
+def _drive_unit(path: Path, coordinate: str) -> str:
+    """Constant: rate, start; ramp: rates and an origin; harmonic and table: the coordinate."""
+    rate = path == ("constant", "rate") or path in (("ramp", "start"), ("ramp", "end"))
+    return f"{coordinate}/s" if rate else coordinate

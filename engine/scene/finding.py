@@ -1,0 +1,60 @@
+"""A mistake at a path inside a scene, before file and line are known; and paths as text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from engine.basics.problems import Problem
+
+Path = tuple[str | int, ...]
+"""Keys and 0-based indices from the top of the scene."""
+
+
+CONNECTIONS: Path = ("connections",)
+"""Stands for everything that depends on all joints being known."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """path: where in the scene; what: the cause; hint: the remedy. ``line``: its own place, when the path does not tell it
+    (0 = look the path up). ``about``: other parts it speaks of; it means nothing when one of them could not be read."""
+
+    path: Path
+    what: str
+    hint: str = ""
+    line: int = 0
+    about: tuple[Path, ...] = ()
+
+
+def dotted(path: Path) -> str:
+    """joints.ball.start.q[2]: dots between keys, indices in brackets counted from 1."""
+    text = ""
+    for step in path:
+        text += f"[{step + 1}]" if isinstance(step, int) else f".{step}" if text else step
+    return text or "scene"
+
+
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]", re.ASCII)
+_WHOLE = re.compile(r"[^.\[\]]+(?:\[\d{1,6}\])*(?:\.[^.\[\]]+(?:\[\d{1,6}\])*)*", re.ASCII)
+
+
+def parse_path(text: str) -> Path | None:
+    """The path of such a text, None when it is not one (indices count from 1)."""
+    if not _WHOLE.fullmatch(text):
+        return None
+    steps: Path = tuple(m[1] if m[1] else int(m[2]) - 1 for m in _STEP.finditer(text))
+    return None if -1 in steps else steps
+
+
+def line_of(path: Path, lines: Mapping[Path, int]) -> int:
+    """Line of a path, or of the nearest enclosing part that is in the file; 0 when there is no file."""
+    while path and path not in lines:
+        path = path[:-1]
+    return lines.get(path, 0)
+
+
+def problem(f: Finding, lines: Mapping[Path, int], file: str = "") -> Problem:
+    """The finding as the user sees it."""
+    return Problem(dotted(f.path), f.what, f.hint, file, f.line or line_of(f.path, lines))

@@ -1,0 +1,201 @@
+"""Joints of a scene: sides and frames, friction, start values, springs, stops, drives."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Strict, Tag
+from pydantic.dataclasses import dataclass
+
+from engine.scene.quantities import Angle, Count, Length, Number, Per, Velocity
+from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
+from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, either
+
+
+@dataclass(frozen=True, config=STRICT)
+class Side:
+    """One part of a joint: the body, the joint definition point on it and the joint frame (e1 along ``axis``, e2 towards
+    ``reference``, e3 = e1 x e2), in that body's frame. At q = 0 the frames of the two sides coincide."""
+
+    body: str
+    """Name of the body, or ground."""
+    point: PointOf = (0.0, 0.0, 0.0)
+    """Joint definition point."""
+    axis: Direction | None = None
+    """e1 of this side, where it differs from the joint's."""
+    reference: Direction | None = None
+    """Direction e2 leans to on this side, where it differs from the joint's."""
+
+
+Law = Literal["coulomb", "regularized", "viscous", "stribeck", "lugre"]
+NormalForce = Literal["exact", "adams"]
+OneOrTwo = Annotated[
+    Annotated[Length, SCALAR] | Annotated[tuple[Length, Length], LIST], either("a length (universal joint: one or two)")
+]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Friction:
+    """The frictional contact of a joint: geometry of the pin, and the law between pin and bearing."""
+
+    mu: Count | None = None
+    """Coefficient of (sliding) friction; for the law ``viscous`` see ``viscosity``."""
+    mu_static: Count | None = None
+    """Coefficient of static friction, for laws that have one."""
+    radius: OneOrTwo | None = None
+    """Radius of ball, journal or shaft; universal: one number or two (journal 1 on u1, journal 2 on u2)."""
+    half_length: OneOrTwo | None = None
+    """c: the contact points of a journal sit at -c and +c from its centre (universal: one or two; prismatic: sleeve)."""
+    half_width: Length | None = None
+    """a: half size of a prismatic guide along e2."""
+    half_height: Length | None = None
+    """b: half size of a prismatic guide along e3."""
+    viscosity: Annotated[float, Per("s/m")] | None = None
+    """Friction coefficient per sliding speed (law ``viscous``)."""
+    thrust_radius: Length | None = None
+    """Arm at which an axial thrust on a revolute journal rubs (the paper's end face has none)."""
+    law: Law | None = None
+    """Friction law, where it differs from the scene's."""
+    v_eps: Velocity | None = None
+    """Sliding speed at which the law ``regularized`` saturates, where it differs from the scene's."""
+    normal_force: NormalForce | None = None
+    """How the normal force is found, where it differs from the scene's."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class FrictionDefaults:
+    """What frictional joints use where they do not say otherwise."""
+
+    law: Law = "regularized"
+    """Friction law."""
+    v_eps: Velocity = 1e-4
+    """Sliding speed at which the law ``regularized`` saturates."""
+    normal_force: NormalForce = "exact"
+    """exact: from the contact equations; adams: as that program approximates it."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class AxisAngle:
+    """A rotation as an axis in the inboard joint frame and an angle."""
+
+    axis: Direction
+    """Axis of the rotation."""
+    angle: Angle
+    """Angle of the rotation."""
+
+
+Coordinates = Annotated[
+    Annotated[Number, SCALAR] | Annotated[tuple[Number, ...], LIST] | Annotated[AxisAngle, GROUP],
+    either("a number, a list of numbers, or axis and angle"),
+]
+Rates = Annotated[
+    Annotated[Number, SCALAR] | Annotated[tuple[Number, ...], LIST], either("a number or a list of numbers")
+]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Start:
+    """Start values of a joint. What is left out is free to be assembled; what is given is kept as well as the loops allow, and
+    any change is reported."""
+
+    q: Coordinates | None = None
+    """Coordinates: a number, a list, or axis and angle for a ball."""
+    qd: Rates | None = None
+    """Rates: a number or a list."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Spring:
+    """Torque or force -stiffness (q - rest) along one freedom of a joint."""
+
+    stiffness: Number
+    """N/m, or N*m/rad."""
+    rest: Number = 0.0
+    """Coordinate at which it is relaxed."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Stops:
+    """Compliant end stops: force stiffness*depth*(1 + damping*depth rate), never pulling (Hunt and Crossley)."""
+
+    stiffness: Number
+    """N/m, or N*m/rad."""
+    lower: Number | None = None
+    """Coordinate below which the lower stop presses."""
+    upper: Number | None = None
+    """Coordinate above which the upper stop presses."""
+    damping: Number = 0.0
+    """s/m, or s/rad."""
+
+
+JointType = Literal[
+    "fixed", "free", "revolute", "cylindrical", "prismatic", "spherical", "universal", "planar", "screw"
+]
+SideOf = Annotated[
+    Annotated[str, SCALAR] | Annotated[Side, GROUP], either('"body", "body.point" or a group with body, point, axis, reference')
+]
+Springs = Annotated[
+    Annotated[Spring, GROUP] | Annotated[tuple[Spring | None, ...], LIST], either("a spring, or a list with one entry a freedom")
+]
+Dampings = Annotated[
+    Annotated[Number, SCALAR] | Annotated[tuple[Number | None, ...], LIST], either("a number, or a list with one entry a freedom")
+]
+StopsOf = Annotated[
+    Annotated[Stops, GROUP] | Annotated[tuple[Stops | None, ...], LIST], either("stops, or a list with one entry a freedom")
+]
+Drives = Annotated[
+    Annotated[Drive, GROUP] | Annotated[tuple[Drive | None, ...], LIST], either("a drive, or a list with one entry a freedom")
+]
+Efforts = Annotated[
+    Annotated[Number, SCALAR]
+    | Annotated[FromInput, Tag("·input")]
+    | Annotated[Signal, Tag("·signal")]
+    | Annotated[tuple[Load | None, ...], LIST],
+    load_or("a load, or a list with one entry a freedom"),
+]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Joint:
+    """A joint between two parts.
+
+    ``axis``/``reference`` are used for both sides where a side gives none of its own. Universal: u1 = inboard e1,
+    u2 = outboard e2 (they coincide with the other side's e1, e2 at q = 0). Freedoms in order:
+    revolute (angle about e1) · prismatic (travel of outboard along e1) · cylindrical (travel, angle) ·
+    universal (angle about u1, about u2) · spherical (quaternion; rates: angular velocity of outboard relative to inboard in
+    the inboard joint frame) · free (travel along e1 e2 e3, quaternion) · planar (travel along e2, e3, angle about e1) ·
+    screw (angle; travel = pitch * turns).
+    Lists ``spring``, ``damping``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry
+    stands for the only freedom of a one-freedom joint.
+    """
+
+    type: JointType
+    """Kind of joint."""
+    inboard: SideOf
+    """The part the motion is measured from: "body", "body.point", or a group."""
+    outboard: SideOf
+    """The part whose motion is measured: "body", "body.point", or a group."""
+    axis: Direction | None = None
+    """e1, in both bodies' frames."""
+    reference: Direction | None = None
+    """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
+    pin: Literal["inboard", "outboard"] = "inboard"
+    """Part that carries the pin (ball, journal, shaft)."""
+    pitch: Length | None = None
+    """Screw: travel a turn."""
+    friction: Friction | None = None
+    """The frictional contact; without it the joint is ideal."""
+    start: Start | None = None
+    """Start values."""
+    spring: Springs | None = None
+    """Springs along the freedoms."""
+    damping: Dampings | None = None
+    """Viscous damping along the freedoms, independent of the normal force: N*s/m or N*m*s/rad."""
+    stops: StopsOf | None = None
+    """End stops of the freedoms."""
+    drive: Drives | None = None
+    """Prescribed motion of the freedoms."""
+    effort: Efforts | None = None
+    """Force or torque along the freedoms, on the outboard part."""
+    cut: Annotated[bool, Strict()] | None = None
+    """Where a closed loop is opened: true, here; false, not here; left out, wherever is best."""

@@ -1,0 +1,7 @@
+"""Friction laws a scene may name in this version, and the numbers each needs."""
+
+AVAILABLE_LAWS = {"regularized", "viscous"}
+"""Laws that are built (the format knows more: ``jointed.Law``)."""
+
+NEEDS = {"viscous": "viscosity"}
+"""The coefficient a law cannot do without; all others need ``mu``."""

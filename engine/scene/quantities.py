@@ -1,0 +1,110 @@
+"""Unit-aware numbers for the scene's fields: SI inside, text such as "45 deg" or "30 mm" accepted at the door."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+from typing import Annotated, Any
+
+from pydantic_core import core_schema
+
+from engine.scene.suggest import shown
+from engine.scene.units import QUANTITIES, Dimension, UnitError, described, fits, parse, parse_unit
+
+
+class Quantity(float):
+    """A float (SI) that remembers the dimension it was written with and the text itself."""
+
+    __slots__ = ("dimension", "text")
+
+    dimension: Dimension
+    text: str
+
+    def __new__(cls, value: float, dimension: Dimension, text: str) -> Quantity:
+        self = super().__new__(cls, value)
+        self.dimension, self.text = dimension, text
+        return self
+
+    def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
+        return float(self), self.dimension, self.text
+
+
+def parse_quantity(text: str) -> float:
+    """SI value of "VALUE" or "VALUE UNIT" (a Quantity when there is a unit). UnitError says what is wrong."""
+    value, unit, _ = parse(text)
+    return value if unit is None else Quantity(value, unit.dimension, text.strip())
+
+
+def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
+    """A finite float (or Quantity) of a number or text; UnitError otherwise."""
+    if isinstance(value, Quantity):
+        return value
+    if isinstance(value, str):
+        return parse_quantity(value)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise UnitError(f"{wanted} is wanted, not {shown(value)}", f"for example {example}")
+    try:
+        out = float(value)
+    except OverflowError as e:
+        raise UnitError(f"{shown(value)} is too large") from e
+    if not math.isfinite(out):
+        raise UnitError(f"{shown(value)} is not finite", f"for example {example}")
+    return out
+
+
+def agree(value: float, unit: str) -> None:
+    """UnitError when a Quantity's dimension does not fit the wanted SI unit."""
+    if not isinstance(value, Quantity):
+        return
+    wanted = parse_unit("" if unit == "1" else unit).dimension
+    if not fits(value.dimension, wanted):
+        name, example = QUANTITIES.get(unit, (described(wanted), f"1 {unit}"))
+        raise UnitError(f"{shown(value.text)} is {described(value.dimension)}; {name} is wanted", f'for example "{example}"')
+
+
+class AnyUnit:
+    """Marks a number whose dimension depends on where it stands (checked later, see ``contexts``)."""
+
+    unit = ""
+
+    def __call__(self, value: Any) -> float:
+        """Validate."""
+        return number(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        return {"type": ["number", "string"]}
+
+
+@dataclass(frozen=True)
+class Per(AnyUnit):
+    """Marks a number that is measured in ``unit`` (SI) and stored as a plain float."""
+
+    unit: str
+
+    def __call__(self, value: Any) -> float:
+        """Validate, convert, check the dimension."""
+        if value.__class__ is float and math.isfinite(value):
+            return value
+        name, example = QUANTITIES[self.unit]
+        out = number(value, name, f'"{example}"')
+        agree(out, self.unit)
+        return float(out)
+
+
+Number = Annotated[float, AnyUnit()]
+Count = Annotated[float, Per("1")]
+Length = Annotated[float, Per("m")]
+Angle = Annotated[float, Per("rad")]
+Time = Annotated[float, Per("s")]
+Velocity = Annotated[float, Per("m/s")]
+AngularVelocity = Annotated[float, Per("rad/s")]
+Acceleration = Annotated[float, Per("m/s^2")]
+Mass = Annotated[float, Per("kg")]
+Density = Annotated[float, Per("kg/m^3")]
+Inertia = Annotated[float, Per("kg*m^2")]
+Stiffness = Annotated[float, Per("N/m")]
+Damping = Annotated[float, Per("N*s/m")]

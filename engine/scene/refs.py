@@ -1,0 +1,63 @@
+"""Names that point from one part of a scene to another: "body", "body.point", joint sides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from engine.scene.finding import Path
+from engine.scene.model import Force, Joint, Scene, Side, SpringDamper, Torque
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """path: where it is written; body and point ('' = none) it names; use: side, load or end."""
+
+    path: Path
+    body: str
+    point: str
+    use: str
+
+
+def split(text: str) -> tuple[str, str]:
+    """("body", "point") of "body.point"; the point is '' in "body"."""
+    body, _, point = text.partition(".")
+    return body, point
+
+
+def body_of(side: str | Side) -> str:
+    """Body a joint side is on."""
+    return side.body if isinstance(side, Side) else split(side)[0]
+
+
+def references(scene: Scene) -> Iterator[Reference]:
+    """All of them, in the order of the scene."""
+    for name, j in scene.joints.items():
+        yield from _sides(name, j)
+    for name, f in scene.forces.items():
+        at: Path = ("forces", name)
+        if isinstance(f, Force | Torque):
+            yield Reference((*at, "on"), *split(f.on), "load")
+        elif isinstance(f, SpringDamper):
+            for i, end in enumerate(f.between):
+                yield Reference((*at, "between", i), *split(end), "end")
+
+
+def _sides(name: str, j: Joint) -> Iterator[Reference]:
+    for key, side in (("inboard", j.inboard), ("outboard", j.outboard)):
+        at: Path = ("joints", name, key)
+        if isinstance(side, Side):
+            yield Reference((*at, "body"), side.body, "", "side")
+            if isinstance(side.point, str):
+                yield Reference((*at, "point"), side.body, side.point, "side")
+        else:
+            yield Reference(at, *split(side), "side")
+
+
+def points_of(scene: Scene, body: str) -> dict[str, tuple[float, float, float]]:
+    """Named points of a body or of the ground; none of an unknown body."""
+    if body == GROUND:
+        return scene.ground.points
+    return scene.bodies[body].points if body in scene.bodies else {}

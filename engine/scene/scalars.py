@@ -1,0 +1,37 @@
+"""Plain YAML scalars by the YAML 1.2 core schema: null, true/false, integers, floats; everything else is text."""
+
+from __future__ import annotations
+
+import re
+
+_INT = re.compile(r"[-+]?[0-9]+", re.ASCII)
+_RADIX = re.compile(r"0o([0-7]{1,60})|0x([0-9a-fA-F]{1,60})", re.ASCII)
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?", re.ASCII)
+_NAMED = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
+_INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
+LONGEST_INTEGER = 300
+"""Digits beyond which an integer is read as a float (and then is too large for one)."""
+
+
+def plain(text: str) -> object:
+    """Value of an unquoted scalar."""
+    if text in _NAMED:
+        return _NAMED[text]
+    if _INT.fullmatch(text):
+        return int(text) if len(text) < LONGEST_INTEGER else float(text)
+    if m := _RADIX.fullmatch(text):
+        return int(m[1], 8) if m[1] else int(m[2], 16)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    if m := _INFINITE.fullmatch(text):
+        return float(f"{m[1]}inf")
+    return float("nan") if text in (".nan", ".NaN", ".NAN") else text
+
+
+def is_text(text: str) -> bool:
+    """Whether an unquoted scalar would be read as text."""
+    return isinstance(plain(text), str)

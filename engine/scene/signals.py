@@ -1,0 +1,117 @@
+"""Functions of time in a scene: given as data (constant, ramp, harmonic, table, external input), never as code."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Tag
+from pydantic.dataclasses import dataclass
+
+from engine.scene.quantities import Angle, Number, Per, Time
+from engine.scene.values import SCALAR, STRICT
+
+
+@dataclass(frozen=True, config=STRICT)
+class Constant:
+    """Steady rate of a drive: q = start + rate t."""
+
+    rate: Number
+    """Rate of the coordinate."""
+    start: Number = 0.0
+    """Coordinate at t = 0."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Ramp:
+    """Linear from ``start`` to ``end`` between ``begin`` and ``begin + duration`` (loads: the value; drives: the rate,
+    q = origin at t = 0)."""
+
+    start: Number
+    """Value (drives: rate) before ``begin``."""
+    end: Number
+    """Value (drives: rate) from ``begin + duration`` on."""
+    duration: Time
+    """How long the change takes."""
+    begin: Time = 0.0
+    """When the change begins."""
+    origin: Number = 0.0
+    """Drives only: coordinate at t = 0."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Harmonic:
+    """offset + amplitude sin(2 pi frequency t + phase)."""
+
+    amplitude: Number
+    """Half the swing."""
+    frequency: Annotated[float, Per("Hz")]
+    """Cycles per second."""
+    phase: Angle = 0.0
+    """Phase at t = 0."""
+    offset: Number = 0.0
+    """Mean value."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Table:
+    """Values at times; drives follow a cubic spline (natural ends, linear beyond them), loads straight lines (held beyond)."""
+
+    time: tuple[Time, ...]
+    """Increasing times, two at least."""
+    value: tuple[Number, ...]
+    """One value a time."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class FromInput:
+    """The scene's named external input."""
+
+    input: str
+    """Name of the input."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Drive:
+    """Prescribed motion of one joint coordinate; exactly one of the kinds. The effort it takes is an output."""
+
+    constant: Constant | None = None
+    """Steady rate."""
+    ramp: Ramp | None = None
+    """Rate that changes linearly from one value to another."""
+    harmonic: Harmonic | None = None
+    """Sine motion."""
+    table: Table | None = None
+    """Spline through values at times."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Signal:
+    """A load that changes with time; exactly one of the kinds (a plain number is a constant load)."""
+
+    ramp: Ramp | None = None
+    """Linear change from one value to another."""
+    harmonic: Harmonic | None = None
+    """Sine."""
+    table: Table | None = None
+    """Straight lines through values at times."""
+
+
+def _load_form(value: Any) -> str:
+    if isinstance(value, FromInput) or (isinstance(value, dict) and "input" in value):
+        return "·input"
+    if isinstance(value, dict | Signal):
+        return "·signal"
+    return "·list" if isinstance(value, list | tuple) else SCALAR.tag
+
+
+def load_or(wanted: str) -> Discriminator:
+    """Chooses among the forms of a load (number, input, signal) and lists of them."""
+    return Discriminator(_load_form, custom_error_type="wrong_form", custom_error_message=wanted)
+
+
+Load = Annotated[
+    Annotated[Number, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")],
+    load_or("a number, an input or a signal (ramp, harmonic, table)"),
+]
+"""A load: a constant, an external input, or a function of time."""
+LoadVector = tuple[Load, Load, Load]

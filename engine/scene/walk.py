@@ -1,0 +1,33 @@
+"""Walks over the parts of a scene that several checks look at: loads, signals, devices by freedom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from engine.scene.finding import Path
+from engine.scene.model import Drive, Force, Scene, Signal, Torque
+
+
+def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
+    """(path, entry) of a field that is a list with one entry a freedom, or a single one; empty entries are left out."""
+    if isinstance(value, tuple):
+        yield from ((((*path, i)), v) for i, v in enumerate(value) if v is not None)
+    elif value is not None:
+        yield path, value
+
+
+def loads(scene: Scene) -> Iterator[tuple[Path, Any]]:
+    """(path, load) of joint efforts and the components of applied forces and torques."""
+    for name, j in scene.joints.items():
+        yield from entries(j.effort, ("joints", name, "effort"))
+    for name, f in scene.forces.items():
+        if isinstance(f, Force | Torque):
+            yield from entries(f.force if isinstance(f, Force) else f.torque, ("forces", name, f.type))
+
+
+def signals(scene: Scene) -> Iterator[tuple[Path, Drive | Signal]]:
+    """(path, signal) of every function of time."""
+    for name, j in scene.joints.items():
+        yield from entries(j.drive, ("joints", name, "drive"))
+    yield from ((path, load) for path, load in loads(scene) if isinstance(load, Signal))

@@ -1,0 +1,1 @@
+"""Running a scene: the block of a simulation, the run, its result."""

@@ -1,0 +1,178 @@
+"""One simulation block of the runtime, driven through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from engine.kernel.library import Kernel, runtime
+from engine.system.numbers import Numbers
+
+METHODS = {"auto": 0, "rk5": 1, "rk8": 2, "rosenbrock": 3}
+EVENT = 24
+EVENT_CAPACITY = 1024
+STAT_NAMES = (
+    "steps", "rejected", "rhs_evaluations", "jacobians", "newton_iterations", "newton_most", "events", "projections", "outputs",
+    "rk5", "rk8", "rosenbrock",
+)
+OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE = range(6)
+
+
+class _Settings(ctypes.Structure):
+    _fields_ = (
+        [(n, ctypes.c_double) for n in ("rtol", "hmax", "hmin", "hfixed", "length", "rate")]
+        + [(n, ctypes.c_int) for n in ("method", "project", "locate", "max_steps")]
+    )
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to step. step > 0: fixed steps of that size without error control; locate: find events; project: close loops."""
+
+    rtol: float = 1e-6
+    method: str = "auto"
+    step: float = 0.0
+    max_step: float = float("inf")
+    max_steps: int = 0
+    locate: bool = True
+    project: bool = True
+
+
+@lru_cache(maxsize=1)
+def _library() -> ctypes.CDLL:
+    """The runtime with its signatures declared."""
+    lib = runtime()
+    p, i, d, long = ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_long
+    lib.tr_size.argtypes, lib.tr_size.restype = [p, p, p, i, i, i], ctypes.c_size_t
+    lib.tr_init.argtypes, lib.tr_init.restype = [p, p, p, p, i, i, i], i
+    lib.tr_array.argtypes, lib.tr_array.restype = [p, i], p
+    lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
+    lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
+    lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
+    lib.tr_start.argtypes, lib.tr_start.restype = [p, d, d, d, p], i
+    lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
+    lib.tr_row.argtypes, lib.tr_row.restype = [p, p], i
+    lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
+    lib.tr_time.argtypes, lib.tr_time.restype = [p], d
+    lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
+    lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
+    return lib
+
+
+def spline_moments(t: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Second derivatives at the knots of the natural cubic spline through (t, v)."""
+    n = len(t)
+    if n < 3:
+        return np.zeros(n)
+    h = np.diff(t)
+    a = np.zeros((n, n))
+    a[0, 0] = a[-1, -1] = 1.0
+    rhs = np.zeros(n)
+    for i in range(1, n - 1):
+        a[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
+        rhs[i] = (v[i + 1] - v[i]) / h[i] - (v[i] - v[i - 1]) / h[i - 1]
+    return np.linalg.solve(a, rhs)
+
+
+def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.ndarray:
+    """All tables as the runtime reads them: offsets, then kind, n, t, v, second derivatives of each."""
+    data: list[float] = []
+    offsets = []
+    for kind, t, v in tables:
+        offsets.append(len(tables) + len(data))
+        m = spline_moments(t, v) if kind == "spline" else np.zeros(len(t))
+        data += [float(kind == "spline"), float(len(t)), *t, *v, *m]
+    return np.array([*offsets, *data], float)
+
+
+class Block:
+    """A simulation block. Arrays are views into it; nothing is copied."""
+
+    def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray):
+        self.kernel, self.numbers, self.lib = kernel, numbers, _library()
+        tables = table_block(numbers.tables)
+        breaks = np.array(numbers.breaks, float)
+        k, o = kernel.address("kernel"), kernel.address("outputs")
+        sizes = (len(breaks), len(tables), EVENT_CAPACITY)
+        self.bytes = self.lib.tr_size(k, o, None, *sizes)
+        self._memory = (ctypes.c_double * (self.bytes // 8 + 4))()
+        self.at = ctypes.addressof(self._memory)
+        if not self.lib.tr_init(self.at, k, o, None, *sizes):
+            raise RuntimeError("kernel and runtime do not fit each other (cache of another version?)")
+        s = kernel.sizes
+        self.ny = s["nq"] + s["nv"]
+        self.parameters = self._view(0, s["np"])
+        self.y = self._view(1, self.ny + s["nquad"])
+        self.x = self._view(2, s["nx"])
+        self.events = self._view(5, EVENT * EVENT_CAPACITY).reshape(EVENT_CAPACITY, EVENT)
+        self._view(3, len(breaks))[:] = breaks
+        self._view(4, len(tables))[:] = tables
+        self.parameters[:] = parameters
+        self.x[2 : 2 + len(numbers.inputs)] = numbers.inputs
+        self.width = 1 + ctypes.c_int.from_address(o + 4).value
+        self.prepare()
+
+    def _view(self, which: int, n: int) -> np.ndarray:
+        address = self.lib.tr_array(self.at, which)
+        return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
+
+    def prepare(self) -> None:
+        """Recompute constants after a change of parameters."""
+        self.lib.tr_set_parameters(self.at)
+
+    def configure(self, s: Settings) -> None:
+        """Set tolerances and method."""
+        c = _Settings(s.rtol, s.max_step, 0.0, s.step, self.numbers.length, self.numbers.rate, METHODS[s.method], s.project, s.locate,
+                      s.max_steps)
+        self.lib.tr_configure(self.at, ctypes.addressof(c))
+
+    def assemble(self, t: float = 0.0) -> int:
+        """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""
+        n = self.numbers
+        self.y[:] = 0.0
+        self.y[: self.ny] = np.concatenate([n.q, n.v])
+        given = [np.ascontiguousarray(a, float) for a in (self._rate_given(), n.v_given)]
+        return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
+
+    def _rate_given(self) -> np.ndarray:
+        """q_given by rate: a rate counts as given when its coordinate does."""
+        return self.numbers.q_given_by_rate
+
+    def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
+        """Begin a run; fills the first row."""
+        return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
+
+    def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
+        """(status, rows written)."""
+        count = ctypes.c_long(0)
+        code = self.lib.tr_advance(self.at, target, max_steps, rows.ctypes.data, len(rows), ctypes.addressof(count))
+        return code, count.value
+
+    def row(self, out: np.ndarray) -> int:
+        """Output row at the present time."""
+        return self.lib.tr_row(self.at, out.ctypes.data)
+
+    def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
+        """(ẏ, multipliers) at the present state."""
+        dy, z = np.zeros(self.ny + self.kernel.sizes["nquad"] + 4), np.zeros(self.kernel.sizes["active"] + self.kernel.sizes["neta"] + 1)
+        if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
+            raise RuntimeError("no multipliers")
+        return dy[: self.ny], z[:-1]
+
+    @property
+    def time(self) -> float:
+        """Time the state is at."""
+        return self.lib.tr_time(self.at)
+
+    def statistics(self) -> dict[str, int]:
+        """Counters of the run."""
+        values = (ctypes.c_long * len(STAT_NAMES)).from_address(self.lib.tr_statistics(self.at))
+        return dict(zip(STAT_NAMES, values, strict=True))
+
+    def take_events(self) -> np.ndarray:
+        """Event records since the last call."""
+        n = self.lib.tr_events_take(self.at)
+        return self.events[:n].copy()

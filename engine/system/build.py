@@ -1,0 +1,157 @@
+"""Scene → System (structure), parameter table (run-time numbers) and the numbers of one run (start values, tables, scales)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from engine.joints import REGISTRY
+from engine.scene import model as sm
+from engine.scene.mass import mass_properties
+from engine.system.devices import Builder
+from engine.system.frames import frame
+from engine.system.friction import element
+from engine.system.leaves import Leaves, Param, ParameterTable
+from engine.system.loads import load
+from engine.system.numbers import Numbers, numbers_of
+from engine.system.spanning import Spanning, span
+from engine.system.structure import GROUND, Body, Joint, System, state_coordinates
+
+INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+@dataclass(frozen=True)
+class Built:
+    """What a scene becomes: structure, run-time parameters, numbers of the run."""
+
+    scene: sm.Scene
+    system: System
+    parameters: ParameterTable
+    numbers: Numbers
+
+
+def build(scene: sm.Scene) -> Built:
+    """Reduce a checked scene. Pure data; no symbolic work."""
+    table = ParameterTable(scene.tunable)
+    spanning = span(scene)
+    maker = _Maker(scene, table, spanning)
+    system = maker.system()
+    return Built(scene, system, table, numbers_of(scene, system, maker.devices))
+
+
+class _Maker:
+    """Builds the parts in order; holds the maps they share."""
+
+    def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
+        self.scene, self.table, self.spanning = scene, table, spanning
+        self.index = {"ground": GROUND, **{child: i for i, (_, child, _) in enumerate(spanning.tree)}}
+        self.devices = Builder(scene, table)
+        self.origin = {"ground": (0.0, 0.0, 0.0)}
+        for name, child, forward in spanning.tree:
+            j = scene.joints[name]
+            self.origin[child] = self.point(j.outboard if forward else j.inboard)[1]
+
+    def system(self) -> System:
+        """The whole structure."""
+        gravity = self.table.vector("gravity", self.scene.gravity, "m/s^2")
+        bodies = tuple(self.body(i, name, child) for i, (name, child, _) in enumerate(self.spanning.tree))
+        names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)
+        joints = tuple(self.joint(name) for name in names)
+        joints = self.place(joints)
+        loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
+        ground = tuple((n, self.relative("ground", n, p)) for n, p in self.scene.ground.points.items())
+        return System(
+            bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables), self.devices.stops,
+            tuple(self.scene.outputs), ground,
+        )
+
+    # -- points -------------------------------------------------------------------------------------------------------------
+
+    def point(self, side: str | sm.Side) -> tuple[str, tuple[float, float, float]]:
+        """(body, point in the body's frame) of a joint side or of "body.point"."""
+        if isinstance(side, sm.Side):
+            name, p = side.body, side.point
+        else:
+            name, _, p = side.partition(".")
+            p = p or (0.0, 0.0, 0.0)
+        if isinstance(p, str):
+            points = self.scene.ground.points if name == "ground" else self.scene.bodies[name].points
+            p = points[p]
+        return name, (float(p[0]), float(p[1]), float(p[2]))
+
+    def relative(self, body: str, label: str, p: tuple[float, ...]) -> Leaves:
+        """Leaves of a point measured from the body's reference origin."""
+        o = self.origin[body]
+        return self.table.vector(f"bodies.{body}.{label}", [p[k] - o[k] for k in range(3)], "m")
+
+    # -- parts --------------------------------------------------------------------------------------------------------------
+
+    def body(self, i: int, joint: str, name: str) -> Body:
+        """One body: mass, centre and inertia as leaves."""
+        b = self.scene.bodies[name]
+        m, center, inertia = mass_properties(b)
+        shaped = b.inertia is None
+        six = [inertia[0][0], inertia[1][1], inertia[2][2], inertia[0][1], inertia[0][2], inertia[1][2]]
+        unit = "m^2" if shaped else "kg*m^2"
+        label = "gyration" if shaped else "inertia"
+        leaves = tuple(
+            self.table.component(f"bodies.{name}.{label}.{n}", float(x) / m if shaped else float(x), unit)
+            for n, x in zip(INERTIA_NAMES, six, strict=True)
+        )
+        points = tuple((n, self.relative(name, n, p)) for n, p in b.points.items())
+        j = self.scene.joints[joint]
+        parent = self.point(j.inboard)[0] if self.point(j.outboard)[0] == name else self.point(j.outboard)[0]
+        return Body(
+            name, self.table.scalar(f"bodies.{name}.mass", m, "kg"),
+            self.relative(name, "center", tuple(float(c) for c in center)), leaves, shaped, points, i, self.index[parent],
+        )
+
+    def joint(self, name: str) -> Joint:
+        """One joint without its offsets."""
+        j = self.scene.joints[name]
+        kind = REGISTRY[j.type]
+        a, b = self.point(j.inboard), self.point(j.outboard)
+        frames = [frame(*_axes(j, s)) for s in (j.inboard, j.outboard)]
+        pitch = self.table.scalar(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.name == "screw" else None
+        return Joint(
+            name, j.type, self.index[a[0]], self.index[b[0]],
+            self.relative(a[0], _label(j.inboard, name), a[1]), self.relative(b[0], _label(j.outboard, name), b[1]),
+            frames[0], frames[1], j.pin == "outboard", pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
+        )
+
+    def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
+        """Assign children, offsets of coordinates, rates, constraint rows, and friction multipliers."""
+        q = v = rows = eta = flag = 0
+        out = []
+        for n, j in enumerate(joints):
+            new = replace(j, q0=q, v0=v, rows=rows)
+            if j.cut:
+                rows += j.kind.rows
+            else:
+                _, child, forward = self.spanning.tree[n]
+                new = replace(new, child=self.index[child], forward=forward)
+                q += len(state_coordinates(new))
+                v += len(new.free)
+            if self.scene.joints[j.name].friction is not None:
+                e = element(self.scene, self.table, new, eta, flag)
+                new = replace(new, friction=e)
+                eta += j.kind.nv
+                flag += len(e.sliders)
+            out.append(new)
+        return tuple(out)
+
+
+def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Direction | None]:
+    """Axis and reference of a side, its own or the joint's."""
+    own = side if isinstance(side, sm.Side) else None
+    axis = own.axis if own and own.axis is not None else j.axis
+    reference = own.reference if own and own.reference is not None else j.reference
+    return axis, reference
+
+
+def _label(side: str | sm.Side, joint: str) -> str:
+    """Name under which a joint's point appears among the parameters: the point's own name where it has one."""
+    p = side.point if isinstance(side, sm.Side) else side.partition(".")[2]
+    return p if isinstance(p, str) and p else f"at_{joint}"
+
+
+__all__ = ["Built", "Param", "build"]

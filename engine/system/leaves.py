@@ -1,0 +1,52 @@
+"""Numbers of a system: structural constants (folded into the code) and run-time parameters (never folded).
+
+Rule: a component of a vector or matrix that is exactly 0 as written is structure (it removes terms); every other number, and
+every single-number field whatever its value, is a run-time parameter. ``tunable`` patterns turn zeros into parameters too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+
+@dataclass(frozen=True)
+class Param:
+    """Index of a run-time parameter."""
+
+    index: int
+
+
+Leaf = float | Param
+Leaves = tuple[Leaf, ...]
+
+
+class ParameterTable:
+    """Run-time parameters in order of creation: path (as in the scene where there is one), value, unit."""
+
+    def __init__(self, tunable: Sequence[str] = ()):
+        self.paths: list[str] = []
+        self.values: list[float] = []
+        self.units: list[str] = []
+        self._tunable = tuple(tunable)
+        self._index: dict[str, int] = {}
+
+    def scalar(self, path: str, value: float, unit: str) -> Param:
+        """A run-time parameter; asking twice for one path gives the same one."""
+        if path not in self._index:
+            self._index[path] = len(self.paths)
+            self.paths.append(path)
+            self.values.append(float(value))
+            self.units.append(unit)
+        return Param(self._index[path])
+
+    def component(self, path: str, value: float, unit: str) -> Leaf:
+        """A component of a vector: structural when exactly zero and not tunable."""
+        if value == 0.0 and not any(fnmatchcase(path, p) for p in self._tunable):
+            return 0.0
+        return self.scalar(path, value, unit)
+
+    def vector(self, path: str, values: Sequence[float], unit: str) -> Leaves:
+        """Components named path[1], path[2], …"""
+        return tuple(self.component(f"{path}[{i + 1}]", v, unit) for i, v in enumerate(values))

@@ -1,0 +1,37 @@
+"""Applied forces, torques and spring-dampers as leaves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from engine.scene import model as sm
+from engine.system.structure import Load
+
+if TYPE_CHECKING:
+    from engine.system.build import _Maker
+
+
+def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) -> Load:
+    """One applied load of the scene."""
+    if isinstance(f, sm.SpringDamper):
+        return _spring(maker, name, f)
+    path = f"forces.{name}.{f.type}"
+    values = f.force if isinstance(f, sm.Force) else f.torque
+    unit = "N" if isinstance(f, sm.Force) else "N*m"
+    vector = tuple(maker.devices.component(f"{path}[{k + 1}]", v, unit) for k, v in enumerate(values))
+    body, point = maker.point(f.on)
+    if isinstance(f, sm.Force) and "." not in f.on:
+        point = tuple(float(c) for c in maker.scene.bodies[body].center)
+    leaves = maker.relative(body, f.on.partition(".")[2] or "center", point)
+    return Load(name, f.type, (maker.index[body],), (leaves,), f.frame == "body", vector)
+
+
+def _spring(maker: _Maker, name: str, f: sm.SpringDamper) -> Load:
+    s = maker.table.scalar
+    ends = [maker.point(b) for b in f.between]
+    leaves = tuple(maker.relative(b, side.partition(".")[2] or "origin", p) for side, (b, p) in zip(f.between, ends, strict=True))
+    numbers = (
+        s(f"forces.{name}.stiffness", f.stiffness, "N/m"), s(f"forces.{name}.damping", f.damping, "N*s/m"),
+        s(f"forces.{name}.length", f.length, "m"),
+    )
+    return Load(name, "spring_damper", tuple(maker.index[b] for b, _ in ends), leaves, False, (), numbers)

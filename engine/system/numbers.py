@@ -1,0 +1,122 @@
+"""Numbers of one run that are not parameters of the code: start values, tables, break points of signals, scales."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.scene import model as sm
+from engine.system.devices import Builder
+from engine.system.frames import direction
+from engine.system.structure import System, state_coordinates
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """q (nq), v (nv): start values, zero (identity) where the scene gives none; q_given, v_given: 1 where it does.
+    tables: (kind, times, values). breaks: times at which a signal has a kink. length, rate: scales for tolerances."""
+
+    q: np.ndarray
+    v: np.ndarray
+    q_given: np.ndarray
+    v_given: np.ndarray
+    tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+    breaks: tuple[float, ...]
+    length: float
+    rate: float
+    inputs: np.ndarray
+    ignored: tuple[str, ...]
+    """Cut joints whose start values cannot be used."""
+    q_given_by_rate: np.ndarray
+    """q_given, rate by rate (nv)."""
+
+
+def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
+    """Collect them."""
+    q, v = np.zeros(system.nq), np.zeros(system.nv)
+    q_given, v_given, by_rate = np.zeros(system.nq), np.zeros(system.nv), np.zeros(system.nv)
+    for j in system.tree:
+        kind, start = j.kind, scene.joints[j.name].start
+        values = np.zeros(kind.nq)
+        if kind.quaternion >= 0:
+            values[kind.quaternion] = 1.0
+        given = start is not None and start.q is not None
+        if start is not None and start.q is not None:
+            values = coordinates(start.q, kind.nq, kind.quaternion)
+        states = state_coordinates(j)
+        q[j.q0 : j.q0 + len(states)] = values[list(states)]
+        q_given[j.q0 : j.q0 + len(states)] = given
+        by_rate[j.v0 : j.v0 + len(j.free)] = given
+        if start is not None and start.qd is not None:
+            rates = np.atleast_1d(np.array(start.qd, float))
+            v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
+            v_given[j.v0 : j.v0 + len(j.free)] = 1
+    ignored = tuple(j.name for j in system.cuts if scene.joints[j.name].start is not None)
+    tables = tuple((kind, np.array(t.time, float), np.array(t.value, float)) for kind, t in devices.tables)
+    length = length_scale(scene)
+    inputs = np.array([float(i.start) for i in scene.inputs.values()])
+    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate_scale(scene, v, length), inputs, ignored, by_rate)
+
+
+def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
+    """Start coordinates as an array (nq); a rotation given by axis and angle becomes a unit quaternion."""
+    if isinstance(q, sm.AxisAngle):
+        a = 0.5 * float(q.angle)
+        e = np.concatenate([[math.cos(a)], math.sin(a) * direction(q.axis)])
+        return np.concatenate([np.zeros(nq - 4), e])
+    out = np.atleast_1d(np.array(q, float))
+    if quaternion >= 0:
+        out[quaternion : quaternion + 4] /= np.linalg.norm(out[quaternion : quaternion + 4])
+    return out
+
+
+def breaks(scene: sm.Scene) -> tuple[float, ...]:
+    """Sorted times at which a ramp or table has a kink; the integrator stops there."""
+    times: set[float] = set()
+    for s in _signals(scene):
+        if s.ramp is not None:
+            times |= {float(s.ramp.begin), float(s.ramp.begin + s.ramp.duration)}
+        if s.table is not None:
+            times |= {float(t) for t in s.table.time}
+    return tuple(sorted(times))
+
+
+def _signals(scene: sm.Scene):
+    for j in scene.joints.values():
+        for field in (j.drive, j.effort):
+            for s in field if isinstance(field, tuple) else (field,):
+                if isinstance(s, sm.Drive | sm.Signal):
+                    yield s
+    for f in scene.forces.values():
+        for s in getattr(f, "force", None) or getattr(f, "torque", ()):
+            if isinstance(s, sm.Signal):
+                yield s
+
+
+def length_scale(scene: sm.Scene) -> float:
+    """Largest distance between joint points, mass centre and shape corners of one body, m (1 when all are zero)."""
+    sizes = [0.0]
+    for b in scene.bodies.values():
+        pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
+        sizes += [float(np.linalg.norm(p - r)) for p in pts for r in pts]
+        if b.box is not None:
+            sizes.append(max(float(x) for x in b.box))
+        if b.cylinder is not None:
+            sizes.append(max(float(b.cylinder.length), 2 * float(b.cylinder.radius)))
+        if b.sphere is not None:
+            sizes.append(2 * float(b.sphere))
+    for j in scene.joints.values():
+        for side in (j.inboard, j.outboard):
+            if isinstance(side, sm.Side) and not isinstance(side.point, str) and side.body != "ground":
+                b = scene.bodies[side.body]
+                sizes.append(float(np.linalg.norm(np.array(side.point, float) - np.array(b.center, float))))
+    return max(sizes) or 1.0
+
+
+def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
+    """√(g/length), 1/s; without gravity 1/s, in both cases at least the largest start rate."""
+    g = float(np.linalg.norm(np.array(scene.gravity, float)))
+    base = math.sqrt(g / length) if g else 1.0
+    return max([base, *np.abs(v).tolist()])

@@ -1,0 +1,85 @@
+"""Which joints form the tree and which are cut (paper §4: "each closed loop is opened by cutting a joint")."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+from engine.joints import REGISTRY
+from engine.scene.model import Joint, Scene, Side
+
+DEVICES = ("spring", "damping", "stops", "drive", "effort")
+
+
+@dataclass(frozen=True)
+class Spanning:
+    """Tree joints in the order they were reached (child bodies in the same order) and the cut ones by name."""
+
+    tree: tuple[tuple[str, str, bool], ...]
+    """(joint, child body, forward): forward when the child is the outboard part."""
+    cut: tuple[str, ...]
+
+
+def side_body(side: str | Side) -> str:
+    """Name of the body a side is on."""
+    return side.body if isinstance(side, Side) else side.partition(".")[0]
+
+
+def cutting_cost(j: Joint) -> tuple[int, int]:
+    """How much is lost by cutting a joint: devices and unwritable rows first, then friction and given start values, then the
+    number of multipliers it would add (a spherical joint, with three and a quaternion saved, is the best cut)."""
+    kind = REGISTRY[j.type]
+    never = 0 if kind.cuttable else 4
+    devices = sum(getattr(j, d) is not None for d in DEVICES)
+    wish = {None: 0, True: -8, False: 8}[j.cut]
+    soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
+    return (never + wish + min(devices, 2), 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
+
+
+def span(scene: Scene) -> Spanning:
+    """Grow the tree from ground, always along the joint that is worst to cut; ties go to the body nearest the ground, then
+    by name, so that the order of the file does not matter."""
+    ends = {n: (side_body(j.inboard), side_body(j.outboard)) for n, j in scene.joints.items()}
+    at: dict[str, list[str]] = {}
+    for n, (a, b) in ends.items():
+        at.setdefault(a, []).append(n)
+        at.setdefault(b, []).append(n)
+    depth = {"ground": 0}
+    used: set[str] = set()
+    tree: list[tuple[str, str, bool]] = []
+    heap: list[tuple[tuple[int, int], int, str, str]] = []
+
+    def reach(body: str) -> None:
+        for n in at.get(body, ()):
+            if n not in used:
+                cost = cutting_cost(scene.joints[n])
+                heapq.heappush(heap, ((-cost[0], -cost[1]), depth[body], n, body))
+
+    reach("ground")
+    while heap:
+        _, _, n, body = heapq.heappop(heap)
+        a, b = ends[n]
+        other = b if a == body else a
+        if n in used or other in depth:
+            continue
+        used.add(n)
+        depth[other] = depth[body] + 1
+        tree.append((n, other, other == b))
+        reach(other)
+    return Spanning(_by_branch(tree, ends), tuple(sorted(n for n in ends if n not in used)))
+
+
+def _by_branch(tree: list[tuple[str, str, bool]], ends: dict[str, tuple[str, str]]) -> tuple[tuple[str, str, bool], ...]:
+    """Depth-first order, so that a chain's bodies are neighbours in memory."""
+    children: dict[str, list[tuple[str, str, bool]]] = {}
+    for entry in sorted(tree):
+        n, child, _ = entry
+        a, b = ends[n]
+        children.setdefault(a if child == b else b, []).append(entry)
+    order: list[tuple[str, str, bool]] = []
+    stack = list(reversed(children.get("ground", [])))
+    while stack:
+        entry = stack.pop()
+        order.append(entry)
+        stack.extend(reversed(children.get(entry[1], [])))
+    return tuple(order)

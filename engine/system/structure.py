@@ -1,0 +1,209 @@
+"""Data of a system: what the recursion is built from. Everything is immutable and hashes by content (the kernel's key)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from engine.joints import REGISTRY, JointKind
+from engine.system.leaves import Leaf, Leaves
+
+GROUND = -1
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A function of time. kind: "value" (leaf), "input" (index), "ramp" (start, end, begin, duration, origin), "harmonic"
+    (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t) or "table" (index of a table)."""
+
+    kind: str
+    leaves: Leaves = ()
+    index: int = 0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Compliant stops of one freedom; ``flags``: index of the engagement flags of lower and upper (−1 = no such stop)."""
+
+    stiffness: Leaf
+    damping: Leaf
+    lower: Leaf | None
+    upper: Leaf | None
+    flags: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Device:
+    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive."""
+
+    spring: tuple[Leaf, Leaf] | None = None
+    damping: Leaf | None = None
+    stop: Stop | None = None
+    effort: Signal | None = None
+    drive: Signal | None = None
+
+
+@dataclass(frozen=True)
+class Slider:
+    """One pair of surfaces sliding on each other: the unit of friction states, kinks and events.
+
+    eta: indices of its multipliers; flag: index in the slider table; label: suffix in the names of states ("1", "2").
+    """
+
+    flag: int
+    eta: tuple[int, ...]
+    label: str
+
+
+@dataclass(frozen=True)
+class FrictionElement:
+    """Friction of a joint: contact element and law by registry name, numbers by name (``mu``, ``radius``, …)."""
+
+    contact: str
+    law: str
+    adams: bool
+    numbers: tuple[tuple[str, Leaf], ...]
+    sliders: tuple[Slider, ...]
+
+    def number(self, name: str) -> Leaf:
+        """The leaf called ``name``; KeyError when the element has none."""
+        return dict(self.numbers)[name]
+
+    def has(self, name: str) -> bool:
+        """Whether the element has a number of that name."""
+        return any(n == name for n, _ in self.numbers)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint. ``inb``/``out``: body indices (GROUND = −1). Points are relative to the bodies' reference origins, in body axes.
+
+    In the tree: ``child`` is the body it carries; ``forward`` when the child is the outboard part; q0, v0, d0: offsets of its
+    coordinates, free rates and driven coordinates. ``free``: indices of the freedoms that are not driven.
+    Cut: ``rows`` is the offset of its constraint rows.
+    """
+
+    name: str
+    kind_name: str
+    inb: int
+    out: int
+    inb_point: Leaves
+    out_point: Leaves
+    inb_frame: tuple[float, ...]
+    out_frame: tuple[float, ...]
+    pin_out: bool
+    pitch: Leaf | None
+    devices: tuple[Device, ...]
+    friction: FrictionElement | None
+    cut: bool
+    child: int = GROUND
+    forward: bool = True
+    q0: int = 0
+    v0: int = 0
+    rows: int = 0
+
+    @property
+    def kind(self) -> JointKind:
+        """The joint type."""
+        return REGISTRY[self.kind_name]
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Freedoms that are not driven."""
+        return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Freedoms whose motion is prescribed."""
+        return tuple(k for k, d in enumerate(self.devices) if d.drive is not None)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body in tree order. ``center``: mass centre from the reference origin, body axes. ``inertia``: (xx, yy, zz, xy, xz, yz)
+    about the mass centre, per mass when ``per_mass``. ``points``: named points from the reference origin.
+    ``joint``: index of the tree joint that carries it; ``parent``: its inboard body in the tree."""
+
+    name: str
+    mass: Leaf
+    center: Leaves
+    inertia: Leaves
+    per_mass: bool
+    points: tuple[tuple[str, Leaves], ...]
+    joint: int
+    parent: int
+
+
+@dataclass(frozen=True)
+class Load:
+    """Force or torque on a body (``vector`` of signals or structural zeros), or a spring-damper between two points."""
+
+    name: str
+    kind: str
+    bodies: tuple[int, ...]
+    points: tuple[Leaves, ...]
+    body_frame: bool = False
+    vector: tuple[Signal | None, ...] = ()
+    numbers: Leaves = ()
+
+
+@dataclass(frozen=True)
+class System:
+    """The whole: bodies in tree order (inboard before outboard), all joints (tree joints first, in the order of their child
+    bodies, then cut joints), loads, and sizes."""
+
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    loads: tuple[Load, ...]
+    gravity: Leaves
+    inputs: tuple[str, ...]
+    tables: int
+    stops: int
+    outputs: tuple[str, ...] = ("*",)
+    ground_points: tuple[tuple[str, Leaves], ...] = field(default=())
+
+    @property
+    def tree(self) -> tuple[Joint, ...]:
+        """Tree joints; the i-th carries body i."""
+        return self.joints[: len(self.bodies)]
+
+    @property
+    def cuts(self) -> tuple[Joint, ...]:
+        """Cut joints."""
+        return self.joints[len(self.bodies) :]
+
+    @property
+    def nq(self) -> int:
+        """Coordinates of the state (those of driven freedoms are not in it)."""
+        return sum(len(state_coordinates(j)) for j in self.tree)
+
+    @property
+    def nv(self) -> int:
+        """Rates of the state."""
+        return sum(len(j.free) for j in self.tree)
+
+    @property
+    def rows(self) -> int:
+        """Constraint rows of all cut joints."""
+        return sum(j.kind.rows for j in self.cuts)
+
+    @property
+    def frictional(self) -> tuple[Joint, ...]:
+        """Joints with friction, in joint order."""
+        return tuple(j for j in self.joints if j.friction)
+
+    @property
+    def neta(self) -> int:
+        """Number of friction multipliers."""
+        return sum(j.kind.nv for j in self.frictional)
+
+    @property
+    def sliders(self) -> tuple[Slider, ...]:
+        """All sliding pairs, in order of their flags."""
+        return tuple(s for j in self.frictional if j.friction for s in j.friction.sliders)
+
+
+def state_coordinates(j: Joint) -> tuple[int, ...]:
+    """Indices of the joint's coordinates that are states (quaternions always, others unless driven)."""
+    k = j.kind
+    driven = {k.coordinate_of(r) for r in j.driven}
+    return tuple(i for i in range(k.nq) if i not in driven)

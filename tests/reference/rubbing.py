@@ -1,0 +1,136 @@
+"""Friction of one joint from what it transmits, for each joint type that can have it, pin on either side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import contacts as ct
+from .joint_rows import directions
+from .kinematics import State
+from .laws import is_adams, law_of
+from .rotation import cross
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A joint seen from the part that carries the pin: sign (+1 inboard, -1 outboard), its frame, its point."""
+
+    sign: float
+    A: np.ndarray
+    point: np.ndarray
+
+
+def pin_of(state: State, name: str) -> Pin:
+    """The part that carries the pin."""
+    pose = state.joint_pose(name)
+    if state.scene.joints[name].pin == "inboard":
+        return Pin(1.0, pose.A_in, pose.p_in)
+    return Pin(-1.0, pose.A_out, pose.p_out)
+
+
+def pair(value) -> tuple[float, float]:
+    """A number for each journal of a universal joint."""
+    return tuple(value) if isinstance(value, (tuple, list)) else (value, value)
+
+
+def _ball(joint, fc, mc, rates, law, adams) -> ct.Outcome:
+    radius = joint.friction.radius
+    out = ct.ball(fc, rates[3:], radius, law)
+    return replace(out, torque=ct.adams_ball(fc, rates[3:], radius, law)) if adams else out
+
+
+def _sleeve(joint, fc, mc, rates, law, adams) -> ct.Outcome:
+    g, sdot = joint.friction, rates[0]
+    out = ct.sleeve(fc, mc, sdot, g.half_width, g.half_height, g.half_length, law)
+    return replace(out, force=law.slope(abs(sdot)) * sdot * np.linalg.norm(fc[1:])) if adams else out
+
+
+def _shaft(joint, fc, mc, rates, law, adams) -> ct.Outcome:
+    g = joint.friction
+    out = ct.journal(fc, mc, rates[3], rates[0], g.radius, g.half_length, law)
+    return ct.adams_journal(out, fc, rates[3], rates[0], g.radius, law, axial=False) if adams else out
+
+
+def _journal(joint, fc, mc, rates, law, adams) -> ct.Outcome:
+    g = joint.friction
+    out = ct.journal(fc, mc, rates[3], 0.0, g.radius, g.half_length, law, g.thrust_radius or 0.0)
+    return ct.adams_journal(out, fc, rates[3], 0.0, g.radius, law, axial=True) if adams else out
+
+
+PAIRS = {
+    "spherical": (_ball, lambda out: out.torque),
+    "prismatic": (_sleeve, lambda out: np.array([out.force])),
+    "cylindrical": (_shaft, lambda out: np.array([out.force, out.torque])),
+    "revolute": (_journal, lambda out: np.array([out.torque])),
+}
+"""How the sliding pair is solved, and its friction on the pin along the freedoms."""
+
+
+class Rubbing:
+    """A joint with friction at one state. ``friction`` gives the friction on the inboard part along each freedom, and
+    the contacts with normals in the inboard joint frame, from
+
+    ``wrench``   constraint and friction on the inboard part: force, torque at the outboard point (world)
+    ``devices``  springs, drives and so on along the freedoms, on the outboard part
+    ``scale``    share of the friction (for the continuation from none)
+    """
+
+    def __init__(self, state: State, name: str):
+        self.joint, self.pose, self.pin = state.scene.joints[name], state.joint_pose(name), pin_of(state, name)
+        if self.joint.type not in (*PAIRS, "universal"):
+            raise NotImplementedError(f"{name}: no friction in a {self.joint.type} joint")
+        self.six = directions(state, name)
+        self.law = law_of(state.scene, self.joint.friction)
+        self.adams = is_adams(state.scene, self.joint.friction)
+        self.qd = state.qd[name]
+        # rates of the bearing relative to the pin, in the pin's frame: travel, turn
+        world = self.six.F[:3].T @ self.six.rate[:3], self.six.T[3:].T @ self.six.rate[3:]
+        self.rates = self.pin.sign * np.concatenate([self.pin.A.T @ x for x in world])
+
+    def friction(self, wrench, devices, scale: float = 1.0) -> tuple[np.ndarray, list]:
+        """Friction on the inboard part along each freedom, and the contacts."""
+        law = replace(self.law, scale=scale)
+        if self.joint.type == "universal":
+            return self._universal(wrench, devices, law)
+        sign, A = self.pin.sign, self.pin.A
+        arm = self.pose.p_out - self.pin.point
+        fc, mc = sign * A.T @ wrench[:3], sign * A.T @ (wrench[3:] + cross(arm, wrench[:3]))
+        solver, along = PAIRS[self.joint.type]
+        out = solver(self.joint, fc, mc, self.rates, law, self.adams)
+        back = self.pose.A_in.T @ A
+        seen = [replace(c, normal=back @ c.normal) for c in out.contacts]
+        if self.joint.type != "spherical":
+            return sign * along(out), seen
+        n = seen[0].normal
+        angle, elevation = float(np.arctan2(n[2], n[0])), float(np.arcsin(np.clip(n[1], -1, 1)))
+        return sign * back @ along(out), [replace(seen[0], angle=angle, elevation=elevation)]
+
+    def _universal(self, wrench, devices, law) -> tuple[np.ndarray, list]:
+        """(141)-(150) with the errata: journal 1 about u1 and journal 2 about u2, on either side of a massless cross.
+
+        Pin inboard: pins on the inboard and the outboard part. Pin outboard: both pins on the cross.
+        """
+        g, C = self.joint.friction, self.six.T[3:]
+        radius, half = pair(g.radius), pair(g.half_length)
+        friction, seen = np.zeros(2), []
+        for k in range(2):
+            f, m = C @ wrench[:3], C @ wrench[3:]
+            m[1 - k] -= devices[1 - k]  # the cross passes on the devices of the other axis
+            sign = self.pin.sign * (1.0 if k == 0 else -1.0)
+            turn = [0, 1, 2] if k == 0 else [1, 2, 0]
+            fc, mc, omega = sign * f[turn], sign * m[turn], sign * self.qd[k]
+            out = ct.journal(fc, mc, omega, 0.0, radius[k], half[k], law)
+            if self.adams:
+                out = ct.adams_journal(out, fc, omega, 0.0, radius[k], law, axial=True)
+            friction[k] = sign * out.torque
+            back = self.pose.A_in.T @ C[turn].T
+            seen += [replace(c, normal=back @ c.normal) for c in out.contacts]
+        return friction, seen
+
+
+def reaction(state: State, name: str, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A wrench at the outboard point (world) at the pin side's point, in the inboard joint frame."""
+    pose, point = state.joint_pose(name), pin_of(state, name).point
+    return pose.A_in.T @ wrench[:3], pose.A_in.T @ (wrench[3:] + cross(pose.p_out - point, wrench[:3]))

@@ -1,0 +1,76 @@
+"""Functions of time: loads (value) and drives (position, rate, acceleration), and lists with one entry a freedom."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+
+def per_freedom(value, n: int) -> list:
+    """A joint's list with one entry a freedom; a single entry stands for the only freedom."""
+    if value is None:
+        return [None] * n
+    if isinstance(value, (tuple, list)):
+        if len(value) != n:
+            raise ValueError(f"{len(value)} entries for {n} freedoms")
+        return list(value)
+    if n != 1:
+        raise ValueError("a single entry needs a joint of one freedom")
+    return [value]
+
+
+def load_value(scene, load, t: float) -> float:
+    """Value of a load: number, input (at its start value) or signal."""
+    if load is None:
+        return 0.0
+    if isinstance(load, (int, float)):
+        return float(load)
+    if hasattr(load, "input"):
+        return float(scene.inputs[load.input].start)
+    if load.ramp is not None:
+        r = load.ramp
+        return r.start + (r.end - r.start) * float(np.clip((t - r.begin) / r.duration, 0.0, 1.0))
+    if load.harmonic is not None:
+        return _harmonic(load.harmonic, t)[0]
+    return float(np.interp(t, load.table.time, load.table.value))
+
+
+def drive_motion(drive, t: float) -> tuple[float, float, float]:
+    """Prescribed q, its rate and its acceleration (from the right at a kink)."""
+    if drive.constant is not None:
+        return drive.constant.start + drive.constant.rate * t, drive.constant.rate, 0.0
+    if drive.ramp is not None:
+        return _ramp(drive.ramp, t)
+    if drive.harmonic is not None:
+        return _harmonic(drive.harmonic, t)
+    return _spline(drive.table, t)
+
+
+def _harmonic(h, t):
+    w = 2 * np.pi * h.frequency
+    a = w * t + h.phase
+    A = h.amplitude
+    return h.offset + A * np.sin(a), A * w * np.cos(a), -A * w * w * np.sin(a)
+
+
+def _ramp(r, t):
+    end = r.begin + r.duration
+
+    def distance(x):  # integral of the rate from ``begin`` to x
+        if x < r.begin:
+            return r.start * (x - r.begin)
+        u = min(x, end) - r.begin
+        return r.start * u + (r.end - r.start) * u * u / (2 * r.duration) + r.end * max(x - end, 0.0)
+
+    slope = (r.end - r.start) / r.duration if r.begin <= t < end else 0.0
+    rate = r.start + (r.end - r.start) * float(np.clip((t - r.begin) / r.duration, 0.0, 1.0))
+    return r.origin + distance(t) - distance(0.0), rate, slope
+
+
+def _spline(table, t):
+    times = np.array(table.time, float)
+    s = CubicSpline(times, np.array(table.value, float), bc_type="natural")
+    inside = min(max(t, times[0]), times[-1])
+    rate = float(s(inside, 1))
+    bend = float(s(t, 2)) if times[0] <= t < times[-1] else 0.0
+    return float(s(inside)) + rate * (t - inside), rate, bend
