@@ -1,8 +1,10 @@
-"""Integrators as tables. A new explicit pair is a new file and one line here; the C code follows from the table."""
+"""Integrators as tables. A new method is a new file and one line here; the C code follows from the table."""
 
 from engine.integrators.rk5 import RK5
 from engine.integrators.rk8 import RK8
+from engine.integrators.rodas5p import RODAS5P
 
 EXPLICIT = (RK5, RK8)
+STIFF = RODAS5P
 
-__all__ = ["EXPLICIT", "RK5", "RK8"]
+__all__ = ["EXPLICIT", "RK5", "RK8", "RODAS5P", "STIFF"]

@@ -1,16 +1,18 @@
-"""C code of the explicit methods: one unrolled function per stage sum, vectorised over the state (rows padded to whole vectors)."""
+"""C code of the methods: explicit ones as one unrolled function per stage sum, vectorised over the state (rows padded to whole
+vectors); the Rosenbrock method as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engine.integrators import EXPLICIT
+from engine.integrators import EXPLICIT, STIFF
+from engine.integrators.rosenbrock import Rosenbrock
 from engine.integrators.tableau import Tableau
 
 
 def header() -> str:
     """Text of the generated header ``tr_tables.h``."""
-    return "#include \"vec.h\"\n" + "\n".join(_method(t) for t in EXPLICIT)
+    return "#include \"vec.h\"\n" + "\n".join([*(_method(t) for t in EXPLICIT), _rosenbrock(STIFF)])
 
 
 def _sum(coefficients: Sequence[float], rows: Sequence[int] | None = None) -> str:
@@ -52,3 +54,23 @@ def _method(t: Tableau) -> str:
     extra = len(t.C_dense)
     parts.append(f"enum {{{t.name.upper()}_STAGES={s},{t.name.upper()}_EXTRA={extra},{t.name.upper()}_DENSE={len(t.D)}}};")
     return "\n".join(parts)
+
+
+def _rosenbrock(t: Rosenbrock) -> str:
+    """Tables of a Rosenbrock method (square, zero padded)."""
+    n = t.stages
+
+    def square(rows: Sequence[Sequence[float]]) -> str:
+        return ",".join("{" + ",".join(repr(float(v)) for v in [*row, *([0.0] * (n - len(row)))]) + "}" for row in rows)
+
+    def line(row: Sequence[float]) -> str:
+        return ",".join(repr(float(v)) for v in row)
+
+    return (
+        f"enum {{TR_ROS_STAGES={n},TR_ROS_END={n + 1},TR_ROS_ORDER={t.order}}};\n"
+        f"static const double tr_ros_gamma={t.gamma!r};\n"
+        f"static const double tr_ros_a[{n}][{n}]={{{square(t.A)}}};\n"
+        f"static const double tr_ros_C[{n}][{n}]={{{square(t.C)}}};\n"
+        f"static const double tr_ros_c[{n}]={{{line(t.c)}}},tr_ros_d[{n}]={{{line(t.d)}}},tr_ros_b[{n}]={{{line(list(t.weights()))}}};\n"
+        f"static const double tr_ros_H[3][{n}]={{{square(t.H)}}};\n"
+    )

@@ -17,6 +17,9 @@ SX = ca.SX
 PIECE = 2500
 """Statements per C function. Compile time grows faster than linear beyond a few thousand, run time does not suffer at this size."""
 
+SCRATCH = "s_"
+"""Array that carries values between the pieces of a stage that keeps nothing for later ones."""
+
 BINARY = {
     ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",
     ca.OP_POW: "pow({0},{1})", ca.OP_CONSTPOW: "pow({0},{1})", ca.OP_FMIN: "fmin({0},{1})", ca.OP_FMAX: "fmax({0},{1})",
@@ -161,7 +164,7 @@ class _Emitter:
             outside = {p for p in places if p != self.home.get(v, p)} if v in self.op else set()
             raw_parameter = v not in self.op and source == 0 and any(p[0] > 0 for p in places)
             if outside or raw_parameter:
-                keep = self.stages[source].keep
+                keep = self.stages[source].keep or SCRATCH
                 self.slot[v] = f"{keep}[{self.kept[source]}]"
                 self.kept[source] += 1
 
@@ -194,12 +197,16 @@ class _Emitter:
                 bodies[p].append(f"{target}={self._ref(v, (k, p))};")
         if pieces == 1:
             return f"void {stage.name}({stage.arguments}){{\n" + "\n".join(bodies[0]) + "\n}\n"
-        call = ",".join(a.split("*")[-1].split()[-1] for a in stage.arguments.split(","))
+        own = not stage.keep
+        arguments = stage.arguments + (f",double*restrict {SCRATCH}" if own else "")
+        call = ",".join(a.split("*")[-1].split()[-1] for a in arguments.split(","))
         parts = [
-            f"static __attribute__((noinline)) void {stage.name}_{p}({stage.arguments}){{\n" + "\n".join(b) + "\n}\n"
+            f"static __attribute__((noinline)) void {stage.name}_{p}({arguments}){{\n" + "\n".join(b) + "\n}\n"
             for p, b in enumerate(bodies)
         ]
         calls = "\n".join(f"{stage.name}_{p}({call});" for p in range(pieces))
+        if own:
+            calls = f"double {SCRATCH}[{max(self.kept[k], 1)}];\n" + calls
         return "\n".join(parts) + f"void {stage.name}({stage.arguments}){{\n{calls}\n}}\n"
 
 

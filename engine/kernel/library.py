@@ -86,6 +86,21 @@ class Kernel:
     facts: dict[str, Any]
     build_seconds: float
     folder: Path
+    key: str
+    structure: tuple[System, int, bool]
+
+    def jacobian(self) -> int:
+        """Address of the Jacobian unit's table, built when it is first asked for."""
+        if "jacobian" not in self.libraries:
+            folder, _ = cache.entry(f"jacobian-{self.key}", self.build_jacobian)
+            self.libraries["jacobian"] = ctypes.CDLL(str(folder / f"jacobian{compiler.library_suffix()}"))
+        return self.address("jacobian")
+
+    def build_jacobian(self, folder: Path) -> None:
+        """Fill a cache entry with the unit."""
+        from engine.kernel.source import jacobian_source
+
+        _compile_unit(folder, "jacobian", jacobian_source(*self.structure))
 
     def address(self, unit: str) -> int:
         """Address of a unit's table."""
@@ -114,7 +129,8 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
     table = (ctypes.c_int * len(SIZE_NAMES)).in_dll(libraries["kernel"], UNITS["kernel"])
     sizes = dict(zip(SIZE_NAMES, table, strict=True))
     facts = json.loads((folder / "facts.json").read_text())
-    return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder)
+    return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, key,
+                  (system, parameters, quadratures))
 
 
 def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool) -> None:

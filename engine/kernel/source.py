@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from engine.kernel.columns import Column
+from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
 from engine.recursion.reduction import model
@@ -33,6 +34,14 @@ def kernel_source(system: System, parameters: int, chosen: list[Column], quadrat
     out = output_unit(m, chosen, quadratures)
     facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active)}
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
+
+
+def jacobian_source(system: System, parameters: int, quadratures: bool) -> str:
+    """C text of the Jacobian unit."""
+    unit = jacobian_unit(model(Symbols(system, parameters)), quadratures)
+    names = "j_eval,0,0" if unit.dense else "0,j_point,j_along"
+    struct = f"const tr_jacobian trunnion_jacobian={{{ABI},{unit.nc},{unit.nw},j_prepare,{names}}};\n"
+    return PREAMBLE + unit.text + struct
 
 
 def _ints(name: str, values: Sequence[int]) -> str:

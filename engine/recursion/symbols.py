@@ -8,6 +8,8 @@ from engine.recursion.vectors import SX, vector
 from engine.system.leaves import Leaf, Leaves, Param
 from engine.system.structure import Joint, Signal, System, state_coordinates
 
+TABLE = 4
+"""Numbers per table signal in the inputs: value and three derivatives."""
 MODE = 4
 """Numbers per slider in the mode part of the inputs: state flag and frozen direction (see ``friction.base``)."""
 
@@ -16,16 +18,16 @@ class Symbols:
     """Symbols of one system.
 
     t, ts: time, and a time inside the current step, which alone decides on which branch of a ramp we are;
-    x: [t, ts, inputs, tables (value, first, second derivative each), stop flags, slider modes (4 each)];
+    x: [t, ts, inputs, tables (value and three derivatives each), stop flags, slider modes (4 each)];
     q (nq), v (nv); p (parameters); lam (cut rows); eta (friction multipliers).
     """
 
     def __init__(self, system: System, parameters: int):
         self.system = system
         n_in, n_tab, n_stop = len(system.inputs), system.tables, system.stops
-        self.x = SX.sym("x", 2 + n_in + 3 * n_tab + n_stop + MODE * len(system.sliders))
+        self.x = SX.sym("x", 2 + n_in + TABLE * n_tab + n_stop + MODE * len(system.sliders))
         self.offset_tables = 2 + n_in
-        self.offset_stops = self.offset_tables + 3 * n_tab
+        self.offset_stops = self.offset_tables + TABLE * n_tab
         self.offset_modes = self.offset_stops + n_stop
         self.t, self.ts = self.x[0], self.x[1]
         self.q, self.v = SX.sym("q", system.nq), SX.sym("v", system.nv)
@@ -56,7 +58,7 @@ class Symbols:
         if s.kind == "input":
             return self.x[2 + s.index]
         if s.kind == "table":
-            return self.x[self.offset_tables + 3 * s.index]
+            return self.x[self.offset_tables + TABLE * s.index]
         if s.kind == "harmonic":
             return self._harmonic(s)[0]
         start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
@@ -68,7 +70,7 @@ class Symbols:
             start, rate = (self.leaf(x) for x in s.leaves)
             return start + rate * self.t, rate, SX(0)
         if s.kind == "table":
-            k = self.offset_tables + 3 * s.index
+            k = self.offset_tables + TABLE * s.index
             return self.x[k], self.x[k + 1], self.x[k + 2]
         if s.kind == "harmonic":
             return self._harmonic(s)

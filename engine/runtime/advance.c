@@ -220,7 +220,7 @@ static int tr_finish_event(tr_sim *s) {
   int entering = pair && tr_mode(s, i)[0] > 0.5;
   tr_switch(s, i, te, ye);
   tr_shift(s, te, ye);
-  s->have_k1 = 0;
+  s->have_k1 = s->have_jac = 0;
   double h = s->p_h * fmin(s->p_grow, 1.0);
   if (entering) {
     s->h_slip = fmax(h, s->h_slip);

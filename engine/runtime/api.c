@@ -32,9 +32,10 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(smin, k->nsliders); TR_PLACE(smax, k->nsliders); TR_PLACE(lin0, TR_ZONE * k->nsliders);
   TR_PLACE(h_res, 2 * rows); TR_PLACE(ev, TR_EVENT * s->ev_capacity); TR_PLACE(breaks, s->nbreaks); TR_PLACE(tables, ntable);
   TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
-  int nz = a + e, dense = (nv + nz) * (ny + 1 + nz);
+  int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
-  TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? 3 * ny * ny + (ny + 1) * (nz + nv) + 4 * ny : 0));
+  TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
+  TR_PLACE(jp, s->j ? s->j->nw : 0); TR_PLACE(W, s->j ? ny * ny : 0); TR_PLACE(wperm, s->j ? ny : 0);
   return at;
 }
 
@@ -98,7 +99,8 @@ static void tr_units(tr_sim *s) {
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const tr_kernel *k = s->k;
   s->t = s->t_start = t, s->t_stop = t_stop, s->every = every, s->row_index = 0, s->row_next = t;
-  s->h = s->hfixed, s->h_slip = 0.0, s->have_k1 = s->have_dense = s->pending = s->chatter = s->nev = s->status = 0;
+  s->h = s->hfixed, s->h_slip = 0.0, s->have_k1 = s->have_dense = s->pending = s->chatter = s->nev = s->status = s->have_jac = 0;
+  s->stiff_count = s->nonstiff_count = 0;
   s->chatter_t = -INFINITY, s->next_break = 0, s->rank = 0, s->energy0 = 0.0;
   memset(&s->stats, 0, sizeof s->stats);
   s->method_now = s->method == TR_AUTO ? (s->rtol > 2e-4 ? TR_RK5 : TR_RK8) : s->method;
@@ -163,4 +165,18 @@ void tr_configure(tr_sim *s, const tr_settings *o) {
   s->method = o->method, s->project = o->project, s->locate = o->locate, s->max_steps_total = o->max_steps;
 }
 
-void tr_attach_jacobian(tr_sim *s, const tr_jacobian *j) { s->j = j; }
+/* Move a running simulation into a larger block laid out with the Jacobian unit: everything before its arrays is the same. */
+int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int ntable) {
+  if (j->abi != TR_ABI) return 0;
+  tr_sim old = *from;
+  *to = *from;
+  to->j = j;
+  to->bytes = sizeof(tr_sim) + sizeof(double) * tr_layout(to, ntable);
+  const double *a = (const double *)((const char *)from + sizeof(tr_sim));
+  double *b = (double *)((char *)to + sizeof(tr_sim));
+#define TR_MOVE(field, next) memcpy(b + to->field, a + old.field, sizeof(double) * (old.next - old.field))
+  TR_MOVE(p, c); TR_MOVE(c, co); TR_MOVE(co, cj);
+  memcpy(b + to->x, a + old.x, sizeof(double) * (old.jac - old.x));
+  j->prepare(TR_A(to, p), TR_A(to, cj));
+  return 1;
+}

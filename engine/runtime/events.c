@@ -9,9 +9,9 @@
 
 static inline double *tr_mode(const tr_sim *s, int slider) {
   const tr_kernel *k = s->k;
-  return TR_A(s, x) + 2 + k->ninputs + 3 * k->ntables + k->nstops + TR_MODE * slider;
+  return TR_A(s, x) + 2 + k->ninputs + TR_TABLE * k->ntables + k->nstops + TR_MODE * slider;
 }
-static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + s->k->ninputs + 3 * s->k->ntables + stop; }
+static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + s->k->ninputs + TR_TABLE * s->k->ntables + stop; }
 static inline const int *tr_slider(const tr_sim *s, int i) { return s->k->slider + 8 * i; }
 
 /* Rates of a slider from the maps in place. */

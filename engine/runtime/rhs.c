@@ -6,7 +6,7 @@ static void tr_signals(tr_sim *s, double t) {
   const tr_kernel *k = s->k;
   const double *T = TR_A(s, tables);
   double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2 + k->ninputs;
-  for (int i = 0; i < k->ntables; ++i, out += 3) {
+  for (int i = 0; i < k->ntables; ++i, out += TR_TABLE) {
     const double *D = T + (int)T[i];
     int spline = (int)D[0], n = (int)D[1], lo = 0, hi = n - 1;
     const double *tt = D + 2, *v = tt + n, *m = v + n;
@@ -17,13 +17,14 @@ static void tr_signals(tr_sim *s, double t) {
       if (spline) slope += ts <= first ? -h / 6.0 * (2.0 * m[a] + m[a + 1]) : h / 6.0 * (m[a] + 2.0 * m[a + 1]);
       out[0] = v[e] + (spline ? slope * (t - tt[e]) : 0.0);
       out[1] = spline ? slope : 0.0;
-      out[2] = 0.0;
+      out[2] = out[3] = 0.0;
       continue;
     }
     while (hi - lo > 1) {
       int c = (hi + lo) / 2;
       if (tt[c] <= ts) lo = c; else hi = c;
     }
+    out[3] = 0.0;
     double h = tt[hi] - tt[lo], A = (tt[hi] - t) / h, B = (t - tt[lo]) / h;
     out[0] = A * v[lo] + B * v[hi];
     out[1] = (v[hi] - v[lo]) / h;
@@ -32,6 +33,7 @@ static void tr_signals(tr_sim *s, double t) {
       out[0] += ((A * A * A - A) * m[lo] + (B * B * B - B) * m[hi]) * h * h / 6.0;
       out[1] += h / 6.0 * ((3.0 * B * B - 1.0) * m[hi] - (3.0 * A * A - 1.0) * m[lo]);
       out[2] = A * m[lo] + B * m[hi];
+      out[3] = (m[hi] - m[lo]) / h;
     }
   }
 }

@@ -1,6 +1,194 @@
-/* Placeholder seam of the L-stable method (filled in below the explicit ones have landed). */
-#define TR_ROS_END 8
-#define TR_ROS_ORDER 4
-static double tr_step_rosenbrock(tr_sim *s, double h) { (void)h; s->status = TR_NEED_JACOBIAN; return NAN; }
-static int tr_dense_rosenbrock(tr_sim *s) { (void)s; return 0; }
-static void tr_choose(tr_sim *s) { (void)s; }
+/* The L-stable Rosenbrock method with the exact Jacobian, and the choice between it and the explicit methods.
+ *
+ * dF/dy = F_y − F_z R_z⁻¹ R_y: multipliers are eliminated inside the derivative just as inside the right-hand side. Integrals
+ * (powers) do not act back on the motion; their rows are solved after it. */
+#include "tr.h"
+
+/* dz/d[y, t] (nz × (ny+1)) from the residual rows of the Jacobian: R_z dz = −R_y, with S factorised and dlaw/dN in place. */
+static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double *dz) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny + k->nquad;
+  const double *T = TR_A(s, T), *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);
+  double *lu = TR_A(s, lu), b[a + 1], lam[a + 1], shift[n + 1];
+  int *perm = (int *)TR_A(s, perm) + a;
+  if (e) {
+    tr_law_jacobian(s, lu);
+    if (!tr_lu(e, lu, perm)) return 0;
+  }
+  for (int j = 0; j < cols; ++j) {
+    const double *R = J + (size_t)j * ld + top;
+    double *out = dz + (size_t)j * (a + e), *deta = out + a;
+    for (int i = 0; i < a; ++i) b[i] = -R[i];
+    if (a) tr_solve_S(s, b, lam);
+    for (int i = 0; i < a; ++i) out[i] = lam[i];
+    if (!e) continue;
+    for (int i = 0; i < n; ++i) {
+      shift[i] = 0.0;
+      for (int q = 0; q < a; ++q) shift[i] += Nl[i + q * n] * lam[q];
+    }
+    for (int i = 0; i < e; ++i) deta[i] = -R[a + i];
+    for (int m = 0; m < k->nelements; ++m) {
+      const int *el = k->element + 7 * m;
+      const double *D = dn + el[6];
+      for (int r = 0; r < el[3]; ++r)
+        for (int i = 0; i < el[1]; ++i) deta[el[2] + r] += D[r + i * el[3]] * shift[el[0] + i];
+    }
+    tr_lu_solve(e, lu, perm, deta);
+    for (int i = 0; i < a; ++i)
+      for (int q = 0; q < e; ++q) out[i] -= T[i + q * a] * deta[q];
+  }
+  return 1;
+}
+
+/* jac ← dF/d[y, t] at (t, y): (ny+nquad) × (ny+1), column-major in place (leading dimension ld). 0 when not available. */
+static int tr_jacobian_at(tr_sim *s, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  const tr_jacobian *j = s->j;
+  int nz = k->active + k->neta, top = s->ny + k->nquad, ld = top + nz, cols = s->ny + 1;
+  double *J = TR_A(s, jac), *z = TR_A(s, z);
+  const double *x = TR_A(s, x), *c = TR_A(s, cj);
+  if (!tr_rhs(s, t, y, TR_A(s, dy))) return 0;
+  if (k->neta) tr_law(s, z + k->active);
+  if (j->eval) {
+    j->eval(x, y, c, z, J);
+  } else {
+    double *w = TR_A(s, jp), seed[cols + nz];
+    j->point(x, y, c, z, w);
+    memset(seed, 0, sizeof seed);
+    for (int i = 0; i < cols + nz; ++i) {
+      seed[i] = 1.0;
+      j->along(x, y, c, z, w, seed, J + (size_t)i * ld);
+      seed[i] = 0.0;
+    }
+  }
+  s->stats.jacobians++;
+  if (nz == 0) return 1;
+  double *dz = TR_A(s, jw);
+  if (!tr_multiplier_derivatives(s, J, ld, dz)) return 0;
+  for (int q = 0; q < cols; ++q)
+    for (int m = 0; m < nz; ++m) {
+      double a = dz[m + (size_t)q * nz];
+      const double *Fz = J + (size_t)(cols + m) * ld;
+      double *col = J + (size_t)q * ld;
+      if (a != 0.0)
+        for (int i = 0; i < top; ++i) col[i] += Fz[i] * a;
+    }
+  return 1;
+}
+
+/* One trial step; the end derivative is evaluated by the caller after projection. Rows of K: 0 f(t, y), 1…s stages, s+1 the end. */
+static double tr_step_rosenbrock(tr_sim *s, double h) {
+  if (!s->j) {
+    s->status = TR_NEED_JACOBIAN;
+    return NAN;
+  }
+  const tr_kernel *k = s->k;
+  int n = tr_width(s), ny = s->ny, nquad = k->nquad, nz = k->active + k->neta, ld = ny + nquad + nz;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew), *W = TR_A(s, W), *J = TR_A(s, jac);
+  int *perm = (int *)TR_A(s, wperm);
+  if (s->jac_t != s->t || !s->have_jac) {
+    if (!tr_jacobian_at(s, s->t, y)) return NAN;
+    s->jac_t = s->t, s->have_jac = 1;
+  }
+  double shift = 1.0 / (tr_ros_gamma * h);
+  for (int q = 0; q < ny; ++q) {
+    for (int i = 0; i < ny; ++i) W[i + q * ny] = -J[i + (size_t)q * ld];
+    W[q + q * ny] += shift;
+  }
+  if (!tr_lu(ny, W, perm)) return NAN;
+  const double *ft = J + (size_t)ny * ld;
+  for (int st = 0; st < TR_ROS_STAGES; ++st) {
+    double *ki = K + (st + 1) * n, *f = TR_A(s, dy);
+    if (st == 0) {
+      memcpy(f, K, sizeof(double) * n);
+    } else {
+      memcpy(tmp, y, sizeof(double) * n);
+      for (int p = 0; p < st; ++p) {
+        double a = tr_ros_a[st][p];
+        if (a != 0.0)
+          for (int i = 0; i < ny + nquad; ++i) tmp[i] += a * K[(p + 1) * n + i];
+      }
+      if (!tr_rhs(s, s->t + tr_ros_c[st] * h, tmp, f)) return NAN;
+    }
+    for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * tr_ros_d[st] * ft[i];
+    for (int p = 0; p < st; ++p) {
+      double c = tr_ros_C[st][p] / h;
+      for (int i = 0; i < ny + nquad; ++i) ki[i] += c * K[(p + 1) * n + i];
+    }
+    tr_lu_solve(ny, W, perm, ki);
+    for (int r = 0; r < nquad; ++r) {
+      double a = ki[ny + r];
+      for (int q = 0; q < ny; ++q) a += J[ny + r + (size_t)q * ld] * ki[q];
+      ki[ny + r] = a / shift;
+    }
+  }
+  memcpy(ynew, y, sizeof(double) * n);
+  for (int p = 0; p < TR_ROS_STAGES; ++p)
+    for (int i = 0; i < ny + nquad; ++i) ynew[i] += tr_ros_b[p] * K[(p + 1) * n + i];
+  if (s->hfixed > 0.0) return 0.0;
+  return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew) / ny);
+}
+
+/* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */
+static int tr_dense_rosenbrock(tr_sim *s) {
+  int n = tr_width(s);
+  double *R = TR_A(s, kstep), *K = TR_A(s, K), *y0 = TR_A(s, yold), *y1 = TR_A(s, ynew), k3[n];
+  s->method_dense = 4;
+  for (int i = 0; i < n; ++i) {
+    double d[3] = {0.0, 0.0, 0.0};
+    for (int r = 0; r < 3; ++r)
+      for (int p = 0; p < TR_ROS_STAGES; ++p) d[r] += tr_ros_H[r][p] * K[(p + 1) * n + i];
+    R[i] = y1[i] - y0[i];
+    R[n + i] = d[0] + 0.0;
+    R[2 * n + i] = d[1] + d[2];
+    k3[i] = -d[2];
+  }
+  /* θ (K₂ + θ K₃) = θ (K₂ + K₃ − (1−θ) K₃): the nested form alternates θ and 1−θ */
+  memcpy(R + 3 * n, k3, sizeof(double) * n);
+  return 1;
+}
+
+/* |λ|max h of the Jacobian by a few power iterations in the tolerance metric. */
+static double tr_spectral(tr_sim *s, double h) {
+  int ny = s->ny, ld = ny + s->k->nquad + s->k->active + s->k->neta;
+  const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
+  double v[ny], u[ny], size = 0.0;
+  for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));
+  for (int it = 0; it < 8; ++it) {
+    memset(u, 0, sizeof u);
+    for (int q = 0; q < ny; ++q)
+      for (int i = 0; i < ny; ++i) u[i] += J[i + (size_t)q * ld] * v[q];
+    double a = 0.0, b = 0.0;
+    for (int i = 0; i < ny; ++i) a += u[i] * u[i] / (unit[i] * unit[i]), b += v[i] * v[i] / (unit[i] * unit[i]);
+    if (!(b > 0.0) || !(a > 0.0)) return 0.0;
+    size = sqrt(a / b);
+    double inv = 1.0 / sqrt(a);
+    for (int i = 0; i < ny; ++i) v[i] = u[i] * inv;
+  }
+  return size * h;
+}
+
+/* Automatic method: leave the explicit one when stability, not accuracy, has limited it for a while; come back when the stiff one's
+ * steps would be stable explicitly. */
+static void tr_choose(tr_sim *s) {
+  if (s->method_now == TR_ROSENBROCK) {
+    int calm = tr_spectral(s, s->p_h) < 2.0;
+    s->stiff_count = calm ? s->stiff_count + 1 : 0;
+    if (s->stiff_count >= 8) {
+      s->method_now = s->rtol > 2e-4 ? TR_RK5 : TR_RK8;
+      s->stiff_count = 0, s->nonstiff_count = 0;
+    }
+    return;
+  }
+  const tr_erk *m = tr_erk_of(s->method_now);
+  int stiff = tr_stiffness(s, m, s->p_h) > (m->order == 5 ? 2.5 : 4.5);
+  if (stiff) {
+    s->nonstiff_count = 0;
+    if (++s->stiff_count >= 15) {
+      s->method_now = TR_ROSENBROCK;
+      s->stiff_count = 0, s->have_jac = 0;
+    }
+  } else if (++s->nonstiff_count >= 6) {
+    s->stiff_count = 0;
+  }
+}

@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #define TR_ABI 3
+#define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
 #define TR_BREAKS 4096
@@ -46,10 +47,12 @@ typedef struct tr_outputs {
 } tr_outputs;
 
 typedef struct tr_jacobian {
-  int abi, nc;
+  int abi, nc, nw;
   void (*prepare)(const double *p, double *c);
-  /* [F; R_lambda; R_eta] with respect to [y, t, lambda, eta], column-major */
+  /* [F; R] by [y, t, z], column-major: all at once, or the point and then columns one by one */
   void (*eval)(const double *x, const double *y, const double *c, const double *z, double *J);
+  void (*point)(const double *x, const double *y, const double *c, const double *z, double *w);
+  void (*along)(const double *x, const double *y, const double *c, const double *z, const double *w, const double *seed, double *J);
 } tr_jacobian;
 
 enum tr_status {
@@ -89,11 +92,12 @@ typedef struct tr_sim {
   int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch;
   int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
   double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, eta_scale, solve_error;
-  int stiff_count, nonstiff_count, newton_guard, event_slider, probe;
+  double jac_t;
+  int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
-      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, lin0, held, kap, cand, weight, kstep;
+      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, jp, W, Wlu, Wt, wperm, lin0, held, kap, cand, weight, kstep;
   int ny, nz, nrows;
 } tr_sim;
 

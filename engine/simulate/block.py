@@ -56,6 +56,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
     lib.tr_row.argtypes, lib.tr_row.restype = [p, p], i
     lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
+    lib.tr_attach_jacobian.argtypes, lib.tr_attach_jacobian.restype = [p, p, p, i], i
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
@@ -96,24 +97,41 @@ class Block:
         tables = table_block(numbers.tables)
         breaks = np.array(numbers.breaks, float)
         k, o = kernel.address("kernel"), kernel.address("outputs")
-        sizes = (len(breaks), len(tables), EVENT_CAPACITY)
-        self.bytes = self.lib.tr_size(k, o, None, *sizes)
-        self._memory = (ctypes.c_double * (self.bytes // 8 + 4))()
-        self.at = ctypes.addressof(self._memory)
-        if not self.lib.tr_init(self.at, k, o, None, *sizes):
+        self._sizes = (len(breaks), len(tables), EVENT_CAPACITY)
+        self._allocate(None)
+        if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
             raise RuntimeError("kernel and runtime do not fit each other (cache of another version?)")
-        s = kernel.sizes
-        self.ny = s["nq"] + s["nv"]
-        self.parameters = self._view(0, s["np"])
-        self.y = self._view(1, self.ny + s["nquad"])
-        self.x = self._view(2, s["nx"])
-        self.events = self._view(5, EVENT * EVENT_CAPACITY).reshape(EVENT_CAPACITY, EVENT)
+        self.ny = kernel.sizes["nq"] + kernel.sizes["nv"]
+        self._views()
         self._view(3, len(breaks))[:] = breaks
         self._view(4, len(tables))[:] = tables
         self.parameters[:] = parameters
         self.x[2 : 2 + len(numbers.inputs)] = numbers.inputs
         self.width = 1 + ctypes.c_int.from_address(o + 4).value
         self.prepare()
+
+    def _allocate(self, jacobian: int | None) -> None:
+        k, o = self.kernel.address("kernel"), self.kernel.address("outputs")
+        self.bytes = self.lib.tr_size(k, o, jacobian, *self._sizes)
+        self._memory = (ctypes.c_double * (self.bytes // 8 + 4))()
+        self.at = ctypes.addressof(self._memory)
+
+    def _views(self) -> None:
+        s = self.kernel.sizes
+        self.parameters = self._view(0, s["np"])
+        self.y = self._view(1, self.ny + s["nquad"])
+        self.x = self._view(2, s["nx"])
+        self.events = self._view(5, EVENT * EVENT_CAPACITY).reshape(EVENT_CAPACITY, EVENT)
+
+    def attach_jacobian(self) -> None:
+        """Give the block the Jacobian unit (built now if need be); the run goes on where it was."""
+        old, old_at = self._memory, self.at
+        j = self.kernel.jacobian()
+        self._allocate(j)
+        if not self.lib.tr_attach_jacobian(self.at, old_at, j, self._sizes[1]):
+            raise RuntimeError("Jacobian unit and runtime do not fit each other")
+        del old
+        self._views()
 
     def _view(self, which: int, n: int) -> np.ndarray:
         address = self.lib.tr_array(self.at, which)
@@ -161,6 +179,11 @@ class Block:
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
             raise RuntimeError("no multipliers")
         return dy[: self.ny], z[:-1]
+
+    def multipliers(self) -> np.ndarray:
+        """η as last solved."""
+        s = self.kernel.sizes
+        return self._view(6, s["active"] + s["neta"])[s["active"] :]
 
     @property
     def time(self) -> float:

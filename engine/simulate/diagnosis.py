@@ -1,0 +1,35 @@
+"""Which joint a failure is about."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from engine.simulate.run import Model
+
+
+def suspect(model: Model, status: int) -> str:
+    """Name of the joint: for unsolvable complement equations the one whose friction would have to grow without bound (largest
+    multiplier ratio when friction is scaled up), for non-finite accelerations the first such freedom's."""
+    system = model.system
+    if status == 12 and system.frictional:
+        names = [j.name for j in system.frictional]
+        return names[0] if len(names) == 1 else _largest(model, names)
+    if status == 10:
+        for j in system.tree:
+            if j.free:
+                return j.name
+    return ""
+
+
+def _largest(model: Model, names: list[str]) -> str:
+    """The frictional joint with the largest friction in the last row that was written."""
+    sizes = []
+    z = model.block.multipliers()
+    for name in names:
+        j = next(j for j in model.system.frictional if j.name == name)
+        assert j.friction is not None
+        sizes.append(max(abs(z[e]) for s in j.friction.sliders for e in s.eta))
+    return names[int(np.argmax(sizes))]

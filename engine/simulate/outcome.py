@@ -1,0 +1,53 @@
+"""How a run ended: a named outcome with the time, the place and what to try. Nothing ends in a bare exception."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+DONE = "done"
+NAMES = {
+    10: "not_finite",
+    11: "step_underflow",
+    12: "no_solution",
+    13: "open_loop",
+    14: "max_steps",
+    15: "singular",
+}
+ADVICE = {
+    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint named",
+    "step_underflow": "the motion becomes singular or far stiffer than the tolerance allows here: try method rosenbrock, a looser rtol, "
+    "or look at the mechanism's configuration at this time",
+    "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
+    "Painlevé); lengthen the guide (half_length), lower mu or radius, or bring the load closer",
+    "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on",
+    "max_steps": "the step budget is used up: raise max_steps, or try method rosenbrock",
+    "singular": "the mechanism is singular here: its motion is not determined by its state",
+    "stopped": "stopped on request; results up to then are kept",
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """name: "done" or what went wrong; time it happened; joint it is about ("" when it is about the whole); advice."""
+
+    name: str
+    time: float
+    joint: str = ""
+    advice: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run reached its end."""
+        return self.name == DONE
+
+    def __str__(self) -> str:
+        if self.ok:
+            return f"done at t = {self.time:g} s"
+        where = f" in joint {self.joint}" if self.joint else ""
+        return f"{self.name}{where} at t = {self.time:.6g} s: {self.advice}"
+
+
+def from_status(status: int, time: float, joint: str) -> Outcome:
+    """Outcome of a runtime status."""
+    name = NAMES.get(status, f"status_{status}")
+    return Outcome(name, time, joint, ADVICE.get(name, "please report this"))

@@ -1,0 +1,139 @@
+"""The result of a run: columns with units, events, outcome, statistics, and everything needed to say where they came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine.kernel.columns import Column
+from engine.simulate.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+
+    from engine.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at an instant.
+
+    kind: "reversal" (sliding turned round: the contact normal jumps, a possible impact), "stop_on", "stop_off", …
+    joint: its name; part: which of its sliding pairs (from 1). before, after: contact angles, rad; turn: angle by which each
+    contact's normal turned, rad.
+    """
+
+    time: float
+    kind: str
+    joint: str
+    part: int = 1
+    before: tuple[float, ...] = ()
+    after: tuple[float, ...] = ()
+    turn: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What the run cost. wall_time: stepping alone, s; build_time: symbolic build and compilation, s (0 from the cache);
+    setup_time: loading and assembly, s."""
+
+    wall_time: float
+    build_time: float
+    setup_time: float
+    steps: int
+    rejected: int
+    rhs_evaluations: int
+    jacobians: int
+    events: int
+    counters: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Columns by name: ``result["ball.contact[1].angle"]``, ``result.time``. Rows are output times."""
+
+    scene: Scene
+    data: np.ndarray
+    columns: tuple[Column, ...]
+    events: tuple[Event, ...]
+    outcome: Outcome
+    stats: Stats
+    settings: dict[str, Any]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Column names, ``time`` first."""
+        return ["time", *(c.name for c in self.columns)]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of every column."""
+        return {"time": "s", **{c.name: c.unit for c in self.columns}}
+
+    @property
+    def time(self) -> np.ndarray:
+        """Output times (rows), s."""
+        return self.data[:, 0]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A column by name; KeyError with the nearest names when there is none."""
+        try:
+            return self.data[:, self._index[name]]
+        except KeyError:
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, self.names, 3)
+            hint = f"; did you mean {', '.join(near)}?" if near else ""
+            raise KeyError(f"no column {name!r}{hint}") from None
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._index
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    @property
+    def _index(self) -> dict[str, int]:
+        if "_cached_index" not in self.__dict__:
+            object.__setattr__(self, "_cached_index", {n: i for i, n in enumerate(self.names)})
+        return self.__dict__["_cached_index"]
+
+    def matching(self, pattern: str) -> list[str]:
+        """Names of columns that match a shell-style pattern."""
+        from engine.kernel.columns import select
+
+        return [c.name for c in select(list(self.columns), (pattern,))]
+
+    def to_arrow(self) -> pyarrow.Table:
+        """An Arrow table with units and metadata in its schema."""
+        from engine.simulate.tables import to_arrow
+
+        return to_arrow(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A pandas frame indexed by time, units in ``frame.attrs["units"]``."""
+        import pandas as pd
+
+        frame = pd.DataFrame(self.data[:, 1:], columns=self.names[1:], index=pd.Index(self.time, name="time"))
+        frame.attrs["units"] = self.units
+        return frame
+
+    def save(self, path: str | Path) -> Path:
+        """Write CSV or Parquet (by suffix) with metadata: scene, settings, version, outcome, events."""
+        from engine.simulate.tables import save
+
+        return save(self, Path(path))
+
+    def __repr__(self) -> str:
+        return f"<Result of {self.scene.name}: {len(self)} rows × {len(self.names)} columns, {self.outcome}>"
+
+    def _repr_html_(self) -> str:
+        """Notebook display: outcome, events, and a picture of the main curves."""
+        from engine.simulate.notebook import html
+
+        return html(self)

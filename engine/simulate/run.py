@@ -1,0 +1,191 @@
+"""``simulate``: a scene in, a Result out."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.kernel.columns import Column, columns, needs_quadratures, select
+from engine.kernel.library import Kernel, kernel
+from engine.scene.model import Scene
+from engine.simulate import block as bl
+from engine.simulate.events import decode
+from engine.simulate.outcome import DONE, Outcome, from_status
+from engine.simulate.result import Event, Result, Stats
+from engine.system.build import Built, build
+from engine.system.structure import System
+
+log = logging.getLogger("trunnion.simulate")
+CHUNK_STEPS = 2000
+"""Steps between returns to Python: well under 50 ms, so that progress, Ctrl-C and time budgets are served."""
+CHUNK_ROWS = 4096
+Progress = Callable[[float, float], None]
+"""progress(time, until), called a few times a second."""
+
+
+class Model:
+    """A scene made ready to run: structure, kernel and block. Runs of the same structure share the kernel; parameters may be
+    changed between runs."""
+
+    def __init__(self, scene: Scene, outputs: Sequence[str] | None = None):
+        started = time.perf_counter()
+        self.built: Built = build(scene)
+        everything = columns(self.built.system)
+        wanted = tuple(outputs if outputs is not None else scene.outputs)
+        self.columns: list[Column] = select(everything, wanted)
+        _check_patterns(everything, wanted)
+        quadratures = needs_quadratures(self.columns)
+        table = self.built.parameters
+        self.kernel: Kernel = kernel(self.built.system, len(table.values), self.columns, quadratures)
+        self.block = bl.Block(self.kernel, self.built.numbers, np.array(table.values))
+        self.setup_seconds = time.perf_counter() - started - self.kernel.build_seconds
+
+    @property
+    def system(self) -> System:
+        """The structure."""
+        return self.built.system
+
+
+def _check_patterns(everything: list[Column], patterns: tuple[str, ...]) -> None:
+    """A pattern that matches nothing is a mistake."""
+    from difflib import get_close_matches
+
+    problems = []
+    for p in patterns:
+        if p == "*" or select(everything, (p,)):
+            continue
+        near = get_close_matches(p, [c.name for c in everything], 3, 0.4)
+        hint = f"did you mean {', '.join(near)}?" if near else "see `trunnion check SCENE --outputs` for the names"
+        problems.append(Problem("outputs", f"pattern {p!r} matches no column", hint))
+    if problems:
+        raise SceneError(problems)
+
+
+def simulate(
+    scene: Scene | str,
+    until: float | None = None,
+    every: float | None = None,
+    rtol: float | None = None,
+    method: str | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    outputs: Sequence[str] | None = None,
+    step: float = 0.0,
+    max_steps: int = 0,
+    progress: Progress | None = None,
+) -> Result:
+    """Run a scene.
+
+    scene: a Scene, a file, or a bundled model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0: every
+    step). rtol: relative tolerance of positions and velocities (also absolute, in the scene's own scales). method: auto, rk5, rk8,
+    rosenbrock. overrides: {"joints.ball.friction.mu": 0.5, …}. outputs: patterns of columns. step: fixed step instead of error
+    control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a Result
+    with what it has and a named outcome.
+    """
+    from engine.scene import apply, load_scene
+
+    loaded = load_scene(scene) if isinstance(scene, str) else scene
+    if overrides:
+        loaded = apply(loaded, overrides)
+    sim = loaded.simulation
+    until = float(sim.until if until is None else until)
+    if every is None:
+        every = float(sim.every) if sim.every is not None else until / 1000.0
+    settings = bl.Settings(rtol=float(rtol or sim.rtol), method=method or sim.method, step=step, max_steps=max_steps)
+    _check_settings(until, every, settings)
+    model = Model(loaded, outputs)
+    return run(model, until, every, settings, progress)
+
+
+def _check_settings(until: float, every: float, s: bl.Settings) -> None:
+    problems = []
+    if not until > 0.0:
+        problems.append(Problem("until", f"{until:g} s is not after the start", "give a positive end time"))
+    if every < 0.0:
+        problems.append(Problem("every", f"{every:g} s is negative", "give a positive spacing, or 0 for every step"))
+    if not 1e-14 <= s.rtol <= 0.1:
+        problems.append(Problem("rtol", f"{s.rtol:g} is out of range", "between 1e-14 and 0.1; 1e-6 is a good start"))
+    if s.method not in bl.METHODS:
+        problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
+    if s.step < 0.0:
+        problems.append(Problem("step", f"{s.step:g} s is negative", "a positive step, or 0 for error control"))
+    if problems:
+        raise SceneError(problems)
+
+
+def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:
+    """Assemble, start, step to the end; keep everything up to a failure."""
+    started = time.perf_counter()
+    block, system = model.block, model.system
+    block.configure(settings)
+    notes, opened = _assemble(model)
+    setup = time.perf_counter() - started + model.setup_seconds
+    first = np.zeros(block.width)
+    parts: list[np.ndarray] = []
+    events: list[Event] = []
+    if opened:
+        outcome = opened
+    else:
+        begun = time.perf_counter()
+        status = block.start(0.0, until, every, first)
+        parts.append(first[None, :])
+        outcome = _stepping(model, until, every, parts, events, progress) if status == bl.OK else _failure(model, status)
+        started = begun
+    wall = time.perf_counter() - started
+    data = np.concatenate(parts) if parts else np.zeros((0, block.width))
+    counters = block.statistics()
+    stats = Stats(wall, model.kernel.build_seconds, setup, counters["steps"], counters["rejected"], counters["rhs_evaluations"],
+                  counters["jacobians"], counters["events"], counters)
+    used = dict(until=until, every=every, rtol=settings.rtol, method=settings.method, step=settings.step)
+    log.info("%s: %s", model.built.scene.name, outcome)
+    return Result(model.built.scene, data, tuple(model.columns), tuple(events), outcome, stats, used, tuple(notes))
+
+
+def _assemble(model: Model) -> tuple[list[str], Outcome | None]:
+    """Close the loops; say what was moved; an outcome when they cannot be closed."""
+    from engine.simulate.assembly import moved_notes
+
+    code = model.block.assemble()
+    if code == 1:
+        return moved_notes(model.built, model.block), None
+    what = "positions" if code == 0 else "velocities"
+    advice = f"the start {what} of the loops through {', '.join(j.name for j in model.system.cuts)} cannot be made to agree: check "
+    advice += "lengths and start values" if code == 0 else "the drives and start rates"
+    return [], Outcome("open_loop", 0.0, model.system.cuts[0].name if model.system.cuts else "", advice)
+
+
+def _stepping(model: Model, until: float, every: float, parts: list[np.ndarray], events: list[Event], progress) -> Outcome:
+    """Advance to the end in chunks."""
+    block = model.block
+    rows = np.empty((CHUNK_ROWS, block.width))
+    told = time.perf_counter()
+    while True:
+        status, count = block.advance(until, CHUNK_STEPS, rows)
+        if count:
+            parts.append(rows[:count].copy())
+        events += decode(model.system, block.take_events())
+        if status == bl.DONE:
+            break
+        if status == bl.NEED_JACOBIAN:
+            block.attach_jacobian()
+        elif status not in (bl.MORE, bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
+            return _failure(model, status)
+        if progress and time.perf_counter() - told > 0.1:
+            told = time.perf_counter()
+            progress(block.time, until)
+    if every > 0.0 and until - parts[-1][-1, 0] > 1e-9 * until:
+        last = np.zeros(block.width)
+        block.row(last)
+        parts.append(last[None, :])
+    return Outcome(DONE, until)
+
+
+def _failure(model: Model, status: int) -> Outcome:
+    """Named outcome, with the joint it is about."""
+    from engine.simulate.diagnosis import suspect
+
+    return from_status(status, model.block.time, suspect(model, status))
