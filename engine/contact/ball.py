@@ -70,19 +70,22 @@ def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX
     return [g["radius"] * k * x / F for x in _cross(f, wf)]
 
 
-def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    """r |ω × n|; the proportional form alone selects the branch (method §2), so it is the one reported."""
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """r |ω × n|; the proportional form alone selects the branch (method §2), so it is the one reported; Adams: r |ω × f̂|."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF
     law = laws[0]
-    K = SX(0) if law.slope is None else law.slope * g["radius"]
+    K = SX(0) if adams or law.slope is None else law.slope * g["radius"]
     s2 = ca.fmax(ww - along2, 0) / (1 + K * K * along2)
     return [g["radius"] * ca.sqrt(s2 + TINY) * law.sign(rates, (1.0, 1.0, 1.0))]
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
-    _, fn, _, _, nfn = _state(w, rates, laws[0], g)
+    law = laws[0]
+    if law.kinks:  # the branch is that of the exact form, also where Adams' friction has chosen another
+        law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
+    _, fn, _, _, nfn = _state(w, rates, law, g)
     return [Contact(fn, (nfn[0], nfn[1], nfn[2]), (0, 2), inboard=True)]
 
 
@@ -94,4 +97,4 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [list(rates)]
 
 
-BALL = ContactElement("ball", _needs, _friction, _speeds, _contacts, _velocity, 1)
+BALL = ContactElement("ball", _needs, _friction, _speeds, _contacts, _velocity, 1, frame="inboard")

@@ -45,17 +45,20 @@ class ContactElement:
 
     needs      components of f_c, m_c the forms use, given the element's numbers (names) and whether it is ``adams``.
     friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
-    speeds     (wrench, rates, laws, numbers) → sliding speed of every pair, m/s, negative once past a reversal of the frozen
+    speeds     (wrench, rates, laws, numbers, adams) → sliding speed of every pair, m/s, negative once past a reversal of the frozen
                direction.
     contacts   (wrench, rates, laws, numbers) → contacts.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.
+    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "cross"
+               (u1, u2, u1 × u2; then always the wrench on the inboard part).
     """
 
     name: str
     needs: Callable[[Sequence[str], bool], tuple[str, ...]]
     friction: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]]
-    speeds: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[SX]]
+    speeds: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]]
     contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[Contact]]
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
     count: int
+    frame: str = "pin"

@@ -74,7 +74,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) 
     return as_contacts(*pair(w, _ratio(w, rates, laws, g), SX(0), g))
 
 
-def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     v = _velocity(rates, g)[0]
     return [ca.fabs(v[0]) * laws[0].sign(v, (1.0,))]
 
@@ -114,7 +114,7 @@ def _shaft_contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str,
     return as_contacts(*pair(w, kr, ks, g))
 
 
-def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     v, u = _shaft_velocity(rates, g)[0]
     return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
 

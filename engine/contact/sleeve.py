@@ -46,7 +46,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return [w.pin * k * load]
 
 
-def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     return [ca.fabs(rates[0]) * laws[0].sign(rates, (1.0,))]
 
 

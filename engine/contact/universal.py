@@ -52,7 +52,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return [w.pin * k1 * g["radius[1]"] * loads[0], -w.pin * k2 * g["radius[2]"] * loads[1]]
 
 
-def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(_velocity(rates, g), laws, strict=True)]
 
 
@@ -63,4 +63,4 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) 
     return out + [Contact(length(a, b), (a, SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
 
 
-UNIVERSAL = ContactElement("universal", _needs, _friction, _speeds, _contacts, _velocity, 4)
+UNIVERSAL = ContactElement("universal", _needs, _friction, _speeds, _contacts, _velocity, 4, frame="cross")

@@ -204,7 +204,7 @@ def _laws(sym: Symbols, parts: list[Element]) -> Code:
         for k, i in enumerate(e.eta):
             eta[i] = values[k]
         derivative.append(ca.vec(ca.densify(ca.jacobian(values, mine))))
-        for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g), ls, strict=True):
+        for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g, e.friction.adams), ls, strict=True):
             speeds[2 * s.flag], speeds[2 * s.flag + 1] = speed, law.kink
     args = f"{CONST}N,{CONST}r,{CONST}x,{CONST}c"
     stages = [

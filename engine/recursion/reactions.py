@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from engine.contact import REGISTRY as CONTACTS
 from engine.recursion import cuts as cutting
 from engine.recursion.reduction import Accelerations, Model
 from engine.recursion.vectors import SX, cross, zeros
@@ -59,12 +60,13 @@ def frames(m: Model, j: Joint) -> tuple[SX, SX]:
 
 
 def pin_frame(m: Model, j: Joint) -> SX:
-    """Axes in which f_c, m_c are measured: the pin's joint frame; for a universal joint (u1, u2, u3)."""
+    """Axes in which f_c, m_c of a frictional joint are measured (``ContactElement.frame``)."""
     Ein, Eout = frames(m, j)
-    if j.kind.friction == "universal":
+    frame = CONTACTS[j.kind.friction].frame
+    if frame == "cross":
         u1, u2 = Ein[:, 0], Eout[:, 1]
         return ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
-    return Eout if j.pin_out else Ein
+    return Eout if j.pin_out and frame == "pin" else Ein
 
 
 def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
@@ -72,7 +74,7 @@ def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) ->
     Universal: always on the inboard part (its journals are told apart by the contact element)."""
     f, t, s = on_outboard(m, acc, j, combine)
     E = pin_frame(m, j)
-    if not (j.pin_out and j.kind.friction != "universal"):
+    if not j.pin_out or CONTACTS[j.kind.friction].frame == "cross":
         f, t = -f, -(t + cross(s, f))
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
 

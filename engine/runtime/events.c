@@ -197,22 +197,26 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   }
 }
 
-/* Modes at the start: everything proportional, then saturated where the sliding is faster than the kink. */
+/* Modes at the start: saturated where the sliding could be faster than the kink (a ball's speed depends on its load; without load
+ * it is largest), then proportional where with the loads found it is not. */
 static int tr_start_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
-  double depth[k->nstops + 1], *y = TR_A(s, y);
-  for (int i = 0; i < k->nsliders; ++i) memset(tr_mode(s, i), 0, sizeof(double) * TR_MODE);
-  for (int i = 0; i < k->nsliders; ++i) tr_mode(s, i)[1] = 1.0;
+  double depth[k->nstops + 1], *y = TR_A(s, y), none[k->nn + 1];
+  memset(none, 0, sizeof none);
   tr_set_time(s, s->t);
+  for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = 0.0;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? 1.0 : 0.0;
   if (k->nsliders == 0) return 1;
+  for (int i = 0; i < k->nsliders; ++i) memset(tr_mode(s, i), 0, sizeof(double) * TR_MODE), tr_zone(s, i)[0] = 0.0;
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  for (int i = 0; i < k->nsliders; ++i) tr_freeze(s, i);
+  const double *rates = map_rates(k, TR_A(s, maps)), *speed = TR_A(s, speed);
+  k->laws(none, rates, TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, speed));
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_slider(s, i)[5] && fabs(speed[2 * i]) > speed[2 * i + 1]) tr_mode(s, i)[0] = 1.0;
   if (!tr_rhs(s, s->t, y, TR_A(s, dy))) return 0;
-  for (int i = 0; i < k->nsliders; ++i) {
-    tr_freeze(s, i);
-    double *z = tr_zone(s, i);
-    z[0] = 0.0;
-    if (tr_slider(s, i)[5] && fabs(TR_A(s, speed)[2 * i]) > TR_A(s, speed)[2 * i + 1]) tr_mode(s, i)[0] = 1.0;
-  }
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_mode(s, i)[0] > 0.5 && fabs(speed[2 * i]) < speed[2 * i + 1]) tr_mode(s, i)[0] = 0.0;
   return tr_rhs(s, s->t, y, TR_A(s, dy));
 }

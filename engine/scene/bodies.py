@@ -26,8 +26,8 @@ class Cylinder:
 class Body:
     """A rigid body. Its frame is where the numbers below are measured; a shape is centred on ``center``.
 
-    Mass properties: a shape with ``density`` or ``mass``, or ``mass`` + ``inertia``. An explicit ``inertia`` wins over the
-    shape, which is then for drawing only.
+    Mass properties: a shape with ``density`` or ``mass``, or ``mass`` + ``inertia``. An explicit ``inertia`` wins
+    over the shape, which is then for drawing only.
     """
 
     box: Position | None = None
@@ -43,8 +43,8 @@ class Body:
     center: Position = (0.0, 0.0, 0.0)
     """Mass centre (and middle of the shape) in the body's frame."""
     inertia: tuple[Inertia, ...] | None = None
-    """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with the sign they
-    have in the matrix; (0, 0, 0) is a point mass."""
+    """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with the
+    sign they have in the matrix; (0, 0, 0) is a point mass."""
     points: dict[str, Position] = field(default_factory=dict)
     """Named points in the body's frame: places for joints and springs, and outputs."""
     color: str | None = None

@@ -1,4 +1,5 @@
-"""Plain data → Scene, together with every mistake of form; what is broken is set aside so that the rest can still be checked."""
+"""Plain data → Scene, together with every mistake of form; what is broken is set aside so that the rest can still be
+checked."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
 
 @dataclass
 class Built:
-    """scene: the whole, or what is left of it (None: nothing usable); findings: mistakes of form; broken: paths set aside
-    (CONNECTIONS among them when whole joints are missing)."""
+    """scene: the whole, or what is left of it (None: nothing usable); findings: mistakes of form; broken: paths set
+    aside (CONNECTIONS among them when whole joints are missing)."""
 
     scene: Scene | None
     findings: list[Finding] = field(default_factory=list)

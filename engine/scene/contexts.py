@@ -1,4 +1,5 @@
-"""Which unit a number has where that depends on the joint it belongs to; and all numbers of a scene with path and unit."""
+"""Which unit a number has where that depends on the joint it belongs to; and all numbers of a scene with path and
+unit."""
 
 from __future__ import annotations
 

@@ -18,8 +18,9 @@ CONNECTIONS: Path = ("connections",)
 
 @dataclass(frozen=True)
 class Finding:
-    """path: where in the scene; what: the cause; hint: the remedy. ``line``: its own place, when the path does not tell it
-    (0 = look the path up). ``about``: other parts it speaks of; it means nothing when one of them could not be read."""
+    """path: where in the scene; what: the cause; hint: the remedy. ``line``: its own place, when the path does not
+    tell it (0 = look the path up). ``about``: other parts it speaks of; it means nothing when one of them could not
+    be read."""
 
     path: Path
     what: str

@@ -14,8 +14,8 @@ from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf,
 
 @dataclass(frozen=True, config=STRICT)
 class Side:
-    """One part of a joint: the body, the joint definition point on it and the joint frame (e1 along ``axis``, e2 towards
-    ``reference``, e3 = e1 x e2), in that body's frame. At q = 0 the frames of the two sides coincide."""
+    """One part of a joint: the body, the joint definition point on it and the joint frame (e1 along ``axis``, e2
+    towards ``reference``, e3 = e1 x e2), in that body's frame. At q = 0 the frames of the two sides coincide."""
 
     body: str
     """Name of the body, or ground."""
@@ -45,7 +45,8 @@ class Friction:
     radius: OneOrTwo | None = None
     """Radius of ball, journal or shaft; universal: one number or two (journal 1 on u1, journal 2 on u2)."""
     half_length: OneOrTwo | None = None
-    """c: the contact points of a journal sit at -c and +c from its centre (universal: one or two; prismatic: sleeve)."""
+    """c: the contact points of a journal sit at -c and +c from its centre (universal: one or two; prismatic:
+    sleeve)."""
     half_width: Length | None = None
     """a: half size of a prismatic guide along e2."""
     half_height: Length | None = None
@@ -95,8 +96,8 @@ Rates = Annotated[
 
 @dataclass(frozen=True, config=STRICT)
 class Start:
-    """Start values of a joint. What is left out is free to be assembled; what is given is kept as well as the loops allow, and
-    any change is reported."""
+    """Start values of a joint. What is left out is free to be assembled; what is given is kept as well as the loops
+    allow, and any change is reported."""
 
     q: Coordinates | None = None
     """Coordinates: a number, a list, or axis and angle for a ball."""
@@ -132,19 +133,24 @@ JointType = Literal[
     "fixed", "free", "revolute", "cylindrical", "prismatic", "spherical", "universal", "planar", "screw"
 ]
 SideOf = Annotated[
-    Annotated[str, SCALAR] | Annotated[Side, GROUP], either('"body", "body.point" or a group with body, point, axis, reference')
+    Annotated[str, SCALAR] | Annotated[Side, GROUP],
+    either('"body", "body.point" or a group with body, point, axis, reference'),
 ]
 Springs = Annotated[
-    Annotated[Spring, GROUP] | Annotated[tuple[Spring | None, ...], LIST], either("a spring, or a list with one entry a freedom")
+    Annotated[Spring, GROUP] | Annotated[tuple[Spring | None, ...], LIST],
+    either("a spring, or a list with one entry a freedom"),
 ]
 Dampings = Annotated[
-    Annotated[Number, SCALAR] | Annotated[tuple[Number | None, ...], LIST], either("a number, or a list with one entry a freedom")
+    Annotated[Number, SCALAR] | Annotated[tuple[Number | None, ...], LIST],
+    either("a number, or a list with one entry a freedom"),
 ]
 StopsOf = Annotated[
-    Annotated[Stops, GROUP] | Annotated[tuple[Stops | None, ...], LIST], either("stops, or a list with one entry a freedom")
+    Annotated[Stops, GROUP] | Annotated[tuple[Stops | None, ...], LIST],
+    either("stops, or a list with one entry a freedom"),
 ]
 Drives = Annotated[
-    Annotated[Drive, GROUP] | Annotated[tuple[Drive | None, ...], LIST], either("a drive, or a list with one entry a freedom")
+    Annotated[Drive, GROUP] | Annotated[tuple[Drive | None, ...], LIST],
+    either("a drive, or a list with one entry a freedom"),
 ]
 Efforts = Annotated[
     Annotated[Number, SCALAR]
@@ -162,11 +168,10 @@ class Joint:
     ``axis``/``reference`` are used for both sides where a side gives none of its own. Universal: u1 = inboard e1,
     u2 = outboard e2 (they coincide with the other side's e1, e2 at q = 0). Freedoms in order:
     revolute (angle about e1) · prismatic (travel of outboard along e1) · cylindrical (travel, angle) ·
-    universal (angle about u1, about u2) · spherical (quaternion; rates: angular velocity of outboard relative to inboard in
-    the inboard joint frame) · free (travel along e1 e2 e3, quaternion) · planar (travel along e2, e3, angle about e1) ·
-    screw (angle; travel = pitch * turns).
-    Lists ``spring``, ``damping``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry
-    stands for the only freedom of a one-freedom joint.
+    universal (angle about u1, about u2) · spherical (quaternion; rates: angular velocity of outboard relative to
+    inboard in the inboard joint frame) · free (travel along e1 e2 e3, quaternion) · planar (travel along e2, e3,
+    angle about e1) · screw (angle; travel = pitch * turns). Lists ``spring``, ``damping``, ``stops``, ``drive``,
+    ``effort`` have one entry a freedom (rate); a single entry stands for the only freedom of a one-freedom joint.
     """
 
     type: JointType

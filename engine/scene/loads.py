@@ -65,7 +65,9 @@ def _kind(value: Any) -> str:
 
 
 Applied = Annotated[
-    Annotated[Force, Tag("·force")] | Annotated[Torque, Tag("·torque")] | Annotated[SpringDamper, Tag("·spring_damper")],
+    Annotated[Force, Tag("·force")]
+    | Annotated[Torque, Tag("·torque")]
+    | Annotated[SpringDamper, Tag("·spring_damper")],
     Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message="type: force, torque or spring_damper"),
 ]
 

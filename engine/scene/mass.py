@@ -11,7 +11,8 @@ Matrix = tuple[Triple, Triple, Triple]
 
 
 def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
-    """(mass kg, mass centre m in the body's frame, inertia kg m² about it in the body's axes, 3×3) of a checked body."""
+    """(mass kg, mass centre m in the body's frame, inertia kg m² about it in the body's axes, 3×3) of a checked
+    body."""
     x, y, z = body.center
     center = (float(x), float(y), float(z))
     if body.inertia is not None:

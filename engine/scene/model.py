@@ -1,9 +1,9 @@
 """The scene: what a user says about a mechanism, as frozen dataclasses (the YAML file is the same, key for key).
 
-Numbers are SI inside; wherever a quantity is expected a string with a unit ("45 deg", "30 mm", "60 rpm") is accepted and
-converted at the door. ``schema.py`` publishes these classes as JSON Schema, ``load.py`` reads files with line numbers,
-``check`` finds the mistakes that need more than one field to see. The parts live in ``bodies``, ``jointed``, ``loads`` and
-``signals``; this module holds the whole and offers them all.
+Numbers are SI inside; wherever a quantity is expected a string with a unit ("45 deg", "30 mm", "60 rpm") is accepted
+and converted at the door. ``schema.py`` publishes these classes as JSON Schema, ``load.py`` reads files with line
+numbers, ``check`` finds the mistakes that need more than one field to see. The parts live in ``bodies``, ``jointed``,
+``loads`` and ``signals``; this module holds the whole and offers them all.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ class Scene:
 
 
 __all__ = [
-    "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive", "Force", "Friction",
-    "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType", "Law", "Load", "LoadVector",
-    "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque",
-    "Vector",
+    "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive",
+    "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType",
+    "Law", "Load", "LoadVector", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
+    "SpringDamper", "Start", "Stops", "Table", "Torque", "Vector",
 ]  # fmt: skip

@@ -9,8 +9,9 @@ from typing import Annotated, Any
 
 from pydantic_core import core_schema
 
+from engine.scene.dimensions import QUANTITIES, described, fits
 from engine.scene.suggest import shown
-from engine.scene.units import QUANTITIES, Dimension, UnitError, described, fits, parse, parse_unit
+from engine.scene.units import Dimension, UnitError, parse, parse_unit
 
 
 class Quantity(float):
@@ -60,7 +61,9 @@ def agree(value: float, unit: str) -> None:
     wanted = parse_unit("" if unit == "1" else unit).dimension
     if not fits(value.dimension, wanted):
         name, example = QUANTITIES.get(unit, (described(wanted), f"1 {unit}"))
-        raise UnitError(f"{shown(value.text)} is {described(value.dimension)}; {name} is wanted", f'for example "{example}"')
+        raise UnitError(
+            f"{shown(value.text)} is {described(value.dimension)}; {name} is wanted", f'for example "{example}"'
+        )
 
 
 class AnyUnit:

@@ -1,8 +1,8 @@
-"""Text of a scene → plain data and the line of every key and entry; syntax mistakes, duplicate keys and absurd sizes are
-findings.
+"""Text of a scene → plain data and the line of every key and entry; syntax mistakes, duplicate keys and absurd sizes
+are findings.
 
-The YAML parser's event stream is used rather than its loader: the scalars follow YAML 1.2, lines are kept, nesting and aliases
-are limited before anything is built.
+The YAML parser's event stream is used rather than its loader: the scalars follow YAML 1.2, lines are kept, nesting
+and aliases are limited before anything is built.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from engine.scene.events import Unreadable, events
 from engine.scene.finding import Finding, Path
 from engine.scene.scalars import plain
 from engine.scene.suggest import shown
@@ -33,14 +34,6 @@ class Document:
     findings: list[Finding] = field(default_factory=list)
 
 
-class _Unreadable(Exception):
-    """The rest of the text is not worth reading."""
-
-    def __init__(self, line: int, what: str, hint: str = "", path: Path = ()):
-        super().__init__(what)
-        self.finding = Finding(path, what, hint, line)
-
-
 def read(content: bytes | str, is_json: bool = False) -> Document:
     """Read YAML (or JSON) text. Never raises for bad content: see ``findings``."""
     doc = Document()
@@ -49,8 +42,8 @@ def read(content: bytes | str, is_json: bool = False) -> Document:
         if is_json:
             _check_json(text)
             text = text.replace("\t", " ")
-        _Builder(doc).build(_events(text))
-    except _Unreadable as e:
+        _Builder(doc).build(events(text))
+    except Unreadable as e:
         doc.data = None
         doc.findings.append(e.finding)
     return doc
@@ -58,13 +51,15 @@ def read(content: bytes | str, is_json: bool = False) -> Document:
 
 def _decoded(content: bytes | str) -> str:
     if len(content) > LARGEST:
-        raise _Unreadable(0, f"the file is larger than {LARGEST // 1_000_000} MB", "a scene holds thousands of bodies in less")
+        raise Unreadable(
+            0, f"the file is larger than {LARGEST // 1_000_000} MB", "a scene holds thousands of bodies in less"
+        )
     if isinstance(content, bytes):
         try:
             content = content.decode("utf-8-sig")
         except UnicodeDecodeError as e:
             line = content[: e.start].count(b"\n") + 1
-            raise _Unreadable(line, "the file is not UTF-8 text", "save it as UTF-8") from e
+            raise Unreadable(line, "the file is not UTF-8 text", "save it as UTF-8") from e
     return content.removeprefix("\ufeff")
 
 
@@ -73,53 +68,11 @@ def _check_json(text: str) -> None:
     for c in text:  # a cheap bound, strings included: the decoder below is recursive
         depth += (c in "[{") - (c in "]}")
         if depth > 10 * DEEPEST:
-            raise _Unreadable(0, f"more than {DEEPEST} levels of nesting")
+            raise Unreadable(0, f"more than {DEEPEST} levels of nesting")
     try:
         json.loads(text, parse_int=float)
     except json.JSONDecodeError as e:
-        raise _Unreadable(e.lineno, f"not valid JSON: {e.msg.lower()} in column {e.colno}") from e
-
-
-def _events(text: str) -> Iterator[Any]:
-    """Parser events; every failure of the parser is _Unreadable."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
-
-    try:
-        yield from YAML(typ="safe", pure=True).parse(text)
-    except MarkedYAMLError as e:
-        mark = e.problem_mark or e.context_mark
-        raise _Unreadable(mark.line + 1 if mark else 0, *_syntax(str(e.problem or e.context or ""))) from e
-    except YAMLError as e:
-        raise _Unreadable(_line_of_character(e, text), "a character that is not allowed in YAML", "remove it") from e
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, NotImplementedError, AssertionError) as e:
-        # the parser is third-party code; on malformed directives and escapes it leaks its own slips
-        raise _Unreadable(0, "not valid YAML") from e
-
-
-def _line_of_character(error: Exception, text: str) -> int:
-    position = getattr(error, "position", None)
-    return text.count("\n", 0, position) + 1 if isinstance(position, int) else 0
-
-
-_SYNTAX = {
-    "mapping values are not allowed": ("a colon where no key can stand", "check the indentation; put text with a colon in quotes"),
-    "could not find expected ':'": ("a key without a colon", 'write "key: value", with a blank after the colon'),
-    "cannot start any token": ("a character that cannot stand here", "indent with blanks, not tabs; put text in quotes"),
-    "expected <block end>": ("the indentation does not fit", "entries of one group start in the same column"),
-    "did not find expected": ("the brackets or the indentation do not fit", "look for a missing ], } or comma"),
-    "expected ',' or": ("a bracket is not closed", "look for a missing ], } or comma"),
-    "unexpected end of stream": ("the text ends inside quotes", "close the quotes"),
-    "found undefined alias": ("an alias (*name) without its anchor (&name)", ""),
-    "found duplicate anchor": ("an anchor (&name) is defined twice", ""),
-}
-
-
-def _syntax(message: str) -> tuple[str, str]:
-    for part, (what, hint) in _SYNTAX.items():
-        if part in message:
-            return f"not valid YAML: {what}", hint
-    return f"not valid YAML: {' '.join(message.split())}", ""
+        raise Unreadable(e.lineno, f"not valid JSON: {e.msg.lower()} in column {e.colno}") from e
 
 
 @dataclass
@@ -144,9 +97,9 @@ class _Builder:
         self.count = 0
         self.documents = 0
 
-    def build(self, events: Iterator[Any]) -> None:
+    def build(self, stream: Iterator[Any]) -> None:
         """Read all events."""
-        for event in events:
+        for event in stream:
             kind = type(event).__name__
             line = event.start_mark.line + 1
             if kind == "ScalarEvent":
@@ -160,7 +113,7 @@ class _Builder:
             elif kind == "DocumentStartEvent":
                 self.documents += 1
                 if self.documents > 1:
-                    raise _Unreadable(line, "a second document starts here", "one file holds one scene: remove the ---")
+                    raise Unreadable(line, "a second document starts here", "one file holds one scene: remove the ---")
 
     def scalar(self, event: Any, line: int) -> None:
         """A key or a value."""
@@ -180,7 +133,9 @@ class _Builder:
         path = (*top.path, text)
         if top.skipped:
             first = self.doc.lines.get(path, 0)
-            self.doc.findings.append(Finding(path, f"{shown(text)} is given twice (first in line {first})", "keep one", line))
+            self.doc.findings.append(
+                Finding(path, f"{shown(text)} is given twice (first in line {first})", "keep one", line)
+            )
         else:
             self.doc.lines[path] = line
 
@@ -188,10 +143,10 @@ class _Builder:
         """A group or list starts."""
         self.refuse_tag(event, line)
         if len(self.stack) >= DEEPEST:
-            raise _Unreadable(line, f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")
+            raise Unreadable(line, f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.value, dict) and top.key is None:
-            raise _Unreadable(line, "a list or group cannot be a key", "keys are plain names", top.path)
+            raise Unreadable(line, "a list or group cannot be a key", "keys are plain names", top.path)
         path = self.place(line)
         self.stack.append(_Open(value, path, event.anchor))
 
@@ -204,9 +159,9 @@ class _Builder:
         """A copy of an anchored value."""
         top = self.stack[-1] if self.stack else None
         if name not in self.anchors:
-            raise _Unreadable(line, f"*{name} stands for nothing", f"define &{name} before it")
+            raise Unreadable(line, f"*{name} stands for nothing", f"define &{name} before it")
         if top is not None and isinstance(top.value, dict) and top.key is None:
-            raise _Unreadable(line, "an alias cannot be a key", "write the name", top.path)
+            raise Unreadable(line, "an alias cannot be a key", "write the name", top.path)
         value, size = self.anchors[name]
         self.put(value, size, line, None)
 
@@ -235,7 +190,7 @@ class _Builder:
             return
         top.entries += size
         if self.count > MOST or top.entries > MOST:
-            raise _Unreadable(line, f"more than {MOST} values, aliases counted as what they stand for", "", top.path)
+            raise Unreadable(line, f"more than {MOST} values, aliases counted as what they stand for", "", top.path)
         if isinstance(top.value, list):
             top.value.append(value)
             return
@@ -246,4 +201,6 @@ class _Builder:
     def refuse_tag(self, event: Any, line: int) -> None:
         """Explicit tags (!!str, !python/…) have no use in a scene."""
         if event.tag is not None:
-            raise _Unreadable(line, f"the tag {shown(str(event.tag))} is not used in scenes", "remove it; quotes make text")
+            raise Unreadable(
+                line, f"the tag {shown(str(event.tag))} is not used in scenes", "remove it; quotes make text"
+            )

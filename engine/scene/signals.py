@@ -54,7 +54,8 @@ class Harmonic:
 
 @dataclass(frozen=True, config=STRICT)
 class Table:
-    """Values at times; drives follow a cubic spline (natural ends, linear beyond them), loads straight lines (held beyond)."""
+    """Values at times; drives follow a cubic spline (natural ends, linear beyond them), loads straight lines (held
+    beyond)."""
 
     time: tuple[Time, ...]
     """Increasing times, two at least."""

@@ -70,7 +70,9 @@ def keys_at(path: Path) -> list[str]:
 
 def required_at(path: Path) -> list[str]:
     """Keys a group at this path cannot do without."""
-    return [f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING]
+    return [
+        f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING
+    ]
 
 
 def unit_at(path: Path) -> AnyUnit | None:

@@ -1,7 +1,7 @@
 """Building blocks of the scene classes: vectors, directions, and fields that take one of several forms.
 
-Where a field may be a number, a list or a group of keys, the form written chooses the type before it is read, so that a mistake
-is reported for that form alone.
+Where a field may be a number, a list or a group of keys, the form written chooses the type before it is read, so that
+a mistake is reported for that form alone.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ Vector = tuple[Number, Number, Number]
 Position = tuple[Length, Length, Length]
 AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
 Direction = Annotated[
-    Annotated[AxisName, SCALAR] | Annotated[Vector, LIST], either("an axis (x, y, z, -x, -y, -z) or a list of three numbers")
+    Annotated[AxisName, SCALAR] | Annotated[Vector, LIST],
+    either("an axis (x, y, z, -x, -y, -z) or a list of three numbers"),
 ]
 """A direction in a body's frame: a name or three numbers of any length (normalised)."""
 

@@ -86,7 +86,8 @@ def simulate(
     control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a Result
     with what it has and a named outcome.
     """
-    from engine.scene import apply, load_scene
+    from engine.scene import load_scene
+    from engine.scene.overrides import apply
 
     loaded = load_scene(scene) if isinstance(scene, str) else scene
     if overrides:

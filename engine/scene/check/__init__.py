@@ -1,5 +1,5 @@
-"""Mistakes in a scene that need more than one field to see. Every module yields findings on one topic; a new topic is a new
-module and one line in TOPICS."""
+"""Mistakes in a scene that need more than one field to see. Every module yields findings on one topic; a new topic is
+a new module and one line in TOPICS."""
 
 from __future__ import annotations
 

@@ -16,7 +16,9 @@ SLACK = 1e-9
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about bodies."""
     if not scene.bodies:
-        yield Finding(("bodies",), "the scene has no bodies", "add one: bodies: {block: {box: [1, 0.1, 0.1], density: 7800}}")
+        yield Finding(
+            ("bodies",), "the scene has no bodies", "add one: bodies: {block: {box: [1, 0.1, 0.1], density: 7800}}"
+        )
     for name, b in scene.bodies.items():
         path: Path = ("bodies", name)
         yield from _shape(path, b)
@@ -42,11 +44,15 @@ def _amounts(path: Path, b: Body) -> Iterator[Finding]:
     shaped = any(getattr(b, s) is not None for s in SHAPES)
     if b.density is not None and (b.mass is not None or b.inertia is not None):
         other = "mass" if b.mass is not None else "inertia"
-        yield Finding((*path, "density"), f"density and {other} together say the mass twice", f"remove density or {other}")
+        yield Finding(
+            (*path, "density"), f"density and {other} together say the mass twice", f"remove density or {other}"
+        )
         if b.mass is not None:
             return
     if b.density is not None and not shaped:
-        yield Finding((*path, "density"), "a density needs a shape", "add box, cylinder or sphere; or give mass and inertia")
+        yield Finding(
+            (*path, "density"), "a density needs a shape", "add box, cylinder or sphere; or give mass and inertia"
+        )
     elif b.density is None and b.mass is None:
         hint = "give density or mass" if shaped else "give a shape with density, or mass and inertia"
         yield Finding(path, "the body has no mass", hint)
@@ -70,5 +76,8 @@ def _inertia(path: Path, b: Body) -> Iterator[Finding]:
     if low < -SLACK * max(abs(high), abs(low)):
         yield Finding(at, f"no body has this inertia: {text}, one is negative", "check the signs of the products")
     elif low + mid < high * (1 - SLACK):
-        yield Finding(at, f"no body has this inertia: {text}, the largest exceeds the sum of the others",
-                      "a flat body reaches the sum, none goes beyond; is the inertia about the mass centre?")
+        yield Finding(
+            at,
+            f"no body has this inertia: {text}, the largest exceeds the sum of the others",
+            "a flat body reaches the sum, none goes beyond; is the inertia about the mass centre?",
+        )

@@ -1,5 +1,5 @@
-"""Springs, dampers, stops, drives and efforts of joints: one entry a freedom, values that make sense, freedoms that can be
-driven; and every function of time."""
+"""Springs, dampers, stops, drives and efforts of joints: one entry a freedom, values that make sense, freedoms that
+can be driven; and every function of time."""
 
 from __future__ import annotations
 
@@ -47,7 +47,11 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
         for path, _ in entries(getattr(j, field), ("joints", name, field)):
             k = path[-1] if isinstance(path[-1], int) else 0
             if k < kind.nv and kind.coordinate_of(k) < 0:
-                hint = "use damping or effort, or build the joint from revolutes" if field != "drive" else "drive revolute joints"
+                hint = (
+                    "use damping or effort, or build the joint from revolutes"
+                    if field != "drive"
+                    else "drive revolute joints"
+                )
                 yield Finding(path, f"{what} cannot act on the rotation of a {kind.name} joint", hint)
 
 

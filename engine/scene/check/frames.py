@@ -57,8 +57,11 @@ def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]
         if j.type in NEED_AXIS:
             other = j.outboard if key == "inboard" else j.inboard
             alone = isinstance(other, Side) and other.axis is not None
-            yield Finding((*path, key) if alone else path, f"a {j.type} joint needs an axis" + (" on both sides" if alone else ""),
-                          "add axis: x, y, z or three numbers")
+            yield Finding(
+                (*path, key) if alone else path,
+                f"a {j.type} joint needs an axis" + (" on both sides" if alone else ""),
+                "add axis: x, y, z or three numbers",
+            )
         elif reference is not None:
             yield Finding((*path, "reference"), "a reference without an axis has no effect", "add axis, or remove it")
         return
@@ -83,6 +86,8 @@ def _scaled(a: tuple[float, float, float]) -> tuple[float, float, float]:
 
 def _pitch(path: Path, j: Joint) -> Iterator[Finding]:
     if j.type == "screw" and not j.pitch:
-        yield Finding((*path, "pitch"), "a screw needs a pitch (travel a turn) that is not zero", 'for example pitch: "5 mm"')
+        yield Finding(
+            (*path, "pitch"), "a screw needs a pitch (travel a turn) that is not zero", 'for example pitch: "5 mm"'
+        )
     if j.type != "screw" and j.pitch is not None:
         yield Finding((*path, "pitch"), f"a {j.type} joint has no pitch", "remove it, or use type: screw")

@@ -40,7 +40,9 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 def _law(path: Path, law: str) -> Iterator[Finding]:
     if law not in AVAILABLE_LAWS:
-        yield Finding(path, f'law "{law}" is not available in this version', f"available: {', '.join(sorted(AVAILABLE_LAWS))}")
+        yield Finding(
+            path, f'law "{law}" is not available in this version', f"available: {', '.join(sorted(AVAILABLE_LAWS))}"
+        )
 
 
 def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
@@ -48,8 +50,11 @@ def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
     needed = GEOMETRY[element]
     missing = [s for s in needed if getattr(f, s) is None]
     for size in missing:
-        yield Finding((*path, size), f"friction of a {j.type} joint needs {' and '.join(needed)}: {size} is missing",
-                      f'for example {size}: "20 mm"')
+        yield Finding(
+            (*path, size),
+            f"friction of a {j.type} joint needs {' and '.join(needed)}: {size} is missing",
+            f'for example {size}: "20 mm"',
+        )
     for size in SIZES:
         value = getattr(f, size)
         if value is None:

@@ -6,12 +6,13 @@ import re
 from collections.abc import Iterator
 
 from engine.scene.contexts import unit_of
+from engine.scene.dimensions import fits
 from engine.scene.finding import Finding, Path
 from engine.scene.loads import Input
 from engine.scene.model import FromInput, Scene
 from engine.scene.refs import GROUND, Reference, points_of, references
 from engine.scene.suggest import did_you_mean, shown
-from engine.scene.units import UnitError, fits, parse_unit
+from engine.scene.units import UnitError, parse_unit
 from engine.scene.walk import loads
 
 RESERVED = (GROUND, "time", "energy", "audit", "events")
@@ -39,9 +40,16 @@ def _own_names(scene: Scene) -> Iterator[Finding]:
             if name in RESERVED:
                 yield Finding(path, f'the name "{name}" is reserved', f"reserved: {', '.join(RESERVED)}")
             if name in seen:
-                yield Finding(path, f'the name "{name}" is taken already by {seen[name]}', "results are found by name: use another")
+                yield Finding(
+                    path,
+                    f'the name "{name}" is taken already by {seen[name]}',
+                    "results are found by name: use another",
+                )
             seen.setdefault(name, f"one of the {section}")
-    for path, points in (("ground",), scene.ground.points), *((("bodies", n), b.points) for n, b in scene.bodies.items()):
+    for path, points in (
+        (("ground",), scene.ground.points),
+        *((("bodies", n), b.points) for n, b in scene.bodies.items()),
+    ):
         for name in points:
             yield from _form((*path, "points", name), name)
 
@@ -75,7 +83,11 @@ def _input_unit(path: Path, given: Input) -> Iterator[Finding]:
         yield Finding(path, e.what, e.hint)
         return
     if unit.factor != 1.0:
-        yield Finding(path, f"inputs are in SI units; {shown(given.unit)} is not", "convert before, and write for example N or rad")
+        yield Finding(
+            path,
+            f"inputs are in SI units; {shown(given.unit)} is not",
+            "convert before, and write for example N or rad",
+        )
 
 
 def _from_input(scene: Scene, path: Path, load: FromInput) -> Iterator[Finding]:

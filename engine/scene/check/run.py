@@ -9,7 +9,6 @@ from engine.scene.model import Scene
 from engine.scene.refs import GROUND
 from engine.scene.suggest import did_you_mean, shown
 
-WILD = "*?["
 SECTIONS = ("bodies", "joints", "forces", "gravity", "friction", GROUND)
 
 
@@ -31,7 +30,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 def _patterns(path: Path, patterns: tuple[str, ...], known: tuple[str, ...], what: str) -> Iterator[Finding]:
     """The first word of a pattern, where it has no wild card, names something."""
     for i, pattern in enumerate(patterns):
-        head = pattern.partition(".")[0].partition("[")[0] if pattern[:1] != "[" else pattern
-        if head not in known and not any(w in pattern.partition(".")[0] for w in WILD if w != "[") and "[" not in head:
+        head = pattern.partition(".")[0].partition("[")[0]
+        if head and head not in known and "*" not in head and "?" not in head:
             about = tuple((s, head) for s in ("bodies", "joints", "forces", "inputs"))
             yield Finding((*path, i), f"{what} {shown(head)}", did_you_mean(head, known), about=about)

@@ -20,14 +20,17 @@ def check(scene: Scene) -> Iterator[Finding]:
         if j.start.qd is not None:
             given = len(j.start.qd) if isinstance(j.start.qd, tuple) else 1
             if given != kind.nv or (kind.nv != 1 and not isinstance(j.start.qd, tuple)):
-                yield Finding((*path, "qd"), f"a {kind.name} joint has {_count(kind.nv, 'rate')}, not {given}", _names(kind.rates))
+                yield Finding((*path, "qd"), f"a {kind.name} joint has {_count(kind.nv, 'rate')}, not {given}")
 
 
 def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Finding]:
     if isinstance(q, AxisAngle):
         if kind.quaternion < 0:
-            yield Finding(path, f"axis and angle are for spherical and free joints, not for a {kind.name} joint",
-                          "give its coordinates")
+            yield Finding(
+                path,
+                f"axis and angle are for spherical and free joints, not for a {kind.name} joint",
+                "give its coordinates",
+            )
         return
     values = q if isinstance(q, tuple) else (q,)
     if len(values) != kind.nq:

@@ -33,7 +33,7 @@ class _Groups:
 
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about connections."""
-    ends = {}
+    ends, dangling = {}, False
     for name, j in scene.joints.items():
         a, b = body_of(j.inboard), body_of(j.outboard)
         if a == b:
@@ -41,7 +41,10 @@ def check(scene: Scene) -> Iterator[Finding]:
             yield Finding(("joints", name), f"both sides are on {part}", "a joint ties two different parts")
         elif {a, b} <= {GROUND, *scene.bodies}:
             ends[name] = (a, b)
-    yield from _loose(scene, ends)
+        else:
+            dangling = True
+    if not dangling:  # else a body may only seem loose
+        yield from _loose(scene, ends)
     yield from _rigid(scene, ends)
     yield from _cuts(scene, ends)
 
@@ -58,7 +61,10 @@ def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     for members in loose.values():
         first = members[0]
         if len(members) == 1:
-            what, hint = "no joint ties this body to anything", f"a body that flies freely has a joint of type free to {GROUND}"
+            what, hint = (
+                "no joint ties this body to anything",
+                f"a body that flies freely has a joint of type free to {GROUND}",
+            )
         else:
             what = f"no joint ties these bodies to the ground: {', '.join(members)}"
             hint = f"if they fly freely, give one of them a joint of type free to {GROUND}"
@@ -89,4 +95,6 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     for name, (a, b) in ends.items():
         if scene.joints[name].cut and rest.join(a, b):
             what = "cutting this joint (and the others marked) would leave a body loose"
-            yield Finding(("joints", name, "cut"), what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))
+            yield Finding(
+                ("joints", name, "cut"), what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,)
+            )

@@ -1,0 +1,52 @@
+"""Files written whole or not at all, and names of files checked before the work for them is done."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from engine.basics.problems import Problem, SceneError
+
+
+def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
+    """What stands in the way of writing ``path``: a suffix not in ``suffixes``, or a folder that cannot be written.
+
+    where: the option or argument the name came from.
+    """
+    target = Path(path)
+    text = os.fspath(path)
+    if target.suffix.lower() not in suffixes:
+        what = f"{text!r} ends in {target.suffix!r}" if target.suffix else f"{text!r} has no suffix"
+        return [Problem(where, f"{what}, which does not say what to write", f"end it in {' or '.join(suffixes)}")]
+    folder = target.parent
+    if target.is_dir():
+        return [Problem(where, f"{text!r} is a folder", "give the name of a file")]
+    if not folder.is_dir():
+        return [Problem(where, f"the folder {os.fspath(folder)!r} does not exist", "create it, or choose another")]
+    if not os.access(folder, os.W_OK):
+        return [Problem(where, f"the folder {os.fspath(folder)!r} cannot be written", "choose another")]
+    return []
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = "file") -> Iterator[Path]:
+    """A temporary name in the same folder; renamed to ``path`` when the block ends well, removed when it does not.
+
+    SceneError for an unknown suffix, a folder that cannot be written, or a disk that is full.
+    """
+    problems = destination_problems(path, suffixes, where)
+    if problems:
+        raise SceneError(problems)
+    target = Path(os.path.realpath(path))
+    work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{target.suffix}")
+    try:
+        yield work
+        work.replace(target)
+    except OSError as e:
+        raise SceneError([Problem(where, f"cannot write {os.fspath(path)!r}: {e.strerror or e}")]) from e
+    finally:
+        with suppress(OSError):
+            work.unlink(missing_ok=True)

@@ -1,0 +1,28 @@
+"""Which Trunnion this is."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+
+@lru_cache(maxsize=1)
+def version() -> str:
+    """Version of the installed distribution; in a checkout that is not installed, that of its pyproject.toml."""
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as installed
+
+    try:
+        return installed("trunnion")
+    except PackageNotFoundError:
+        return _of_checkout()
+
+
+def _of_checkout() -> str:
+    import tomllib
+
+    try:
+        text = (Path(__file__).resolve().parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+        return str(tomllib.loads(text)["project"]["version"])
+    except (OSError, KeyError, tomllib.TOMLDecodeError):
+        return "unknown"

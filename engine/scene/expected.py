@@ -1,0 +1,121 @@
+"""Reference numbers beside a bundled model (reference.yaml): what a result column, or an expression of columns, must be."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from engine.basics.problems import SceneError
+from engine.scene.finding import Finding, problem
+from engine.scene.library import models_dir
+from engine.scene.reading import read
+from engine.scene.suggest import shown
+
+FILE = "reference.yaml"
+FUNCTIONS: dict[str, Callable[..., float]] = {
+    "atan2": math.atan2,
+    "degrees": math.degrees,
+    "hypot": math.hypot,
+    "sqrt": math.sqrt,
+    "sin": math.sin,
+    "cos": math.cos,
+}
+_OPERATIONS: dict[type, Callable[[float, float], float]] = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+}
+
+
+@dataclass(frozen=True)
+class Expected:
+    """One reference number.
+
+    expect, tolerance  the number and the largest difference allowed, in the unit of the value.
+    origin             where it comes from: PUB published, REF computed independently, EXACT closed form.
+    at, value          time (s) and a column name or an expression of columns; without them see ``compute``.
+    compute            what must be computed where the quantity is no value of columns at one time.
+    set                changes to the scene for this number (as for ``overrides.apply``).
+    note               what the number means.
+    """
+
+    expect: float
+    tolerance: float
+    origin: str
+    at: float | None = None
+    value: str = ""
+    compute: str = ""
+    set: Mapping[str, Any] = field(default_factory=dict)
+    note: str = ""
+
+
+def expected(model: str) -> list[Expected]:
+    """The reference numbers of a bundled model, none when it has no reference file."""
+    file = models_dir() / model / FILE
+    return load_expected(file) if file.is_file() else []
+
+
+def load_expected(file: Path) -> list[Expected]:
+    """The reference numbers in a file; SceneError with the line of every entry that is not one."""
+    doc = read(file.read_bytes())
+    known, out = {f.name for f in fields(Expected)}, []
+    wrong = list(doc.findings)
+    for i, entry in enumerate(doc.data if isinstance(doc.data, list) else ()):
+        keys = set(entry) if isinstance(entry, dict) else set()
+        if not {"expect", "tolerance", "origin"} <= keys <= known or ("compute" in keys) == ({"at", "value"} <= keys):
+            wrong.append(Finding((i,), "not a reference number", f"keys: {', '.join(sorted(known))}"))
+        else:
+            out.append(Expected(**entry))
+    if wrong:
+        raise SceneError(problem(f, doc.lines, str(file)) for f in wrong)
+    return out
+
+
+def columns_of(expression: str) -> list[str]:
+    """Column names an expression uses, in order."""
+    names: list[str] = []
+
+    def note(name: str) -> float:
+        names.append(name)
+        return 1.0
+
+    _value(ast.parse(expression, mode="eval").body, note)
+    return names
+
+
+def evaluate(expression: str, column: Callable[[str], float]) -> float:
+    """Value of an expression; ``column`` gives the value of a column. ValueError for what is no such expression."""
+    return _value(ast.parse(expression, mode="eval").body, column)
+
+
+def _value(node: ast.expr, column: Callable[[str], float]) -> float:
+    """Sums, products, a few functions, numbers and columns; nothing else."""
+    match node:
+        case ast.Constant(value=int() | float()):
+            return float(node.value)
+        case ast.UnaryOp(op=ast.USub()):
+            return -_value(node.operand, column)
+        case ast.BinOp() if type(node.op) in _OPERATIONS:
+            return _OPERATIONS[type(node.op)](_value(node.left, column), _value(node.right, column))
+        case ast.Call(func=ast.Name(id=name)) if name in FUNCTIONS and not node.keywords:
+            return FUNCTIONS[name](*(_value(a, column) for a in node.args))
+        case ast.Attribute() | ast.Subscript() | ast.Name():
+            return column(_name(node))
+    raise ValueError(f"{shown(ast.unparse(node))} is not an expression of columns")
+
+
+def _name(node: ast.expr) -> str:
+    """body.point.position[1], as written."""
+    match node:
+        case ast.Name():
+            return node.id
+        case ast.Attribute():
+            return f"{_name(node.value)}.{node.attr}"
+        case ast.Subscript(slice=ast.Constant(value=int(index))):
+            return f"{_name(node.value)}[{index}]"
+    raise ValueError(f"{shown(ast.unparse(node))} is not a column")

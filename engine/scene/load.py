@@ -1,0 +1,83 @@
+"""Files, text and dicts → checked scenes; every problem at once, each with file, line, path and hint."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from engine.basics.problems import Problem, SceneError
+from engine.scene.building import build
+from engine.scene.check import findings
+from engine.scene.finding import Finding, Path, problem
+from engine.scene.library import SCENE_FILE, model_file
+from engine.scene.model import Scene
+from engine.scene.reading import LARGEST, read
+
+SUFFIXES = (".yaml", ".yml", ".json")
+
+
+def load_scene(source: str | os.PathLike[str]) -> Scene:
+    """The scene in a YAML or JSON file, in a folder with a scene.yaml, or the bundled model of that name.
+
+    SceneError holds every problem found; nothing else is raised for bad content.
+    """
+    path = _file(source)
+    try:
+        if path.stat().st_size > LARGEST:
+            raise SceneError([Problem("scene", f"the file is larger than {LARGEST // 1_000_000} MB", "", str(path))])
+        content = path.read_bytes()
+    except OSError as e:
+        raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
+    name = path.parent.name if path.name == SCENE_FILE else path.stem
+    return scene_from_text(content, str(path), path.suffix.lower() == ".json", name)
+
+
+def _file(source: str | os.PathLike[str]) -> FilePath:
+    """The file that is meant: an existing one, else a bundled model."""
+    text = os.fspath(source)
+    path = FilePath(text)
+    try:
+        if path.is_dir() and (path / SCENE_FILE).is_file():
+            return path / SCENE_FILE
+        if path.exists() and not path.is_dir():
+            return path
+    except (OSError, ValueError):  # a name no file system takes
+        pass
+    if path.suffix.lower() in SUFFIXES or len(path.parts) > 1:
+        raise SceneError([Problem("scene", "there is no such file", "", text[:200])])
+    return model_file(text)
+
+
+def scene_from_text(content: bytes | str, file: str = "", is_json: bool = False, name: str = "") -> Scene:
+    """The scene in YAML (or JSON) text; ``name`` is used where it gives none."""
+    doc = read(content, is_json)
+    if doc.data is None and not doc.findings:
+        doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))
+    if doc.data is None or not isinstance(doc.data, dict):
+        if doc.data is not None:
+            doc.findings.append(Finding((), "a scene is a group of keys", "begin with bodies: and joints:", 1))
+        raise SceneError(problem(f, doc.lines, file) for f in doc.findings)
+    if name and "name" not in doc.data:
+        doc.data["name"] = name
+    return scene_from_data(doc.data, doc.findings, doc.lines, file)
+
+
+def scene_from_dict(data: Mapping[str, Any]) -> Scene:
+    """The scene in nested dicts and lists, as they would stand in a file."""
+    return scene_from_data(data if isinstance(data, dict) else dict(data))
+
+
+def scene_from_data(
+    data: dict[str, Any], found: Iterable[Finding] = (), lines: Mapping[Path, int] | None = None, file: str = ""
+) -> Scene:
+    """Build and check plain data; problems (those ``found`` before among them) in the order of the file."""
+    built = build(data)
+    found = [*found, *built.findings]
+    if built.scene is not None:
+        found += [f for f in findings(built.scene) if not built.hides(f)]
+    if found or built.scene is None:
+        problems = [problem(f, lines or {}, file) for f in found]
+        raise SceneError(sorted(problems, key=lambda p: p.line))
+    return built.scene

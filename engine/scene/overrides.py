@@ -1,0 +1,105 @@
+"""Changes to single numbers of a scene by dotted path, and the list of paths there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+from engine.basics.problems import Problem, SceneError
+from engine.scene.contexts import numbers
+from engine.scene.finding import Finding, Path, dotted, parse_path
+from engine.scene.load import scene_from_data
+from engine.scene.model import Scene
+from engine.scene.reading import read
+from engine.scene.suggest import did_you_mean, shown
+from engine.scene.typed import keys_at
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a scene: dotted path (indices from 1), SI value, SI unit."""
+
+    path: str
+    value: float
+    unit: str
+
+
+def list_parameters(scene: Scene) -> list[Parameter]:
+    """Every number the scene has, defaults included, in its order."""
+    return [Parameter(dotted(path), float(value), unit) for path, value, unit in numbers(scene)]
+
+
+def parse_assignment(text: str) -> tuple[str, Any]:
+    """(path, value) of "PATH=VALUE"; the value as it would stand in a scene file: 0.5, 3 deg, [0, 0, -1.62],
+    viscous."""
+    path, sign, value = text.partition("=")
+    if not sign or not value.strip():
+        raise SceneError([Problem(text, "not of the form PATH=VALUE", "for example joints.ball.friction.mu=0.5")])
+    doc = read(value.strip())
+    if doc.findings:
+        raise SceneError([Problem(path.strip(), f.what, f.hint) for f in doc.findings])
+    return path.strip(), doc.data
+
+
+def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """The scene with other values at dotted paths; checked again. SceneError names every path and value that is
+    wrong."""
+    data = _opened(scene)
+    problems = [p for path, value in changes.items() if (p := _set(scene, data, path, value))]
+    if problems:
+        raise SceneError(problems)
+    return scene_from_data(data)
+
+
+def _opened(value: Any) -> Any:
+    """Nested dicts and lists with every field, those without a value too."""
+    if is_dataclass(value):
+        return {f.name: _opened(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, dict):
+        return {k: _opened(v) for k, v in value.items()}
+    return [_opened(v) for v in value] if isinstance(value, tuple) else value
+
+
+def _set(scene: Scene, data: Any, text: str, value: Any) -> Problem | None:
+    """Put a value in its place; a problem when there is no such place."""
+    path = parse_path(text)
+    if path is None:
+        return Problem(text, "not a path", "paths look like joints.ball.friction.mu or gravity[3]")
+    node = data
+    for i, key in enumerate(path):
+        last = i == len(path) - 1
+        found = _missing(scene, node, path[: i + 1])
+        if found:
+            return Problem(text, found.what, found.hint)
+        if last:
+            node[key] = value
+        elif isinstance(node[key], int | float) and path[i + 1 :] == (0,):
+            node[key] = value  # q[1] of a joint with one coordinate
+            break
+        else:
+            if node[key] is None:
+                node[key] = {}
+            node = node[key]
+    return None
+
+
+def _missing(scene: Scene, node: Any, path: Path) -> Finding | None:
+    """Why ``path`` (its last step taken at ``node``) leads nowhere."""
+    key, owner = path[-1], dotted(path[:-1])
+    if isinstance(key, int):
+        if not isinstance(node, list):
+            return Finding(path, f"{owner} is not a list")
+        what = f"{owner} has {len(node)} entries: no [{key + 1}]"
+        return None if key < len(node) else Finding(path, what, "the first is [1]")
+    if not isinstance(node, dict):
+        what = f"{owner} is a list" if isinstance(node, list) else f"{owner} has no parts"
+        return Finding(path, what, f"its first entry is {owner}[1]" if isinstance(node, list) else "")
+    known = keys_at(path[:-1]) or list(node)
+    if key in known:
+        return None
+    hint = did_you_mean(key, known)
+    if not hint.startswith("did"):
+        near = did_you_mean(dotted(path), (p.path for p in list_parameters(scene)))
+        hint = near if near.startswith("did") else hint
+    return Finding(path, f"{owner} has no {shown(key)}", hint)

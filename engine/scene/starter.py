@@ -1,0 +1,99 @@
+"""A first scene to edit: a pendulum on a frictional hinge, with everything else the format offers in comments."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from engine.basics.problems import Problem, SceneError
+
+SCENE = """\
+# A scene describes a mechanism: bodies, joints between them, loads.
+# Numbers are SI (m, kg, s, rad, N); text with a unit is converted: "30 mm", "45 deg", "60 rpm", "2 kN/m".
+# Change a number, then:   trunnion check {name}      trunnion simulate {name} --plot {name}.png
+
+schema: 1
+name: {name}
+title: A pendulum on a hinge with friction
+
+gravity: [0, 0, -9.81]
+
+bodies:
+  pendulum:
+    box: [1 m, 100 mm, 100 mm]      # edges along x, y, z of the body's frame; also: cylinder, sphere
+    density: 7800                   # or mass: 78; without a shape: mass and inertia: [xx, yy, zz]
+    center: [0.5, 0, 0]             # mass centre (and middle of the shape) in the body's frame
+    points: {{tip: [1, 0, 0]}}        # named points: places for joints and springs; pendulum.tip.position[1]
+
+joints:
+  hinge:
+    type: revolute                  # fixed, free, revolute, prismatic, cylindrical, spherical, universal, planar, screw
+    inboard: ground                 # the part the motion is measured from: "body" or "body.point"
+    outboard: pendulum              # the part that moves: here its frame's origin is the hinge point
+    axis: y                         # x, y, z, -x, -y, -z or three numbers
+    friction: {{mu: 0.3, radius: 20 mm, half_length: 50 mm}}   # leave it out and the joint is ideal
+    start: {{q: 0 deg, qd: 0}}        # angle and rate at t = 0: horizontal, at rest
+    # damping: 0.1                  # N*m*s/rad, independent of the contact force
+    # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
+    # stops: {{stiffness: 1e4, upper: 120 deg}}
+    # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
+    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (then start and effort have no place here)
+
+# A second link, hung on the first; its joint names points of both bodies:
+#   bodies:
+#     link: {{cylinder: {{radius: 20 mm, length: 0.4, axis: x}}, mass: 2, center: [0.2, 0, 0]}}
+#   joints:
+#     elbow: {{type: spherical, inboard: pendulum.tip, outboard: link, friction: {{mu: 0.2, radius: 15 mm}}}}
+
+# forces:
+#   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}
+#   rubber: {{type: spring_damper, between: [pendulum.tip, ground], stiffness: 200, damping: 2, length: 0.5}}
+
+# inputs:
+#   motor: {{start: 0, unit: N*m, description: Torque of the motor}}
+
+# friction: {{law: regularized, v_eps: 0.1 mm/s}}    # for all joints; a joint can have its own
+
+# outputs: ["pendulum.*", "hinge.*"]                # patterns of the columns wanted; all of them when left out
+
+simulation:
+  until: 5 s
+  every: 10 ms
+"""
+
+README = """\
+# {name}
+
+A pendulum on a hinge with friction: the place to start from. Edit `scene.yaml`; every key is explained there.
+
+    trunnion check {name}
+    trunnion simulate {name} --plot {name}.png
+    trunnion simulate {name} --set joints.hinge.friction.mu=0.1 -o {name}.csv
+
+What to look at: `hinge.q[1]` (the angle), `hinge.friction.torque[1]`, and where pin and bearing touch:
+`hinge.contact[1].angle` and `hinge.contact[1].normal_force`.
+"""
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+
+
+def starter_text(name: str) -> str:
+    """The commented scene as YAML text."""
+    return SCENE.format(name=name)
+
+
+def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:
+    """Write NAME/scene.yaml and NAME/README.md into a directory; the folder written. Never overwrites."""
+    folder = Path(directory) / name
+    if not _NAME.fullmatch(name):
+        raise SceneError([Problem(name[:60], "cannot be the name of a scene", "a letter, then letters, digits and _")])
+    if folder.exists():
+        raise SceneError([Problem(name, "exists already", "choose another name, or remove it", str(folder))])
+    try:
+        folder.mkdir(parents=True)
+        (folder / "scene.yaml").write_text(starter_text(name), encoding="utf-8")
+        (folder / "README.md").write_text(README.format(name=name), encoding="utf-8")
+    except OSError as e:
+        raise SceneError([Problem(name, f"cannot write: {e.strerror or e}", "", str(folder))]) from e
+    return folder

@@ -1,0 +1,34 @@
+"""Evaluate a scene at one instant: every column at given coordinates and rates, without stepping."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from engine.basics.problems import SimulationError
+from engine.simulate import block as bl
+from engine.simulate.run import Model
+from engine.system.structure import state_coordinates
+
+
+def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequence[float]], t: float = 0.0) -> dict[str, float]:
+    """Columns by name at time t, s. q, qd: coordinates and rates of the tree joints by name (all of a joint's, driven ones are
+    ignored; missing joints: as the scene starts). The state must close the loops; it is used as it is."""
+    block, system = model.block, model.system
+    n = model.built.numbers
+    block.configure(bl.Settings(rtol=1e-9))
+    block.y[:] = 0.0
+    block.y[: block.ny] = np.concatenate([n.q, n.v])
+    for j in system.tree:
+        states = state_coordinates(j)
+        if j.name in q:
+            block.y[j.q0 : j.q0 + len(states)] = np.asarray(q[j.name], float)[list(states)]
+        if j.name in qd:
+            at = system.nq + j.v0
+            block.y[at : at + len(j.free)] = np.asarray(qd[j.name], float)[list(j.free)]
+    row = np.zeros(block.width)
+    status = block.start(t, t + 1.0, 1.0, row)
+    if status != bl.OK:
+        raise SimulationError(f"the state cannot be evaluated (runtime status {status})")
+    return dict(zip(["time", *(c.name for c in model.columns)], row.tolist(), strict=True))

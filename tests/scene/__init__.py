@@ -1,0 +1,1 @@
+"""Tests of scenes: reading, units, checks, models."""
