@@ -151,6 +151,17 @@ int tr_evaluate(tr_sim *s, double *dy, double *z) {
   return 1;
 }
 
+/* dẏ/d[y, t] at the block's (t, y): (ny + nquad) × (ny + 1), column-major. 1 on success; needs the Jacobian unit. */
+int tr_derivatives(tr_sim *s, double *out) {
+  const tr_kernel *k = s->k;
+  int rows = s->ny + k->nquad, ld = rows + k->active + k->neta;
+  if (!s->j) return 0;
+  s->watch = 0, s->have_jac = 0;
+  if (!tr_jacobian_at(s, s->t, TR_A(s, y))) return 0;
+  for (int q = 0; q <= s->ny; ++q) memcpy(out + (size_t)q * rows, TR_A(s, jac) + (size_t)q * ld, sizeof(double) * rows);
+  return 1;
+}
+
 const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }
 double tr_time(const tr_sim *s) { return s->t; }
 int tr_events_take(tr_sim *s) { int n = s->nev; s->nev = 0; return n; }

@@ -88,12 +88,13 @@ static int tr_lu(int n, double *A, int *perm) {
 }
 
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
-  for (int k = 0; k < n; ++k) {
+  for (int k = 0; k < n; ++k) { /* whole rows were exchanged, so all exchanges come before the substitution */
     double a = b[perm[k]];
     b[perm[k]] = b[k];
     b[k] = a;
-    for (int i = k + 1; i < n; ++i) b[i] -= A[i + k * n] * a;
   }
+  for (int k = 0; k < n; ++k)
+    for (int i = k + 1; i < n; ++i) b[i] -= A[i + k * n] * b[k];
   for (int k = n - 1; k >= 0; --k) {
     b[k] /= A[k + k * n];
     double a = b[k];

@@ -57,6 +57,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_row.argtypes, lib.tr_row.restype = [p, p], i
     lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
     lib.tr_attach_jacobian.argtypes, lib.tr_attach_jacobian.restype = [p, p, p, i], i
+    lib.tr_derivatives.argtypes, lib.tr_derivatives.restype = [p, p], i
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
@@ -98,6 +99,7 @@ class Block:
         breaks = np.array(numbers.breaks, float)
         k, o = kernel.address("kernel"), kernel.address("outputs")
         self._sizes = (len(breaks), len(tables), EVENT_CAPACITY)
+        self._has_jacobian = False
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
             raise RuntimeError("kernel and runtime do not fit each other (cache of another version?)")
@@ -131,6 +133,7 @@ class Block:
         if not self.lib.tr_attach_jacobian(self.at, old_at, j, self._sizes[1]):
             raise RuntimeError("Jacobian unit and runtime do not fit each other")
         del old
+        self._has_jacobian = True
         self._views()
 
     def _view(self, which: int, n: int) -> np.ndarray:
@@ -179,6 +182,15 @@ class Block:
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
             raise RuntimeError("no multipliers")
         return dy[: self.ny], z[:-1]
+
+    def derivatives(self) -> np.ndarray:
+        """dẏ/d[y, t] at the present state ((ny + integrals) × (ny + 1)); attaches the Jacobian unit when it is missing."""
+        if "jacobian" not in self.kernel.libraries or not self._has_jacobian:
+            self.attach_jacobian()
+        out = np.zeros((self.ny + 1, self.ny + self.kernel.sizes["nquad"]))
+        if not self.lib.tr_derivatives(self.at, out.ctypes.data):
+            raise RuntimeError("no derivatives at this state")
+        return out.T
 
     def multipliers(self) -> np.ndarray:
         """η as last solved."""

@@ -164,7 +164,8 @@ def _read_csv(path: Path) -> ResultTable:
             key, _, text = line[1:].partition(":")
             texts[key.strip()] = text.strip()
         names = tuple(next(csv.reader([line])))
-        data = np.loadtxt(f, delimiter=",", ndmin=2).reshape(-1, len(names))
+        body = f.read().split("\n")[:-1]
+    data = np.loadtxt(body, delimiter=",", ndmin=2) if body else np.zeros((0, len(names)))
     units = texts.pop("units").split(",")
     return ResultTable(names, dict(zip(names, units, strict=True)), data, _decoded(texts))
 

@@ -25,11 +25,8 @@ TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
 
 
 def findings(scene: Scene) -> list[Finding]:
-    """All mistakes of meaning, topic by topic."""
-    out: list[Finding] = []
-    for topic in TOPICS:
-        out += [f for f in topic(scene) if f not in out]
-    return out
+    """All mistakes of meaning, topic by topic, each once."""
+    return list(dict.fromkeys(f for topic in TOPICS for f in topic(scene)))
 
 
 def problems(scene: Scene) -> list[Problem]:

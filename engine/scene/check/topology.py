@@ -83,18 +83,19 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
 def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     """Wishes about cutting must leave a tree: joints that may not be cut make no loop, the others reach every body."""
     keep, rest = _Groups([GROUND, *scene.bodies]), _Groups([GROUND, *scene.bodies])
+    marked = []
     for name, (a, b) in ends.items():
         j = scene.joints[name]
-        path = ("joints", name, "cut")
-        if not REGISTRY[j.type].cuttable and j.cut:
+        path, cuttable = ("joints", name, "cut"), REGISTRY[j.type].cuttable
+        if j.cut and not cuttable:
             yield Finding(path, f"a {j.type} joint cannot be cut", "leave it out")
-        elif (j.cut is False or not REGISTRY[j.type].cuttable) and not keep.join(a, b):
+        elif (j.cut is False or not cuttable) and not keep.join(a, b):
             yield Finding(path, "the joints that must not be cut close a loop", "leave one of them to be cut")
-        if not j.cut:
+        if j.cut and cuttable:
+            marked.append((path, a, b))
+        else:
             rest.join(a, b)
-    for name, (a, b) in ends.items():
-        if scene.joints[name].cut and rest.join(a, b):
+    for path, a, b in marked:
+        if rest.join(a, b):
             what = "cutting this joint (and the others marked) would leave a body loose"
-            yield Finding(
-                ("joints", name, "cut"), what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,)
-            )
+            yield Finding(path, what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))

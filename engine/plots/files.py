@@ -1,0 +1,30 @@
+"""Figures to PNG, SVG or PDF: the same run gives the same bytes (no dates, no random ids)."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from engine.basics.files import writing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".png", ".svg", ".pdf")
+DPI = 130
+_METADATA: dict[str, dict[str, str | None]] = {
+    ".png": {"Software": "Trunnion"},
+    ".svg": {"Date": None, "Creator": "Trunnion"},
+    ".pdf": {"CreationDate": None, "Producer": "Trunnion", "Creator": "Trunnion"},
+}
+
+
+def save_figure(fig: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write the figure in the format its suffix names. SceneError for another suffix or a folder that cannot be written."""
+    import matplotlib as mpl
+
+    with writing(path, SUFFIXES) as work, mpl.rc_context({"svg.hashsalt": "trunnion", "svg.fonttype": "none"}):
+        suffix = work.suffix.lower()
+        fig.savefig(work, format=suffix[1:], dpi=DPI, metadata=_METADATA[suffix])
+    return Path(path)

@@ -1,0 +1,184 @@
+"""What an engineer wants to see of a run, as data: sections of panels of curves (drawn by ``curves``, tested without drawing)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from engine.plots.angles import broken, rotation_vector
+from engine.simulate.result import Event, Result
+
+NEGLIGIBLE = 1e-7
+"""A component this much smaller than the largest of its family is not drawn: in plane motion most of them are."""
+MOST_CURVES = 8
+MOST_JOINTS = 4
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line: its own times because broken curves have more points than the result has rows."""
+
+    label: str
+    time: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes: what is drawn, in which unit, the events marked, and the jumps (time, before, after) shown as dots."""
+
+    title: str
+    quantity: str
+    unit: str
+    curves: tuple[Curve, ...]
+    events: tuple[Event, ...] = ()
+    jumps: tuple[tuple[int, float, float, float], ...] = ()
+    """(curve, time, before, after)."""
+    hidden: int = 0
+    """Curves left out because there are too many."""
+
+    @property
+    def ylabel(self) -> str:
+        """Quantity with its unit."""
+        return f"{self.quantity}, {self.unit}"
+
+
+@dataclass(frozen=True)
+class Section:
+    """Panels about one joint, or about the whole."""
+
+    heading: str
+    panels: tuple[Panel, ...] = field(default=())
+
+
+def sections(result: Result, joints: Sequence[str] | None = None) -> list[Section]:
+    """Everything ``figure`` draws: each frictional joint (those named, else the first few), then the motion and the energy."""
+    rubbing = frictional(result)
+    chosen = rubbing[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
+    out = [Section(_heading(result, j), tuple(_joint_panels(result, j))) for j in chosen]
+    out.append(Section("Motion", tuple(_motion(result, [j for j in result.scene.joints if j not in chosen]))))
+    out.append(Section("Energy", tuple(_energy(result))))
+    return [s for s in out if s.panels]
+
+
+def frictional(result: Result) -> list[str]:
+    """Frictional joints, in the order of the scene."""
+    return [name for name, j in result.scene.joints.items() if j.friction is not None]
+
+
+def _heading(result: Result, joint: str) -> str:
+    return f"{joint} ({result.scene.joints[joint].type})"
+
+
+def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[list[Curve], int]:
+    """Curves of columns that belong together, without the negligible ones; and how many more there would be."""
+    here = [n for n in names if n in result]
+    sizes = [float(np.max(np.abs(result[n][np.isfinite(result[n])]), initial=0.0)) for n in here]
+    largest = max(sizes, default=0.0)
+    kept = [n for n, s in zip(here, sizes, strict=True) if s > NEGLIGIBLE * largest] or here[:1]
+    return [Curve(n, result.time, result[n] * scale) for n in kept[:MOST_CURVES]], len(kept[MOST_CURVES:])
+
+
+def _panel(result: Result, title: str, quantity: str, names: Iterable[str], events=(), degrees=False) -> Iterator[Panel]:
+    """One panel of columns with one unit; none when no column is there."""
+    curves, hidden = family(result, names, float(np.degrees(1.0)) if degrees else 1.0)
+    if curves:
+        unit = result.units[curves[0].label]
+        unit = unit.replace("rad", "°", 1) if degrees else unit
+        yield Panel(title, quantity, _pretty(unit), tuple(curves), tuple(events), (), hidden)
+
+
+def _pretty(unit: str) -> str:
+    return unit.replace("^2", "²").replace("^3", "³").replace("*", " ")
+
+
+def _joint_panels(result: Result, joint: str) -> Iterator[Panel]:
+    """Friction, acceleration, contact angles and normal forces of one frictional joint."""
+    events = [e for e in result.events if e.joint == joint]
+    numbered = [f"{joint}.friction.torque[{k}]" for k in (1, 2, 3)]
+    yield from _panel(result, f"Friction torque of {joint}", "friction torque", numbered, events)
+    yield from _panel(result, f"Friction force of {joint}", "friction force", [f"{joint}.friction.force"], events)
+    rates = result.matching(f"{joint}.qdd[*]")
+    for unit, quantity in (("rad/s^2", "angular acceleration"), ("m/s^2", "acceleration")):
+        names = [n for n in rates if result.units[n] == unit]
+        yield from _panel(result, f"{quantity.capitalize()} of {joint}", quantity, names, events)
+    yield from _angles(result, joint, events)
+    forces = result.matching(f"{joint}.contact[*].normal_force")
+    yield from _panel(result, f"Normal contact forces in {joint}", "normal force", forces, events)
+
+
+def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
+    """Contact angles in degrees, without vertical lines; every reversal's jump as a pair of dots."""
+    names = [n for n in result.matching(f"{joint}.contact[*].angle") if _turns(result, n)]
+    curves, jumps = [], []
+    for i, name in enumerate(names[:MOST_CURVES]):
+        mine = [e for e in events if _contact_of(result, e, name) is not None]
+        angle = np.where(_touching(result, name), result[name], np.nan)
+        curves.append(Curve(name, *broken(result.time, angle, [e.time for e in mine])))
+        for e in mine:
+            at = _contact_of(result, e, name)
+            if at is not None:
+                jumps.append((i, e.time, *(float(np.degrees(x[at])) for x in (e.before, e.after))))
+    if curves:
+        title = f"Where pin and bearing touch in {joint}"
+        yield Panel(title, "contact angle", "°", tuple(curves), tuple(events), tuple(jumps), len(names[MOST_CURVES:]))
+
+
+def _turns(result: Result, name: str) -> bool:
+    """Whether the contact can be anywhere on its circle (those of a sleeve only change sides)."""
+    return result.scene.joints[name.split(".contact[")[0]].type != "prismatic"
+
+
+def _touching(result: Result, angle: str) -> np.ndarray:
+    state = angle.removesuffix("angle") + "state"
+    return result[state] > 0.5 if state in result else np.ones(len(result), bool)
+
+
+def contacts_per_part(result: Result, joint: str) -> int:
+    """How many contacts each sliding pair of a joint has (an event speaks of one pair)."""
+    return 2 if result.scene.joints[joint].type == "universal" else 99
+
+
+def _contact_of(result: Result, event: Event, column: str) -> int | None:
+    """Index in the event's angles of the contact a column belongs to; None when the event is not about it."""
+    number = int(column.split(".contact[")[1].split("]")[0]) - 1
+    per = contacts_per_part(result, event.joint)
+    at = number - (event.part - 1) * per
+    return at if 0 <= at < min(per, len(event.before), len(event.after)) else None
+
+
+def _motion(result: Result, others: list[str]) -> Iterator[Panel]:
+    """Coordinates of all joints (driven and dependent ones aside), accelerations of the joints without friction."""
+    angles, lengths = [], []
+    for name in (n for n, j in result.scene.joints.items() if j.drive is None):
+        for column in result.matching(f"{name}.q[*]"):
+            {"rad": angles, "m": lengths}.get(result.units[column], []).append(column)
+    yield from _panel(result, "Joint angles", "angle", angles, degrees=True)
+    yield from _balls(result)
+    yield from _panel(result, "Joint travels", "travel", lengths)
+    for unit, quantity in (("rad/s^2", "angular acceleration"), ("m/s^2", "acceleration")):
+        names = [n for j in others if result.scene.joints[j].type != "spherical" for n in result.matching(f"{j}.qdd[*]")]
+        names = [n for n in names if result.units[n] == unit]
+        yield from _panel(result, f"Joint {quantity}s", quantity, names)
+
+
+def _balls(result: Result) -> Iterator[Panel]:
+    """Rotation vectors of spherical joints with friction: in plane motion this is the swing angle."""
+    for name in frictional(result):
+        columns = [f"{name}.q[{k}]" for k in (1, 2, 3, 4)]
+        if result.scene.joints[name].type != "spherical" or not all(c in result for c in columns) or not len(result):
+            continue
+        turn = np.degrees(rotation_vector(np.column_stack([result[c] for c in columns])))
+        sizes = np.abs(turn).max(axis=0)
+        kept = [k for k in range(3) if sizes[k] > NEGLIGIBLE * sizes.max()] or [0]
+        curves = [Curve(f"{name} about e{k + 1}", result.time, turn[:, k]) for k in kept]
+        yield Panel(f"Rotation in {name} (rotation vector)", "angle", "°", tuple(curves))
+
+
+def _energy(result: Result) -> Iterator[Panel]:
+    """Energies, and the residual of their balance on its own scale."""
+    names = [f"energy.{n}" for n in ("kinetic", "potential", "dissipated")]
+    yield from _panel(result, "Energy", "energy", names)
+    yield from _panel(result, "Energy balance: what is unaccounted for", "residual", ["energy.residual"])
