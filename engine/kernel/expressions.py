@@ -9,10 +9,10 @@ import casadi as ca
 from engine.kernel.powers import coordinates_of, drive_effort
 from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.loads import spring_line
-from engine.recursion.reactions import frames, on_inboard, on_outboard, pin_frame
+from engine.recursion.reactions import frames, on_inboard, pin_frame
 from engine.recursion.reduction import Accelerations, Model
-from engine.recursion.vectors import SX, cross
-from engine.system.structure import GROUND, Body, Joint
+from engine.recursion.vectors import SX
+from engine.system.structure import Joint
 
 TINY = 1e-300
 
@@ -128,56 +128,3 @@ def potential(m: Model) -> SX:
             length = spring_line(sym, m.motions, load)[0]
             total += 0.5 * sym.leaf(load.numbers[0]) * (length - sym.leaf(load.numbers[2])) ** 2
     return total
-
-
-def loop_joints(m: Model) -> list[Joint]:
-    """Joints on any loop: cut ones, and tree joints between their bodies."""
-    system, found = m.sym.system, []
-    for c in system.cuts:
-        paths = []
-        for body in (c.inb, c.out):
-            path = []
-            while body != GROUND:
-                path.append(body)
-                body = system.bodies[body].parent
-            paths.append(path)
-        different = set(paths[0]) ^ set(paths[1])
-        found += [system.tree[b].name for b in sorted(different)] + [c.name]
-    return [joint(m, n) for n in dict.fromkeys(found)]
-
-
-def loop_reactions(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
-    """Reactions of joints in loops, scaled so that their squared sum is Σ |f|²/m + |torque about the mass centre|²/j over the two
-    bodies of every joint (j: half the trace of the inertia): what they would do to the bodies if these were free. Frame, unit and
-    cut do not matter to it."""
-    out: list[SX] = []
-    for j in loop_joints(m):
-        f, t, _ = on_outboard(m, acc, j, pick)
-        for body, sign in ((j.out, 1), (j.inb, -1)):
-            if body == GROUND:
-                continue
-            b, motion = m.sym.system.bodies[body], m.motions[body]
-            arm = _outboard_point(m, j) - (motion.r + motion.R @ m.sym.leaves(b.center))
-            force, torque = sign * f, sign * (t + cross(arm, f))
-            mass = m.sym.leaf(b.mass)
-            out += [force[k] / ca.sqrt(mass) for k in range(3)] + [torque[k] / ca.sqrt(_spin(m, b)) for k in range(3)]
-    return out
-
-
-def _outboard_point(m: Model, j: Joint) -> SX:
-    """p_out in the world."""
-    if j.cut:
-        c = next(c for c in m.cuts if c.joint.name == j.name)
-        return c.out.r + c.c_out
-    step, motion = m.steps[j.child], m.motions[j.child]
-    return motion.r if j.forward else motion.r + step.s
-
-
-def _spin(m: Model, b: Body) -> SX:
-    """Half the trace of the inertia; a point mass takes m |c|² (its centre from its joint)."""
-    j = [m.sym.leaf(x) for x in b.inertia[:3]]
-    mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
-    if all(x.is_zero() for x in j):
-        return mass * (ca.dot(c, c) + TINY)
-    total = 0.5 * (j[0] + j[1] + j[2])
-    return total * mass if b.per_mass else total

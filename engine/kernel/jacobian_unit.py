@@ -47,9 +47,9 @@ def residuals(m: Model, acc: Accelerations, pick: SX, active: list[int]) -> SX:
     return ca.vertcat(SX(0, 1), *out, *eta)
 
 
-def jacobian_unit(m: Model, quadratures: bool) -> JacobianUnit:
+def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> JacobianUnit:
     """Build the unit."""
-    sym, active = m.sym, list(active_rows(m))
+    sym, active = m.sym, list(range(m.sym.system.rows)) if redundant else list(active_rows(m))
     pick = combination(sym)
     acc = outward(m, pick)
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())]]

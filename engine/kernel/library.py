@@ -54,11 +54,11 @@ def _casadi_version() -> str:
         return "none"
 
 
-def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> str:
+def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
     """Content key of a system's kernel."""
     names = ",".join(c.name for c in chosen)
     header = (RUNTIME / "tr.h").read_bytes()
-    return cache.digest(repr(system), str(parameters), names, str(quadratures), sources_key(), header, *_toolchain())
+    return cache.digest(repr(system), str(parameters), names, f"{quadratures} {redundant}", sources_key(), header, *_toolchain())
 
 
 @lru_cache(maxsize=1)
@@ -87,7 +87,7 @@ class Kernel:
     build_seconds: float
     folder: Path
     key: str
-    structure: tuple[System, int, bool]
+    structure: tuple[System, int, bool, bool]
 
     def jacobian(self) -> int:
         """Address of the Jacobian unit's table, built when it is first asked for."""
@@ -110,16 +110,17 @@ class Kernel:
 SIZE_NAMES = (
     "abi", "nq", "nv", "nx", "np", "nc", "nw", "nmaps", "rows", "active", "neta", "nn", "nrates", "nquad", "nsliders", "nstops",
     "ntables", "ninputs", "nquat", "nelements", "ndn",
+    "nkappa", "loop_friction", "coupled",
 )
 
 
-def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> Kernel:
+def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> Kernel:
     """The kernel of a system with these columns. Builds the runtime beside it when that is missing too."""
     started = time.perf_counter()
-    key = kernel_key(system, parameters, chosen, quadratures)
+    key = kernel_key(system, parameters, chosen, quadratures, redundant)
 
     def make(folder: Path) -> None:
-        _build_kernel(folder, system, parameters, chosen, quadratures)
+        _build_kernel(folder, system, parameters, chosen, quadratures, redundant)
 
     with ThreadPoolExecutor(1) as pool:
         waiting = pool.submit(runtime)
@@ -130,14 +131,14 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
     sizes = dict(zip(SIZE_NAMES, table, strict=True))
     facts = json.loads((folder / "facts.json").read_text())
     return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, key,
-                  (system, parameters, quadratures))
+                  (system, parameters, quadratures, redundant))
 
 
-def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool) -> None:
+def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> None:
     from engine.kernel.source import kernel_source
 
     started = time.perf_counter()
-    source = kernel_source(system, parameters, chosen, quadratures)
+    source = kernel_source(system, parameters, chosen, quadratures, redundant)
     symbolic = time.perf_counter() - started
     with ThreadPoolExecutor(2) as pool:
         for job in [pool.submit(_compile_unit, folder, unit, text) for unit, text in source.units.items()]:

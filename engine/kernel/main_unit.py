@@ -2,7 +2,8 @@
 
 Between stage 1 and stage 2 the runtime solves for the multipliers; nothing here depends on the mode of a joint.
 Block written by stage 1 ("maps", column-major, a = active cut rows, e = multipliers η, n = reaction components, r = rates):
-S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r.
+S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r · and in the redundant variant κ0 k · κl k×a · κe k×e, the scaled
+reactions that decide between the reactions redundant loops leave open (needed while stepping only when friction depends on them).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from engine.joints.base import quaternion_rate
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.powers import coordinates_of, powers
 from engine.recursion.elements import Element, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
 from engine.recursion.reduction import Model, outward
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
@@ -41,6 +43,9 @@ class Sizes:
     nn: int
     nrates: int
     nquad: int
+    nkappa: int
+    loop_friction: int
+    coupled: int
 
 
 @dataclass
@@ -68,12 +73,16 @@ def active_rows(m: Model) -> tuple[int, ...]:
     return tuple(rows)
 
 
-def main_unit(sym: Symbols, m: Model, quadratures: bool) -> MainUnit:
-    """Build the unit."""
+def main_unit(sym: Symbols, m: Model, quadratures: bool, redundant: bool = False) -> MainUnit:
+    """Build the unit; ``redundant``: the variant that carries all rows and the scaled reactions."""
     system = sym.system
-    active = list(active_rows(m))
+    active = list(range(system.rows)) if redundant else list(active_rows(m))
     parts = elements(system)
-    maps, nn, nrates = _maps(m, parts, active)
+    maps, nn, nrates, nkappa = _maps(m, parts, active, redundant)
+    on_loops = {j.name for j in loop_joints(system)}
+    loop_friction = any(e.joint.name in on_loops for e in parts)
+    inactive = [k for k in range(system.rows) if k not in active]
+    coupled = loop_friction and inactive_rows_couple(m, outward(m), inactive)
     rate, quads = _derivative(m, parts, quadratures)
     lam_active = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
     multipliers = bool(active) or system.neta > 0
@@ -96,7 +105,7 @@ def main_unit(sym: Symbols, m: Model, quadratures: bool) -> MainUnit:
     nmaps = sum(int(v.numel()) for v in maps)
     sizes = Sizes(
         system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], sum(c.kept[0] for c in codes), code.kept[1], nmaps, system.rows,
-        tuple(active), system.neta, nn, nrates, len(quads),
+        tuple(active), system.neta, nn, nrates, len(quads), nkappa, int(loop_friction), int(coupled),
     )
     ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
            "laws": laws_code.operations[1], "closure": closure.operations[1]}
@@ -112,11 +121,11 @@ def _without_inactive(sym: Symbols, values: list[SX], active: list[int]) -> list
     return ca.substitute(values, [old], [SX.zeros(len(inactive))])
 
 
-def _maps(m: Model, parts: list[Element], active: list[int]) -> tuple[list[SX], int, int]:
-    """The maps block, number of reaction components, number of rates."""
+def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:
+    """The maps block, number of reaction components, of rates, of scaled reactions."""
     system = m.sym.system
     blocks = [ca.vec(ca.densify(m.S[active, active])), ca.vec(ca.densify(m.Se[active, :])), ca.densify(m.g0[active])]
-    nn = nrates = 0
+    nn = nrates = nkappa = 0
     if parts:
         acc = outward(m)
         rows = ca.vertcat(*[reaction_rows(m, acc, e) for e in parts])
@@ -126,7 +135,11 @@ def _maps(m: Model, parts: list[Element], active: list[int]) -> tuple[list[SX], 
         rates = [r for e in parts for r in joint_rates(m, e.joint)]
         nrates = len(rates)
         blocks += rates
-    return [ca.densify(b) for b in blocks if b.numel()] or [SX(0, 1)], nn, nrates
+        if redundant:
+            kappa = scaled_reactions(m, acc)
+            nkappa = kappa.size1()
+            blocks += [ca.densify(kappa[:, 0]), ca.vec(ca.densify(kappa[:, 1 : 1 + nl])), ca.vec(ca.densify(kappa[:, 1 + nl :]))]
+    return [ca.densify(b) for b in blocks if b.numel()] or [SX(0, 1)], nn, nrates, nkappa
 
 
 def combination(sym: Symbols) -> SX:

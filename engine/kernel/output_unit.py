@@ -12,6 +12,7 @@ from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, combination
 from engine.kernel.powers import powers
+from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.reduction import Accelerations, Model, outward
 from engine.recursion.vectors import SX, cross
 
@@ -155,8 +156,8 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     touching = [c for j in sym.system.frictional for c in o.contacts(j.name)]
     four = [v for c in touching for v in (c.force, *_oriented(c))]
     contact = _second("contacts", state + z, four)
-    loops = ex.loop_reactions(m, o.acc, o.pick)
-    kappa = _second("kappa", state + z, loops)
+    loops = scaled_reactions(m, o.acc, o.pick)
+    kappa = _second("kappa", state + z, [loops[i] for i in range(loops.numel())])
     a, b = main.kept[0], main.kept[0] + contact.kept[0]
     text = "\n".join([
         main.text, contact.text, kappa.text,
@@ -165,7 +166,7 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
         f"void o_kappa_at({STATE},{CONST}z,double*restrict out){{o_kappa(x,y,c+{b},z,out);}}",
     ])
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
-    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], len(loops), _post(chosen), energy)
+    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy)
 
 
 def _oriented(c) -> tuple[SX, SX, SX]:

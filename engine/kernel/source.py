@@ -9,11 +9,12 @@ from engine.kernel.columns import Column
 from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
+from engine.recursion.redundancy import rows_of
 from engine.recursion.reduction import model
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 
-ABI = 3
+ABI = 4
 """Must equal TR_ABI of ``runtime/tr.h`` (the runtime refuses a kernel of another one)."""
 PREAMBLE = '#include <math.h>\n#include "tr.h"\n'
 
@@ -26,19 +27,21 @@ class KernelSource:
     facts: dict[str, object]
 
 
-def kernel_source(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> KernelSource:
+def kernel_source(
+    system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
+) -> KernelSource:
     """Symbolic build of everything a run needs (the Jacobian comes later, when a method asks for it)."""
     sym = Symbols(system, parameters)
     m = model(sym)
-    main = main_unit(sym, m, quadratures)
+    main = main_unit(sym, m, quadratures, redundant)
     out = output_unit(m, chosen, quadratures)
-    facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active)}
+    facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active), "loop_rows": rows_of(system)}
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
 
 
-def jacobian_source(system: System, parameters: int, quadratures: bool) -> str:
+def jacobian_source(system: System, parameters: int, quadratures: bool, redundant: bool) -> str:
     """C text of the Jacobian unit."""
-    unit = jacobian_unit(model(Symbols(system, parameters)), quadratures)
+    unit = jacobian_unit(model(Symbols(system, parameters)), quadratures, redundant)
     names = "j_eval,0,0" if unit.dense else "0,j_point,j_along"
     struct = f"const tr_jacobian trunnion_jacobian={{{ABI},{unit.nc},{unit.nw},j_prepare,{names}}};\n"
     return PREAMBLE + unit.text + struct
@@ -91,6 +94,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     values = [
         ABI, z.nq, z.nv, z.nx, z.np, z.nc, z.nw, z.nmaps, z.rows, len(z.active), z.neta, z.nn, z.nrates, z.nquad,
         len(system.sliders), system.stops, system.tables, len(system.inputs), len(quat), len(main.elements), dn,
+        z.nkappa, z.loop_friction, z.coupled,
     ]
     tables = "".join([
         _ints("k_active", z.active), _ints("k_row_kind", row_kind), _ints("k_qkind", qkind), _ints("k_vkind", vkind),

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from engine.plots.palette import EVENT, GRID, INK, color, dash
 from engine.plots.panels import Panel, Section, frictional, sections
@@ -18,21 +22,28 @@ WIDTH, HEIGHT = 5.2, 2.05
 """Inches of one panel."""
 LEFT, RIGHT, TOP, BOTTOM = 0.85, 0.25, 0.95, 0.65
 GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
-WIDE = 9
-"""Panels from which the page has three columns."""
-MANY_EVENTS = 80
-"""More event lines than this would hide the curves; only so many are drawn, evenly chosen."""
+TALL = 9
+"""Rows of two panels beyond which the page has three columns."""
+FEW_EVENTS, MANY_EVENTS = 20, 120
+"""Beyond the first number event lines are drawn fainter, beyond the second only so many, evenly chosen."""
+TITLE_LINE = 46
+"""Characters of labels that fit beside a panel's title; longer legends stand inside the axes."""
 
 
-def figure(result: Result, joints: Sequence[str] | None = None) -> Figure:
+def figure(
+    result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None
+) -> Figure:
     """A page of curves: for each frictional joint (or those named) friction, accelerations, contact angles and normal forces,
     then the motion and the energy. Reversals of sliding are thin vertical lines; at each the contact angle jumps from ○ to ●.
+
+    between: the part of the run to show, s.
     """
     from matplotlib.figure import Figure
 
+    result = window(result, between) if between else result
     parts = sections(result, joints)
     count = sum(len(s.panels) for s in parts)
-    columns = 1 if count < 2 else 2 if count < WIDE else 3
+    columns = 1 if count < 2 else 2 if sum(-(-len(s.panels) // 2) for s in parts) <= TALL else 3
     height, places = _layout(parts, columns)
     width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + RIGHT
     fig = Figure(figsize=(width, height), facecolor="white")
@@ -42,10 +53,17 @@ def figure(result: Result, joints: Sequence[str] | None = None) -> Figure:
         fig.text(LEFT / width, top / height, section.heading, size=11, weight="bold", color=INK, va="center")
         for panel, (x, y) in zip(section.panels, boxes, strict=True):
             axes = fig.add_axes((x / width, y / height, WIDTH / width, HEIGHT / height))
-            _draw(axes, panel, scale, unit, result.settings.get("until"))
+            _draw(axes, panel, scale, unit, between or (0.0, result.settings.get("until") or result.time[-1]))
     if not count:
         fig.text(0.5, 0.4, "no columns to draw (see the outputs patterns)", ha="center", color=INK)
     return fig
+
+
+def window(result: Result, between: tuple[float, float]) -> Result:
+    """The rows and events of a result within a span of time."""
+    first, last = between
+    rows = (result.time >= first) & (result.time <= last)
+    return replace(result, data=result.data[rows], events=tuple(e for e in result.events if first <= e.time <= last))
 
 
 def _layout(parts: list[Section], columns: int) -> tuple[float, list[tuple[Section, float, list[tuple[float, float]]]]]:
@@ -85,41 +103,75 @@ def caption(result: Result) -> str:
     return " · ".join([*words, f"{name}{where} at t = {result.outcome.time:.6g} s"])
 
 
-def _draw(axes: Axes, panel: Panel, scale: float, unit: str, until: float | None) -> None:
+def _draw(axes: Axes, panel: Panel, scale: float, unit: str, span: tuple[float, float]) -> None:
     """One panel: event lines, curves, jumps, labels."""
+    faint = min(1.0, max(0.3, FEW_EVENTS / max(1, len(panel.events))))
     for at in _thinned([e.time for e in panel.events]):
-        axes.axvline(at * scale, color=EVENT, lw=0.5, zorder=0.5)
-    few = len(panel.curves) > 1
+        axes.axvline(at * scale, color=EVENT, lw=0.5, alpha=faint, zorder=0.5)
+    several, power = len(panel.curves) > 1, thousands(panel)
     for i, c in enumerate(panel.curves):
-        axes.plot(c.time * scale, c.values, color=color(i), ls=dash(i), lw=1.3 + 0.5 * (few and i == 0), label=c.label)
+        width = 2.3 if several and i == 0 else 1.3
+        axes.plot(c.time * scale, c.values / 10.0**power, color=color(i), ls=dash(i), lw=width, label=_label(panel, c.label))
+    size = 4.0 if len(panel.jumps) <= FEW_EVENTS else 2.2
     for i, at, before, after in panel.jumps[:: max(1, len(panel.jumps) // MANY_EVENTS)]:
-        axes.plot([at * scale], [before], "o", ms=4, mfc="white", mec=color(i), mew=0.9, zorder=3)
-        axes.plot([at * scale], [after], "o", ms=4, color=color(i), zorder=3)
-    _dress(axes, panel, unit)
-    if until:
-        axes.set_xlim(0, until * scale)
+        axes.plot([at * scale], [before], "o", ms=size, mfc="white", mec=color(i), mew=0.9, zorder=3)
+        axes.plot([at * scale], [after], "o", ms=size, color=color(i), zorder=3)
+    _dress(axes, panel, unit, power)
+    axes.set_xlim(span[0] * scale, span[1] * scale)
 
 
-def _dress(axes: Axes, panel: Panel, unit: str) -> None:
-    """Titles, grid, legend."""
+def thousands(panel: Panel) -> int:
+    """Power of ten (a multiple of three) the values are divided by, so that the axis has short numbers."""
+    tops = [float(np.max(np.abs(c.values[np.isfinite(c.values)]), initial=0.0)) for c in panel.curves]
+    top = max(tops, default=0.0)
+    return 0 if panel.unit == "°" or top == 0.0 or 1e-2 <= top < 1e5 else 3 * math.floor(math.log10(top) / 3)
+
+
+def ylabel(panel: Panel, power: int) -> str:
+    """Quantity and unit, with the power of ten."""
+    raised = f"{power}".translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{panel.quantity}, 10{raised} {panel.unit}" if power else f"{panel.quantity}, {panel.unit}"
+
+
+def _label(panel: Panel, column: str) -> str:
+    """A column's name without what the title says already."""
+    owner, _, rest = column.partition(".")
+    short = rest if rest and panel.title.endswith(f" {owner}") else column
+    for ending in (".normal_force", ".angle"):
+        short = short.removesuffix(ending)
+    return short
+
+
+def _dress(axes: Axes, panel: Panel, unit: str, power: int) -> None:
+    """Titles, grid, axes, legend."""
     from matplotlib.ticker import MaxNLocator
 
-    axes.set_title(panel.title, size=9.5, loc="left", color=INK, pad=4)
+    axes.set_title(panel.title, size=9.5, loc="left", color=INK, pad=5)
     axes.set_xlabel(f"time, {unit}", size=8.5, labelpad=1)
-    axes.set_ylabel(panel.ylabel, size=8.5)
+    axes.set_ylabel(ylabel(panel, power), size=8.5)
     axes.tick_params(labelsize=8, length=3)
     axes.grid(True, color=GRID, lw=0.6)
     axes.set_axisbelow(True)
-    axes.margins(y=0.12)
-    axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
-    axes.yaxis.get_offset_text().set_size(7.5)
+    axes.margins(y=0.1)
+    axes.ticklabel_format(axis="y", style="plain", useOffset=False)
     if panel.quantity == "contact angle":
         axes.yaxis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 1.5, 3, 4.5, 6, 9, 10]))
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    if len(panel.curves) > 1 or panel.curves[0].label not in panel.title:
-        title = f"and {panel.hidden} more" if panel.hidden else None
-        axes.legend(fontsize=7, framealpha=0.85, title=title, title_fontsize=7, loc="best", handlelength=2.6, borderpad=0.3)
+    _legend(axes, panel)
+
+
+def _legend(axes: Axes, panel: Panel) -> None:
+    """Names of the curves: beside the title when they fit there, else inside."""
+    labels = [_label(panel, c.label) for c in panel.curves]
+    title = f"and {panel.hidden} more" if panel.hidden else None
+    beside = len(panel.title) + sum(len(t) + 6 for t in labels) <= 2 * TITLE_LINE and not title
+    look: dict[str, Any] = {"fontsize": 7.5, "handlelength": 2.4, "borderpad": 0.2, "title": title, "title_fontsize": 7}
+    if beside:
+        look |= {"loc": "lower right", "bbox_to_anchor": (1.01, 0.985), "ncol": len(labels), "frameon": False}
+        axes.legend(columnspacing=1.1, handletextpad=0.5, **look)
+    else:
+        axes.legend(loc="best" if len(panel.curves[0].time) < 3000 else "upper right", framealpha=0.85, **look)
 
 
 def _thinned(times: list[float]) -> list[float]:

@@ -39,11 +39,6 @@ class Panel:
     hidden: int = 0
     """Curves left out because there are too many."""
 
-    @property
-    def ylabel(self) -> str:
-        """Quantity with its unit."""
-        return f"{self.quantity}, {self.unit}"
-
 
 @dataclass(frozen=True)
 class Section:
@@ -55,17 +50,24 @@ class Section:
 
 def sections(result: Result, joints: Sequence[str] | None = None) -> list[Section]:
     """Everything ``figure`` draws: each frictional joint (those named, else the first few), then the motion and the energy."""
-    rubbing = frictional(result)
-    chosen = rubbing[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
+    chosen = frictional(result)[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
     out = [Section(_heading(result, j), tuple(_joint_panels(result, j))) for j in chosen]
-    out.append(Section("Motion", tuple(_motion(result, [j for j in result.scene.joints if j not in chosen]))))
-    out.append(Section("Energy", tuple(_energy(result))))
+    others = [j for j in moving(result) if j not in chosen]
+    out.append(Section("Motion and energy", (*_motion(result, others), *_energy(result))))
     return [s for s in out if s.panels]
 
 
 def frictional(result: Result) -> list[str]:
     """Frictional joints, in the order of the scene."""
     return [name for name, j in result.scene.joints.items() if j.friction is not None]
+
+
+def moving(result: Result) -> list[str]:
+    """Joints whose motion is neither prescribed nor a mere consequence of the others' (cut joints without friction)."""
+    from engine.system.spanning import span
+
+    cut = span(result.scene).cut
+    return [n for n, j in result.scene.joints.items() if j.drive is None and (n not in cut or j.friction is not None)]
 
 
 def _heading(result: Result, joint: str) -> str:
@@ -150,18 +152,20 @@ def _contact_of(result: Result, event: Event, column: str) -> int | None:
 
 
 def _motion(result: Result, others: list[str]) -> Iterator[Panel]:
-    """Coordinates of all joints (driven and dependent ones aside), accelerations of the joints without friction."""
-    angles, lengths = [], []
-    for name in (n for n, j in result.scene.joints.items() if j.drive is None):
-        for column in result.matching(f"{name}.q[*]"):
-            {"rad": angles, "m": lengths}.get(result.units[column], []).append(column)
-    yield from _panel(result, "Joint angles", "angle", angles, degrees=True)
+    """Coordinates and rates of the moving joints, accelerations of those (``others``) that have no section of their own."""
+    free = moving(result)
+    flat = [j for j in free if result.scene.joints[j].type not in ("spherical", "free")]
+    yield from _panel(result, "Joint angles", "angle", _of(result, flat, "q", "rad"), degrees=True)
     yield from _balls(result)
-    yield from _panel(result, "Joint travels", "travel", lengths)
-    for unit, quantity in (("rad/s^2", "angular acceleration"), ("m/s^2", "acceleration")):
-        names = [n for j in others if result.scene.joints[j].type != "spherical" for n in result.matching(f"{j}.qdd[*]")]
-        names = [n for n in names if result.units[n] == unit]
-        yield from _panel(result, f"Joint {quantity}s", quantity, names)
+    yield from _panel(result, "Joint travels", "travel", _of(result, free, "q", "m"))
+    yield from _panel(result, "Angular rates of the joints", "angular rate", _of(result, free, "qd", "rad/s"))
+    yield from _panel(result, "Speeds of the joints", "speed", _of(result, free, "qd", "m/s"))
+    yield from _panel(result, "Angular accelerations", "angular acceleration", _of(result, others, "qdd", "rad/s^2"))
+    yield from _panel(result, "Accelerations", "acceleration", _of(result, others, "qdd", "m/s^2"))
+
+
+def _of(result: Result, joints: list[str], what: str, unit: str) -> list[str]:
+    return [n for j in joints for n in result.matching(f"{j}.{what}[*]") if result.units[n] == unit]
 
 
 def _balls(result: Result) -> Iterator[Panel]:

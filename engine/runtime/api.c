@@ -31,7 +31,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(speed, 2 * k->nsliders); TR_PLACE(lu, e * e); TR_PLACE(r, e);
   TR_PLACE(smin, k->nsliders); TR_PLACE(smax, k->nsliders); TR_PLACE(lin0, TR_ZONE * k->nsliders);
   TR_PLACE(h_res, 2 * rows); TR_PLACE(ev, TR_EVENT * s->ev_capacity); TR_PLACE(breaks, s->nbreaks); TR_PLACE(tables, ntable);
-  TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
+  TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
   int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
@@ -116,6 +116,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     tr_note_rank(s);
   }
   tr_shift(s, t, TR_A(s, y));
+  if (k->neta && k->loop_friction && k->nkappa == 0 && (k->coupled || (k->active && s->rank < k->active))) return TR_NEED_REDUNDANT;
   if (!tr_start_modes(s)) return s->status = TR_FAIL_MULTIPLIERS;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->status = TR_FAIL_MULTIPLIERS;
   for (int i = 0; i < s->ny; ++i)
@@ -160,6 +161,21 @@ int tr_derivatives(tr_sim *s, double *out) {
   if (!tr_jacobian_at(s, s->t, TR_A(s, y))) return 0;
   for (int q = 0; q <= s->ny; ++q) memcpy(out + (size_t)q * rows, TR_A(s, jac) + (size_t)q * ld, sizeof(double) * rows);
   return 1;
+}
+
+/* Redundancy at the present state: number of reaction directions the motion leaves open; out (nkappa × count): their scaled
+ * reactions, orthonormal. */
+int tr_redundancy(tr_sim *s, double *out) {
+  const tr_kernel *k = s->k;
+  if (!s->o || !s->o->nkappa || !k->rows) return 0;
+  int m = s->o->nkappa;
+  double z[k->rows + k->neta + 1], base[m], *dir = TR_A(s, cand);
+  s->watch = 0;
+  if (!tr_rhs(s, s->t, TR_A(s, y), TR_A(s, dy))) return -1;
+  if (k->active == 0) s->rank_now = 0;
+  tr_full_multipliers(s, TR_A(s, y), z, 0);
+  if (k->active == k->rows && s->rank_now == k->active) return 0;
+  return tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
 }
 
 const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }

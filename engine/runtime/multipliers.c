@@ -54,6 +54,74 @@ static void tr_note_rank(tr_sim *s) {
   if (r > s->rank) s->rank = r;
 }
 
+static inline const double *map_kappa(const tr_kernel *k, const double *m) { return map_rates(k, m) + k->nrates; }
+
+/* λ that the motion leaves open: columns V (a×r) with S V = 0, one for each pivot beyond the rank. */
+static int tr_null_space(tr_sim *s, double *V) {
+  const tr_kernel *k = s->k;
+  int a = k->active, r = a - s->rank_now;
+  const int *perm = (const int *)TR_A(s, perm);
+  const double *S = TR_A(s, maps);
+  double b[a + 1];
+  for (int q = 0; q < r; ++q) {
+    int out = perm[s->rank_now + q];
+    for (int i = 0; i < a; ++i) b[i] = -S[i + out * a];
+    tr_solve_S(s, b, V + q * a);
+    V[out + q * a] = 1.0;
+  }
+  return r;
+}
+
+/* Orthonormalise the directions N (m×r) and carry the combinations V (a×r) along; dependent ones become zero. */
+static void tr_orthonormal(int m, int a, int r, double *N, double *V) {
+  for (int q = 0; q < r; ++q) {
+    double *n = N + m * q, *v = V + a * q, len0 = 0.0, len = 0.0;
+    for (int i = 0; i < m; ++i) len0 += n[i] * n[i];
+    for (int pass = 0; pass < 2; ++pass)
+      for (int p = 0; p < q; ++p) {
+        double dot = 0.0, *np = N + m * p;
+        for (int i = 0; i < m; ++i) dot += n[i] * np[i];
+        for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
+        for (int i = 0; i < a; ++i) v[i] -= dot * V[i + a * p];
+      }
+    for (int i = 0; i < m; ++i) len += n[i] * n[i];
+    double inv = len > 1e-20 * len0 && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
+    for (int i = 0; i < m; ++i) n[i] *= inv;
+    for (int i = 0; i < a; ++i) v[i] *= inv;
+  }
+}
+
+/* Redundant variant: choose, among the λ the motion leaves open, those of least scaled reactions; they stay affine in η.
+ * lam0 and the columns of T are corrected in place. */
+static void tr_choose_reactions(tr_sim *s, double *lam0) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->rank_now;
+  if (m == 0 || r <= 0) return;
+  double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m];
+  const double *k0 = map_kappa(k, TR_A(s, maps)), *kl = k0 + m, *ke = kl + m * a;
+  tr_null_space(s, V);
+  for (int q = 0; q < r; ++q)
+    for (int i = 0; i < m; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < a; ++j) sum += kl[i + j * m] * V[j + q * a];
+      Q[i + q * m] = sum;
+    }
+  tr_orthonormal(m, a, r, Q, V);
+  for (int col = 0; col <= e; ++col) { /* column 0: lam0 with κ0; column j: −T_j with κe_j */
+    double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
+    const double *base = col == 0 ? k0 : ke + (col - 1) * m;
+    for (int i = 0; i < m; ++i) {
+      kap[i] = base[i];
+      for (int j = 0; j < a; ++j) kap[i] += sign * kl[i + j * m] * lam[j];
+    }
+    for (int q = 0; q < r; ++q) {
+      double dot = 0.0;
+      for (int i = 0; i < m; ++i) dot += Q[i + q * m] * kap[i];
+      for (int j = 0; j < a; ++j) lam[j] -= sign * dot * V[j + q * a];
+    }
+  }
+}
+
 /* N' = N0' + Ne' η with λ eliminated; T = S⁺ Se. */
 static void tr_eliminate(tr_sim *s, double *lam0) {
   const tr_kernel *k = s->k;
@@ -67,6 +135,7 @@ static void tr_eliminate(tr_sim *s, double *lam0) {
   tr_solve_S(s, map_g0(k, maps), lam0);
   for (int i = 0; i < a; ++i) lam0[i] = -lam0[i];
   for (int j = 0; j < e; ++j) tr_solve_S(s, map_Se(k, maps) + j * a, T + j * a);
+  tr_choose_reactions(s, lam0);
   for (int j = 0; j < a; ++j) {
     const double *col = Nl + j * n;
     for (int i = 0; i < n; ++i) N0[i] += col[i] * lam0[j];

@@ -4,62 +4,41 @@
 /* `extra` block handed to the output unit. */
 enum { TR_X_ENERGY0, TR_X_CLOSURE, TR_X_COMPLEMENT, TR_X_CONTRACTION, TR_X_EVENTS, TR_X_STEP, TR_X_STATES };
 
-/* Redundant loops: add to λ the null-space combination that minimises the reactions' norm in the bodies' own metric (``kappa``:
- * reactions of all joints in loops, scaled by the inertia of the parts they act on). Does not depend on units, on the order of
- * things, or on which joints were cut. */
-static void tr_resolve(tr_sim *s, const double *y, double *z) {
+/* Directions of λ (rows × count) that the motion leaves open at the state just solved, made orthonormal in the scaled reactions N
+ * (nkappa × count); base: the scaled reactions of z. Returns the count. */
+static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  int rows = k->rows, free_rows[rows + 1], nf = 0, m = o->nkappa;
-  if (rows == 0 || m == 0) return;
-  /* unknowns that the motion leaves open: inactive rows, and pivots beyond the rank */
+  int rows = k->rows, m = o->nkappa, a = k->active, extra = a - s->rank_now, count = 0;
   char is_active[rows + 1];
+  double V[a * extra + 1], zz[rows + k->neta + 1];
   memset(is_active, 0, sizeof is_active);
-  for (int i = 0; i < k->active; ++i) is_active[k->active_rows[i]] = 1;
+  memset(dir, 0, sizeof(double) * rows * (rows - a + extra));
+  tr_null_space(s, V);
+  for (int i = 0; i < a; ++i) is_active[k->active_rows[i]] = 1;
   for (int i = 0; i < rows; ++i)
-    if (!is_active[i]) free_rows[nf++] = i;
-  const int *perm = (const int *)TR_A(s, perm);
-  int extra = k->active - s->rank_now;
-  if (nf + extra == 0) return;
-  double *base = TR_A(s, kap), *col = base + m, *N = base + 2 * m; /* N: m×(nf+extra) */
+    if (!is_active[i]) dir[i + rows * count++] = 1.0;
+  for (int q = 0; q < extra; ++q, ++count)
+    for (int i = 0; i < a; ++i) dir[k->active_rows[i] + rows * count] = V[i + q * a];
   o->kappa(TR_A(s, x), y, TR_A(s, co), z, base);
-  int count = nf + extra;
-  double *dir = TR_A(s, cand); /* rows × count: null directions in λ */
-  memset(dir, 0, sizeof(double) * rows * count);
+  memcpy(zz, z, sizeof(double) * (rows + k->neta));
   for (int q = 0; q < count; ++q) {
-    double *v = dir + rows * q;
-    if (q < nf) {
-      v[free_rows[q]] = 1.0;
-    } else { /* λ_r = 1 for a dropped pivot r, the kept ones compensate: S_kk λ_k = −S_kr */
-      int r = perm[s->rank_now + q - nf], a = k->active;
-      double b[a], x[a];
-      const double *S = TR_A(s, maps);
-      for (int i = 0; i < a; ++i) b[i] = -S[i + r * a];
-      tr_solve_S(s, b, x);
-      for (int i = 0; i < s->rank_now; ++i) v[k->active_rows[perm[i]]] = x[perm[i]];
-      v[k->active_rows[r]] = 1.0;
-    }
-    double zz[rows + k->neta];
-    for (int i = 0; i < rows; ++i) zz[i] = z[i] + v[i];
-    memcpy(zz + rows, z + rows, sizeof(double) * k->neta);
-    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, col);
-    for (int i = 0; i < m; ++i) N[i + m * q] = col[i] - base[i];
+    for (int i = 0; i < rows; ++i) zz[i] = z[i] + dir[i + rows * q];
+    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, N + m * q);
+    for (int i = 0; i < m; ++i) N[i + m * q] -= base[i];
   }
-  /* modified Gram–Schmidt, then subtract the projections */
-  for (int q = 0; q < count; ++q) {
-    double *v = dir + rows * q, *n = N + m * q, len0 = 0.0, len = 0.0;
-    for (int i = 0; i < m; ++i) len0 += n[i] * n[i];
-    for (int p = 0; p < q; ++p) {
-      double dot = 0.0, *np = N + m * p;
-      for (int i = 0; i < m; ++i) dot += n[i] * np[i];
-      for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
-      for (int i = 0; i < rows; ++i) v[i] -= dot * dir[rows * p + i];
-    }
-    for (int i = 0; i < m; ++i) len += n[i] * n[i];
-    double inv = len > 1e-20 * len0 && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
-    for (int i = 0; i < m; ++i) n[i] *= inv;
-    for (int i = 0; i < rows; ++i) v[i] *= inv;
-  }
+  tr_orthonormal(m, rows, count, N, dir);
+  return count;
+}
+
+/* Redundant loops: of all λ with this motion, those whose reactions are smallest in the bodies' own metric (``kappa``: reactions of
+ * all joints on loops, scaled by the inertia of the parts they act on). Does not depend on units, order, or choice of cuts. */
+static void tr_resolve(tr_sim *s, const double *y, double *z) {
+  const tr_kernel *k = s->k;
+  int rows = k->rows, m = s->o->nkappa;
+  if (rows == 0 || m == 0 || (k->active == rows && s->rank_now == k->active)) return;
+  double *base = TR_A(s, kap), *N = base + m, *dir = TR_A(s, cand);
+  int count = tr_open_reactions(s, y, z, dir, N, base);
   for (int q = 0; q < count; ++q) {
     double dot = 0.0, *n = N + m * q;
     for (int i = 0; i < m; ++i) dot += n[i] * base[i];

@@ -8,7 +8,7 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 3
+#define TR_ABI 4
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
@@ -18,6 +18,7 @@
 typedef struct tr_kernel {
   int abi, nq, nv, nx, np, nc, nw, nmaps;
   int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, ninputs, nquat, nelements, ndn;
+  int nkappa, loop_friction, coupled; /* redundant variant; friction on a loop; inactive rows matter to the choice of reactions */
   int c_closure, c_laws, c_events;
   const int *active_rows; /* active: indices of constraint rows that are not structurally empty */
   const int *row_kind;    /* rows: 0 travel (force), 1 turn (torque) */
@@ -62,6 +63,7 @@ enum tr_status {
   TR_EVENTS_FULL = 3,   /* event buffer full: drain and call again */
   TR_NEED_JACOBIAN = 4, /* the method asks for the Jacobian unit: attach it and call again */
   TR_DONE = 5,
+  TR_NEED_REDUNDANT = 6, /* friction depends on reactions that redundant loops leave open: use the redundant variant */
   TR_FAIL_NOT_FINITE = 10,
   TR_FAIL_STEP = 11,      /* step size underflow */
   TR_FAIL_MULTIPLIERS = 12, /* complement equations have no reachable root */
@@ -97,7 +99,7 @@ typedef struct tr_sim {
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
-      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, jp, W, Wlu, Wt, wperm, lin0, held, kap, cand, weight, kstep;
+      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, jp, W, Wlu, Wt, wperm, lin0, held, kap, nul, cand, weight, kstep;
   int ny, nz, nrows;
 } tr_sim;
 

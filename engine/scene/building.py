@@ -31,7 +31,7 @@ class Built:
     def hides(self, f: Finding) -> bool:
         """Whether a finding may be no more than a consequence of what was set aside."""
         for b in self.broken:
-            if b[: len(f.path)] == f.path or f.path[: len(b)] == b or any(a[: len(b)] == b for a in f.about):
+            if f.path[: len(b)] == b or any(a[: len(b)] == b or b[: len(a)] == a for a in f.about):
                 return True
         return False
 
@@ -53,7 +53,10 @@ def build(data: Any) -> Built:
     rest = _copied(data)
     for _ in range(ROUNDS):
         for f in findings_of(errors, rest):
-            _set_aside(rest, f.path, built)
+            if f.meant is None:
+                _set_aside(rest, f.path, built)
+            else:
+                _forget(rest, f.path, f.meant, built)
         try:
             built.scene = _adapter().validate_python(rest)
         except ValidationError as e:
@@ -86,6 +89,14 @@ def _set_aside(data: dict[str, Any], path: Path, built: Built) -> None:
         return
     del node[str(at[-1])]
     built.broken.add(at)
+
+
+def _forget(data: dict[str, Any], path: Path, meant: str, built: Built) -> None:
+    """Remove an unknown key; what it was meant to be counts as broken."""
+    node, at = _deepest_group(data, path)
+    if at == path:
+        del node[str(at[-1])]
+    built.broken.add((*path[:-1], meant) if meant else path)
 
 
 def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Path]:

@@ -18,15 +18,19 @@ CONNECTIONS: Path = ("connections",)
 
 @dataclass(frozen=True)
 class Finding:
-    """path: where in the scene; what: the cause; hint: the remedy. ``line``: its own place, when the path does not
-    tell it (0 = look the path up). ``about``: other parts it speaks of; it means nothing when one of them could not
-    be read."""
+    """path: where in the scene; what: the cause; hint: the remedy.
+
+    line   its own place, when the path does not tell it (0 = look the path up).
+    about  other parts it depends on: it means nothing when one of them could not be read.
+    meant  of an unknown key, the key it may stand for ('' = none is close); None for other findings.
+    """
 
     path: Path
     what: str
     hint: str = ""
     line: int = 0
     about: tuple[Path, ...] = ()
+    meant: str | None = None
 
 
 def dotted(path: Path) -> str:

@@ -12,7 +12,7 @@ from engine.scene.finding import Finding, Path, dotted, parse_path
 from engine.scene.load import scene_from_data
 from engine.scene.model import Scene
 from engine.scene.reading import read
-from engine.scene.suggest import did_you_mean, shown
+from engine.scene.suggest import closest, did_you_mean, shown
 from engine.scene.typed import keys_at
 
 
@@ -69,9 +69,9 @@ def _set(scene: Scene, data: Any, text: str, value: Any) -> Problem | None:
     node = data
     for i, key in enumerate(path):
         last = i == len(path) - 1
-        found = _missing(scene, node, path[: i + 1])
+        found = _missing(node, path[: i + 1])
         if found:
-            return Problem(text, found.what, found.hint)
+            return Problem(text, found.what, _hint(scene, text, found.hint))
         if last:
             node[key] = value
         elif isinstance(node[key], int | float) and path[i + 1 :] == (0,):
@@ -84,7 +84,7 @@ def _set(scene: Scene, data: Any, text: str, value: Any) -> Problem | None:
     return None
 
 
-def _missing(scene: Scene, node: Any, path: Path) -> Finding | None:
+def _missing(node: Any, path: Path) -> Finding | None:
     """Why ``path`` (its last step taken at ``node``) leads nowhere."""
     key, owner = path[-1], dotted(path[:-1])
     if isinstance(key, int):
@@ -98,8 +98,13 @@ def _missing(scene: Scene, node: Any, path: Path) -> Finding | None:
     known = keys_at(path[:-1]) or list(node)
     if key in known:
         return None
-    hint = did_you_mean(key, known)
-    if not hint.startswith("did"):
-        near = did_you_mean(dotted(path), (p.path for p in list_parameters(scene)))
-        hint = near if near.startswith("did") else hint
-    return Finding(path, f"{owner} has no {shown(key)}", hint)
+    return Finding(path, f"{owner} has no {shown(key)}", did_you_mean(key, known))
+
+
+def _hint(scene: Scene, text: str, hint: str) -> str:
+    """The hint for one step, or where that names nothing close, the number whose whole path is close."""
+    if hint.startswith("known"):
+        paths = [p.path for p in list_parameters(scene)]
+        near = next((p for p in paths if p.endswith(f".{text}")), closest(text, paths))
+        return f'did you mean "{near}"?' if near else hint
+    return hint

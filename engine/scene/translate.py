@@ -8,7 +8,7 @@ from typing import Any
 
 from engine.scene.finding import Finding, Path
 from engine.scene.loads import APPLIED
-from engine.scene.suggest import did_you_mean, shown
+from engine.scene.suggest import closest, did_you_mean, shown
 from engine.scene.typed import keys_at, length_at, required_at
 from engine.scene.units import UnitError
 
@@ -44,8 +44,9 @@ def _one(e: Error, data: Any) -> Finding:
 
 
 def _unknown_key(path: Path, e: Error) -> Finding:
-    known = keys_at(path[:-1])
-    return Finding(path, f"unknown key {shown(str(path[-1]))}", did_you_mean(str(path[-1]), known, "known keys"))
+    key, known = str(path[-1]), keys_at(path[:-1])
+    hint = did_you_mean(key, known, "known keys")
+    return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known))
 
 
 def _missing(path: Path, e: Error) -> Finding:

@@ -18,7 +18,7 @@ STAT_NAMES = (
     "steps", "rejected", "rhs_evaluations", "jacobians", "newton_iterations", "newton_most", "events", "projections", "outputs",
     "rk5", "rk8", "rosenbrock",
 )
-OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE = range(6)
+OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE, NEED_REDUNDANT = range(7)
 
 
 class _Settings(ctypes.Structure):
@@ -58,6 +58,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
     lib.tr_attach_jacobian.argtypes, lib.tr_attach_jacobian.restype = [p, p, p, i], i
     lib.tr_derivatives.argtypes, lib.tr_derivatives.restype = [p, p], i
+    lib.tr_redundancy.argtypes, lib.tr_redundancy.restype = [p, p], i
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
@@ -191,6 +192,13 @@ class Block:
         if not self.lib.tr_derivatives(self.at, out.ctypes.data):
             raise RuntimeError("no derivatives at this state")
         return out.T
+
+    def redundancy(self) -> np.ndarray:
+        """Scaled reactions (loop rows × count) of the reaction directions that the motion leaves open here; orthonormal columns."""
+        rows = sum(n for _, n in self.kernel.facts["loop_rows"])
+        out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
+        count = self.lib.tr_redundancy(self.at, out.ctypes.data)
+        return out[: max(count, 0), :rows].T
 
     def multipliers(self) -> np.ndarray:
         """η as last solved."""

@@ -28,7 +28,7 @@ def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Se
             at = system.nq + j.v0
             block.y[at : at + len(j.free)] = np.asarray(qd[j.name], float)[list(j.free)]
     row = np.zeros(block.width)
-    status = block.start(t, t + 1.0, 1.0, row)
+    status = model.begin(bl.Settings(rtol=1e-9), t, t + 1.0, 1.0, row)
     if status != bl.OK:
         raise SimulationError(f"the state cannot be evaluated (runtime status {status})")
     return dict(zip(["time", *(c.name for c in model.columns)], row.tolist(), strict=True))

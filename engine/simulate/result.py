@@ -10,6 +10,7 @@ import numpy as np
 
 from engine.kernel.columns import Column
 from engine.simulate.outcome import Outcome
+from engine.simulate.redundancy import Redundancy
 
 if TYPE_CHECKING:
     import pandas
@@ -64,6 +65,7 @@ class Result:
     stats: Stats
     settings: dict[str, Any]
     notes: tuple[str, ...] = ()
+    redundancy: Redundancy = field(default_factory=lambda: Redundancy(0))
 
     @property
     def names(self) -> list[str]:

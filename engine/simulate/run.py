@@ -16,6 +16,7 @@ from engine.scene.model import Scene
 from engine.simulate import block as bl
 from engine.simulate.events import decode
 from engine.simulate.outcome import DONE, Outcome, from_status
+from engine.simulate.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulate.result import Event, Result, Stats
 from engine.system.build import Built, build
 from engine.system.structure import System
@@ -39,11 +40,28 @@ class Model:
         wanted = tuple(outputs if outputs is not None else scene.outputs)
         self.columns: list[Column] = select(everything, wanted)
         _check_patterns(everything, wanted)
-        quadratures = needs_quadratures(self.columns)
+        self.build_seconds = 0.0
+        self._load(redundant=False)
+        self.setup_seconds = time.perf_counter() - started - self.build_seconds
+
+    def _load(self, redundant: bool) -> None:
         table = self.built.parameters
-        self.kernel: Kernel = kernel(self.built.system, len(table.values), self.columns, quadratures)
+        chosen = (self.columns, needs_quadratures(self.columns), redundant)
+        self.kernel: Kernel = kernel(self.built.system, len(table.values), *chosen)
+        self.build_seconds += self.kernel.build_seconds
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(table.values))
-        self.setup_seconds = time.perf_counter() - started - self.kernel.build_seconds
+
+    def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray) -> int:
+        """Start a run from an assembled block. When friction turns out to depend on reactions that redundant loops leave open, the
+        kernel's redundant variant takes over, in the same state."""
+        status = self.block.start(t, until, every, row)
+        if status != bl.NEED_REDUNDANT:
+            return status
+        y = self.block.y.copy()
+        self._load(redundant=True)
+        self.block.configure(settings)
+        self.block.y[:] = y
+        return self.block.start(t, until, every, row)
 
     @property
     def system(self) -> System:
@@ -128,22 +146,28 @@ def run(model: Model, until: float, every: float, settings: bl.Settings, progres
     first = np.zeros(block.width)
     parts: list[np.ndarray] = []
     events: list[Event] = []
+    open_reactions = Redundancy(0)
     if opened:
         outcome = opened
     else:
         begun = time.perf_counter()
-        status = block.start(0.0, until, every, first)
+        status = model.begin(settings, 0.0, until, every, first)
+        block = model.block
         parts.append(first[None, :])
+        if status == bl.OK:
+            open_reactions = redundancy(block)
+            notes += redundancy_notes(open_reactions)
+        begun = time.perf_counter()
         outcome = _stepping(model, until, every, parts, events, progress) if status == bl.OK else _failure(model, status)
         started = begun
     wall = time.perf_counter() - started
     data = np.concatenate(parts) if parts else np.zeros((0, block.width))
     counters = block.statistics()
-    stats = Stats(wall, model.kernel.build_seconds, setup, counters["steps"], counters["rejected"], counters["rhs_evaluations"],
+    stats = Stats(wall, model.build_seconds, setup, counters["steps"], counters["rejected"], counters["rhs_evaluations"],
                   counters["jacobians"], counters["events"], counters)
     used = dict(until=until, every=every, rtol=settings.rtol, method=settings.method, step=settings.step)
     log.info("%s: %s", model.built.scene.name, outcome)
-    return Result(model.built.scene, data, tuple(model.columns), tuple(events), outcome, stats, used, tuple(notes))
+    return Result(model.built.scene, data, tuple(model.columns), tuple(events), outcome, stats, used, tuple(notes), open_reactions)
 
 
 def _assemble(model: Model) -> tuple[list[str], Outcome | None]:

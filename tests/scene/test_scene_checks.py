@@ -74,8 +74,8 @@ CASES = {
         "cannot be cut",
     ),
     # frames
-    "no axis": ({"joints.hinge.axis": GONE}, "joints.hinge", "needs an axis"),
-    "axis on one side only": ({"joints.cross.axis": GONE}, "joints.cross.inboard", "axis on both sides"),
+    "no axis": ({"joints.hinge.axis": GONE}, "joints.hinge.axis", "needs an axis"),
+    "axis on one side only": ({"joints.cross.axis": GONE}, "joints.cross.inboard.axis", "axis on both sides"),
     "axis zero": ({"joints.rail.axis": [0, 0, 0]}, "joints.rail.axis", "zero length"),
     "reference zero": ({"joints.rail.reference": [0, 0, 0]}, "joints.rail.reference", "zero length"),
     "start axis zero": ({"joints.socket.start.q.axis": [0, 0, 0]}, "joints.socket.start.q.axis", "zero length"),
@@ -250,11 +250,27 @@ def test_problems_of_form_and_of_meaning_are_reported_together():
         {"joints.hinge.friction.radius": "x"},
         {"inputs.wind": 3},
         {"ground.points.hook": "there"},
+        {"joints.rail.drive": {"ramp": {"start": "x", "end": 0, "duration": 1}}},
+        {"joints.hinge.stops": {"stiffness": 1, "upper": "x"}},
+        {"joints.hinge.friction": {"mu": 1, "radus": 1, "half_length": 1}},
+        {"bodies.arm.density": GONE, "bodies.arm.densty": 7800},
+        {"joints.hinge.friction.mu": GONE, "joints.hinge.friction.law": "viscos", "joints.hinge.friction.viscosity": 1},
+        {"joints.hinge.axis": GONE, "joints.hinge.axes": "y"},
+        {"joints.hinge": "revolute"},
     ],
 )
 def test_a_mistake_of_form_is_not_followed_by_its_consequences(changes):
     found = problems_of(edited(changes))
     assert len(found) == 1, found
+
+
+def test_an_unrelated_mistake_of_form_hides_nothing():
+    changes = {"bodies.sled.inertia": GONE, "bodies.sled.colr": 1, "bodies.sled.points": {"a": 3}}
+    assert {p.where for p in problems_of(edited(changes))} == {
+        "bodies.sled",
+        "bodies.sled.colr",
+        "bodies.sled.points.a",
+    }
 
 
 def test_scenes_made_in_python_are_checked_by_the_same_rules():

@@ -79,8 +79,9 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_is_no_quantity_is_refused(text):
-    with pytest.raises(UnitError, match=REFUSED[text]):
+    with pytest.raises(UnitError) as e:
         parse(text)
+    assert REFUSED[text] in f"{e.value.what} {e.value.hint}"
 
 
 @given(st.text(max_size=80) | st.from_regex(r"[0-9.e+-]{1,20} ?[a-zA-Z*/^() 0-9-]{0,30}", fullmatch=True))
@@ -92,7 +93,7 @@ def test_any_text_is_a_finite_number_or_a_unit_error(text):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "right"), [("kn", "kN"), ("Deg", "deg"), ("NM", "mm"), ("meter", ""), ("kgs", "kg"), ("RPM", "rpm")]
+    ("wrong", "right"), [("kn", "kN"), ("Deg", "deg"), ("NM", "N"), ("meter", ""), ("kgs", "kg"), ("RPM", "rpm")]
 )
 def test_a_unit_nearly_right_gets_a_hint(wrong, right):
     with pytest.raises(UnitError) as e:

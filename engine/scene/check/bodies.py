@@ -42,6 +42,7 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:
     """density xor mass with a shape; mass and inertia without; an explicit inertia always with a mass."""
     shaped = any(getattr(b, s) is not None for s in SHAPES)
+    keys = tuple((*path, k) for k in (*SHAPES, "density", "mass", "inertia"))
     if b.density is not None and (b.mass is not None or b.inertia is not None):
         other = "mass" if b.mass is not None else "inertia"
         yield Finding(
@@ -50,14 +51,14 @@ def _amounts(path: Path, b: Body) -> Iterator[Finding]:
         if b.mass is not None:
             return
     if b.density is not None and not shaped:
-        yield Finding(
-            (*path, "density"), "a density needs a shape", "add box, cylinder or sphere; or give mass and inertia"
-        )
+        hint = "add box, cylinder or sphere; or give mass and inertia"
+        yield Finding((*path, "density"), "a density needs a shape", hint, about=keys)
     elif b.density is None and b.mass is None:
         hint = "give density or mass" if shaped else "give a shape with density, or mass and inertia"
-        yield Finding(path, "the body has no mass", hint)
+        yield Finding(path, "the body has no mass", hint, about=keys)
     elif not shaped and b.inertia is None:
-        yield Finding(path, "mass without shape needs an inertia", "inertia: [0, 0, 0] makes it a point mass")
+        hint = "inertia: [0, 0, 0] makes it a point mass"
+        yield Finding(path, "mass without shape needs an inertia", hint, about=keys)
     for key in ("density", "mass"):
         value = getattr(b, key)
         if value is not None and value <= 0:

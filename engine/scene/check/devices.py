@@ -57,7 +57,7 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
 
 def _stops(path: Path, s: Stops) -> Iterator[Finding]:
     if s.lower is None and s.upper is None:
-        yield Finding(path, "stops need lower, upper or both")
+        yield Finding(path, "stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
     if s.lower is not None and s.upper is not None and not s.lower < s.upper:
         yield Finding((*path, "lower"), f"the lower stop ({s.lower:g}) is not below the upper one ({s.upper:g})")
     if s.stiffness <= 0:
@@ -71,7 +71,7 @@ def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
     what = "drive" if isinstance(s, Drive) else "signal"
     known = ", ".join(KINDS if isinstance(s, Drive) else KINDS[1:])
     if not kinds:
-        yield Finding(path, f"an empty {what}", f"give one of: {known}")
+        yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
     for extra in kinds[1:]:
         yield Finding((*path, extra), f"a {what} is one thing: {kinds[0]} or {extra}, not both")
     if s.ramp is not None and s.ramp.duration <= 0:

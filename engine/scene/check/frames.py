@@ -53,17 +53,17 @@ def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]
     own = side if isinstance(side, Side) else Side("")
     axis = own.axis if own.axis is not None else j.axis
     reference = own.reference if own.reference is not None else j.reference
+    axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))
     if axis is None:
         if j.type in NEED_AXIS:
             other = j.outboard if key == "inboard" else j.inboard
             alone = isinstance(other, Side) and other.axis is not None
-            yield Finding(
-                (*path, key) if alone else path,
-                f"a {j.type} joint needs an axis" + (" on both sides" if alone else ""),
-                "add axis: x, y, z or three numbers",
-            )
+            what = f"a {j.type} joint needs an axis" + (" on both sides" if alone else "")
+            at = (*path, key, "axis") if alone else (*path, "axis")
+            yield Finding(at, what, "add axis: x, y, z or three numbers", about=axes)
         elif reference is not None:
-            yield Finding((*path, "reference"), "a reference without an axis has no effect", "add axis, or remove it")
+            what, hint = "a reference without an axis has no effect", "add axis, or remove it"
+            yield Finding((*path, "reference"), what, hint, about=axes)
         return
     if reference is None or not any(vector(axis)) or not any(vector(reference)):
         return

@@ -73,7 +73,8 @@ def _coefficients(path: Path, f: Friction, law: str) -> Iterator[Finding]:
     needed = NEEDS.get(law, "mu")
     if getattr(f, needed) is None:
         example = "0.2 s/m" if needed == "viscosity" else "0.3"
-        yield Finding((*path, needed), f'law "{law}" needs {needed}', f"for example {needed}: {example}")
+        laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
+        yield Finding((*path, needed), f'law "{law}" needs {needed}', f"for example {needed}: {example}", about=laws)
     for key in ("mu", "mu_static", "viscosity"):
         value = getattr(f, key)
         if value is not None and value < 0:

@@ -1,0 +1,121 @@
+"""Shapes as polygons: boxes, cylinders, spheres and rods, cut fine enough to be drawn back to front."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+ROUND = 20
+"""Sides of a cylinder, meridians of a sphere."""
+PIECES = 8
+"""A face is cut into pieces along its longer edge, at most so many, so that crossing bodies hide each other rightly."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """vertices (n×3); faces: indices, counter-clockwise from outside; edges: for each face a bit mask of the sides that are
+    edges of the shape (side k joins vertices k and k + 1)."""
+
+    vertices: np.ndarray
+    faces: tuple[tuple[int, ...], ...]
+    edges: tuple[int, ...]
+
+
+def box(a: float, b: float, c: float) -> Mesh:
+    """Edges a, b, c along x, y, z, centred."""
+    half = np.array([a, b, c]) / 2
+    shortest = max(min(a, b, c), 0.05 * max(a, b, c))
+    parts = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        n, m = (int(np.clip(round(2 * half[k] / shortest), 1, PIECES)) for k in (u, v))
+        for sign in (1.0, -1.0):
+            parts.append(_face(axis, sign, half, n, m))
+    return join(parts)
+
+
+def _face(axis: int, sign: float, half: np.ndarray, n: int, m: int) -> Mesh:
+    """One side of a box as n × m rectangles."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    grid = np.zeros((n + 1, m + 1, 3))
+    grid[..., axis] = sign * half[axis]
+    grid[..., u] = np.linspace(-half[u], half[u], n + 1)[:, None]
+    grid[..., v] = np.linspace(-half[v], half[v], m + 1)[None, :]
+    faces, edges = [], []
+    for i in range(n):
+        for j in range(m):
+            a, b, c, d = (k * (m + 1) + l for k, l in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
+            rim = [j == 0, i == n - 1, j == m - 1, i == 0]
+            ring = (a, b, c, d)
+            if sign < 0:
+                ring, rim = (a, d, c, b), rim[::-1]
+            faces.append(ring)
+            edges.append(sum(bool(r) << k for k, r in enumerate(rim)))
+    return Mesh(grid.reshape(-1, 3), tuple(faces), tuple(edges))
+
+
+def cylinder(radius: float, length: float, axis: int = 0) -> Mesh:
+    """Centred, along x, y or z (axis 0, 1, 2)."""
+    pieces = int(np.clip(round(length / max(2 * radius, 1e-9)), 1, PIECES))
+    turn = 2 * np.pi * np.arange(ROUND) / ROUND
+    rings = [np.column_stack([np.full(ROUND, x), radius * np.cos(turn), radius * np.sin(turn)])
+             for x in np.linspace(-length / 2, length / 2, pieces + 1)]
+    faces: list[tuple[int, ...]] = []
+    edges = []
+    for i in range(pieces):
+        for k in range(ROUND):
+            a, b = i * ROUND + k, i * ROUND + (k + 1) % ROUND
+            faces.append((a, a + ROUND, b + ROUND, b))
+            edges.append((2 if i == pieces - 1 else 0) | (8 if i == 0 else 0))
+    faces += [tuple(range(ROUND))[::-1], tuple(range(pieces * ROUND, (pieces + 1) * ROUND))]
+    edges += [0, 0]
+    vertices = np.concatenate(rings)
+    return Mesh(np.roll(vertices, axis, axis=1), tuple(faces), tuple(edges))
+
+
+def sphere(radius: float) -> Mesh:
+    """Centred ball."""
+    rows = ROUND // 2
+    polar, turn = np.pi * np.arange(rows + 1) / rows, 2 * np.pi * np.arange(ROUND) / ROUND
+    vertices = np.array([
+        [radius * np.sin(p) * np.cos(t), radius * np.sin(p) * np.sin(t), radius * np.cos(p)] for p in polar for t in turn
+    ])
+    faces = []
+    for i in range(rows):
+        for k in range(ROUND):
+            a, b = i * ROUND + k, i * ROUND + (k + 1) % ROUND
+            faces.append((a, a + ROUND, b + ROUND, b))
+    return Mesh(vertices, tuple(faces), (0,) * len(faces))
+
+
+def rod(start: Sequence[float], end: Sequence[float], radius: float) -> Mesh:
+    """A thin square rod between two points."""
+    p, q = np.asarray(start, float), np.asarray(end, float)
+    along = q - p
+    length = float(np.linalg.norm(along))
+    e1 = along / length
+    e2 = np.cross(e1, np.eye(3)[int(np.argmin(np.abs(e1)))])
+    e2 /= np.linalg.norm(e2)
+    turn = np.column_stack([e1, e2, np.cross(e1, e2)])
+    mesh = box(length, 2 * radius, 2 * radius)
+    return placed(mesh, turn, (p + q) / 2)
+
+
+def placed(mesh: Mesh, rotation: np.ndarray, position: np.ndarray) -> Mesh:
+    """The mesh turned, then moved."""
+    return Mesh(mesh.vertices @ np.asarray(rotation).T + position, mesh.faces, mesh.edges)
+
+
+def join(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    faces: list[tuple[int, ...]] = []
+    edges: list[int] = []
+    first = 0
+    for m in meshes:
+        faces += [tuple(i + first for i in f) for f in m.faces]
+        edges += m.edges
+        first += len(m.vertices)
+    vertices = np.concatenate([m.vertices for m in meshes]) if meshes else np.zeros((0, 3))
+    return Mesh(vertices, tuple(faces), tuple(edges))

@@ -1,0 +1,210 @@
+"""What there is to draw of a scene: bodies as meshes, joints with their pins, and where their contacts sit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.joints import REGISTRY
+from engine.plots import meshes
+from engine.plots.meshes import Mesh
+from engine.plots.palette import BODIES
+from engine.scene import model as sm
+from engine.scene.refs import GROUND, body_of, points_of, split
+from engine.system.frames import frame, matrix
+
+ON_GROUND = -1
+
+
+@dataclass(frozen=True)
+class Part:
+    """A body: mesh and named points measured from its mass centre, in its axes."""
+
+    name: str
+    color: str
+    mesh: Mesh
+    points: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class ContactMark:
+    """A place where pin and bearing touch: ``base`` (on part ``part``) + ``arm`` times the outward normal.
+
+    columns: prefix of its columns; state: column of its friction state.
+    """
+
+    columns: str
+    state: str
+    part: int
+    base: np.ndarray
+    arm: float
+
+
+@dataclass(frozen=True)
+class JointMark:
+    """A joint: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, the pin's mesh on part ``pin``."""
+
+    name: str
+    type: str
+    parts: tuple[int, int]
+    points: tuple[np.ndarray, np.ndarray]
+    frames: tuple[np.ndarray, np.ndarray]
+    pin: int
+    mesh: Mesh
+    contacts: tuple[ContactMark, ...]
+
+    @property
+    def side(self) -> int:
+        """0 when the inboard part carries the pin, 1 when the outboard one does."""
+        return self.pin
+
+
+@dataclass(frozen=True)
+class Scenery:
+    """All parts and joints of a scene; size: length of a typical body, m; up: unit vector against gravity."""
+
+    parts: tuple[Part, ...]
+    joints: tuple[JointMark, ...]
+    size: float
+    up: np.ndarray
+
+
+def scenery(scene: sm.Scene) -> Scenery:
+    """The drawing of a scene, without any motion."""
+    index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
+    size = _size(scene)
+    parts = tuple(_part(scene, name, i, size) for i, name in enumerate(scene.bodies))
+    joints = tuple(_joint(scene, name, j, index, size) for name, j in scene.joints.items())
+    g = np.array(scene.gravity, float)
+    up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
+    return Scenery(parts, joints, size, up)
+
+
+def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:
+    """Joint points of a body, from its mass centre."""
+    sides = [s for j in scene.joints.values() for s in (j.inboard, j.outboard)]
+    return [_point(scene, s) for s in sides if body_of(s) == body]
+
+
+def _point(scene: sm.Scene, side: str | sm.Side) -> np.ndarray:
+    """Joint point of a side, measured from the body's mass centre (on ground: from the origin), in the body's axes."""
+    body, name = split(side) if isinstance(side, str) else (side.body, side.point)
+    p = points_of(scene, body)[name] if isinstance(name, str) and name else (name or (0.0, 0.0, 0.0))
+    center = (0.0, 0.0, 0.0) if body == GROUND else scene.bodies[body].center
+    return np.array(p, float) - np.array(center, float)
+
+
+def _size(scene: sm.Scene) -> float:
+    """Median extent of the bodies, m."""
+    sizes = []
+    for name, b in scene.bodies.items():
+        spots = [np.zeros(3), *_attached(scene, name), *(np.array(p) - np.array(b.center) for p in b.points.values())]
+        sizes.append(max([float(np.linalg.norm(p - q)) for p in spots for q in spots] + [_extent(b)]))
+    return float(np.median([s for s in sizes if s > 0] or [1.0]))
+
+
+def _extent(b: sm.Body) -> float:
+    if b.box is not None:
+        return max(b.box)
+    if b.cylinder is not None:
+        return max(b.cylinder.length, 2 * b.cylinder.radius)
+    return 2 * b.sphere if b.sphere is not None else 0.0
+
+
+def _part(scene: sm.Scene, name: str, i: int, size: float) -> Part:
+    b = scene.bodies[name]
+    points = {n: np.array(p, float) - np.array(b.center, float) for n, p in b.points.items()}
+    return Part(name, b.color or BODIES[i % len(BODIES)], _mesh(scene, name, b, points, size), points)
+
+
+def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float) -> Mesh:
+    """The body's shape; a body without one is rods from its mass centre to its joints and named points."""
+    if b.box is not None:
+        return meshes.box(*b.box)
+    if b.cylinder is not None:
+        return meshes.cylinder(b.cylinder.radius, b.cylinder.length, "xyz".index(b.cylinder.axis[-1]))
+    if b.sphere is not None:
+        return meshes.sphere(b.sphere)
+    joints = _attached(scene, name)
+    thick = 0.015 * size
+    ends = _distinct([*joints, *points.values()], thick)
+    straight = len(ends) == 2 and not any(np.allclose(p, 0) for p in ends)
+    pairs = [(ends[0], ends[1])] if straight and _collinear(*ends) else [(np.zeros(3), p) for p in ends]
+    rods = [meshes.rod(p, q, thick) for p, q in pairs if np.linalg.norm(q - p) > thick]
+    return meshes.join([*rods, meshes.sphere(2.2 * thick)])
+
+
+def _collinear(p: np.ndarray, q: np.ndarray) -> bool:
+    return bool(np.linalg.norm(np.cross(p, q)) < 1e-6 * np.linalg.norm(p) * np.linalg.norm(q))
+
+
+def _distinct(points: list[np.ndarray], apart: float) -> list[np.ndarray]:
+    out: list[np.ndarray] = []
+    for p in points:
+        if all(np.linalg.norm(p - q) > apart for q in out):
+            out.append(p)
+    return out
+
+
+def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size: float) -> JointMark:
+    sides = (j.inboard, j.outboard)
+    parts = (index[body_of(j.inboard)], index[body_of(j.outboard)])
+    points = (_point(scene, j.inboard), _point(scene, j.outboard))
+    frames = (matrix(frame(*_axes(j, j.inboard))), matrix(frame(*_axes(j, j.outboard))))
+    pin = 1 if j.pin == "outboard" else 0
+    del sides
+    bare = JointMark(name, j.type, parts, points, frames, pin, pin_mesh(j, size), ())
+    return JointMark(name, j.type, parts, points, frames, pin, bare.mesh, tuple(_contacts(bare, j)))
+
+
+def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Direction | None]:
+    """Axis and reference of a side, its own or the joint's."""
+    own = side if isinstance(side, sm.Side) else None
+    axis = own.axis if own and own.axis is not None else j.axis
+    return axis, own.reference if own and own.reference is not None else j.reference
+
+
+def _two(value: float | tuple[float, float] | None, default: float) -> tuple[float, float]:
+    if value is None:
+        return default, default
+    return (float(value[0]), float(value[1])) if isinstance(value, tuple) else (float(value), float(value))
+
+
+def pin_mesh(j: sm.Joint, size: float) -> Mesh:
+    """The pin in its joint frame: true to size where friction gives one, else a small symbol."""
+    f = j.friction
+    radius = _two(f.radius if f else None, 0.025 * size)
+    half = _two(f.half_length if f else None, 0.06 * size)
+    first = meshes.cylinder(radius[0], 2 * half[0], 0)
+    if j.type in ("spherical", "free", "fixed"):
+        return meshes.sphere(radius[0]) if j.type == "spherical" else meshes.join([])
+    if j.type == "universal":
+        return meshes.join([first, meshes.cylinder(radius[1], 2 * half[1], 1)])
+    if j.type == "prismatic":
+        a, b = (2 * (x or 0.02 * size) for x in ((f.half_width, f.half_height) if f else (None, None)))
+        return meshes.box(2 * half[0], a, b)
+    return first
+
+
+def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
+    """Places of the contacts (NOTATION, "Reactions, friction and contacts"); the couple of a sleeve has none."""
+    f = j.friction
+    if f is None:
+        return
+    element = REGISTRY[j.type].friction
+    r, c = _two(f.radius, 0.0), _two(f.half_length, 0.0)
+    wide, high = float(f.half_width or 0.0), float(f.half_height or 0.0)
+    # rows: part's side, axis of the pin, distance along it, arm, sliding pair
+    pin = m.pin
+    rows = {
+        "ball": [(pin, 0, 0.0, r[0], 1)],
+        "journal": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],
+        "shaft": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],
+        "universal": [(0, 0, -c[0], r[0], 1), (0, 0, c[0], r[0], 1), (1, 1, -c[1], r[1], 2), (1, 1, c[1], r[1], 2)],
+        "sleeve": [(pin, 0, -c[0], wide, 1), (pin, 0, c[0], wide, 1), (pin, 0, -c[0], high, 1), (pin, 0, c[0], high, 1)],
+    }.get(element, [])
+    for i, (side, axis, along, arm, pair) in enumerate(rows):
+        base = m.points[side] + along * m.frames[side][:, axis]
+        yield ContactMark(f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{pair}]", m.parts[side], base, arm)

@@ -1,0 +1,83 @@
+"""Reactions of the joints on loops, scaled into one norm: what decides between the reactions that redundant loops leave open.
+
+The norm is Σ |f|²/m + |torque about the mass centre|²/j over both bodies of every joint on a loop (j: half the trace of the
+inertia): what the reactions would do to the bodies if these were free. Frame, unit, order and choice of cuts do not matter to it.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from engine.recursion.reactions import on_outboard
+from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.vectors import SX, cross
+from engine.system.structure import GROUND, Body, Joint, System
+
+TINY = 1e-300
+
+
+def loop_joints(system: System) -> list[Joint]:
+    """Joints on any loop: cut ones, and tree joints between their bodies."""
+    found: list[str] = []
+    for c in system.cuts:
+        paths = []
+        for body in (c.inb, c.out):
+            path = []
+            while body != GROUND:
+                path.append(body)
+                body = system.bodies[body].parent
+            paths.append(path)
+        different = set(paths[0]) ^ set(paths[1])
+        found += [system.tree[b].name for b in sorted(different)] + [c.name]
+    wanted = set(found)
+    return [j for j in system.joints if j.name in wanted]
+
+
+def rows_of(system: System) -> list[tuple[str, int]]:
+    """(joint, rows) of ``scaled_reactions``, in order."""
+    return [(j.name, 6 * sum(b != GROUND for b in (j.out, j.inb))) for j in loop_joints(system)]
+
+
+def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
+    """The scaled reactions (rows×columns, or rows×1 combined by ``pick``)."""
+    blocks = [SX(0, m.columns if pick is None else 1)]
+    for j in loop_joints(m.sym.system):
+        f, t, _ = on_outboard(m, acc, j, pick)
+        for body, sign in ((j.out, 1), (j.inb, -1)):
+            if body == GROUND:
+                continue
+            b, motion = m.sym.system.bodies[body], m.motions[body]
+            arm = ca.sparsify(_outboard_point(m, j) - (motion.r + motion.R @ m.sym.leaves(b.center)))
+            torque = t + cross(arm, f)
+            blocks += [sign * f / ca.sqrt(m.sym.leaf(b.mass)), sign * torque / ca.sqrt(_spin(m, b))]
+    return ca.sparsify(ca.vertcat(*blocks))
+
+
+def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
+    """Whether multipliers that the motion leaves open are pulled along by the others in the norm above (in a planar mechanism of
+    symmetric bodies they are not, and stay zero)."""
+    if not inactive:
+        return False
+    maps = scaled_reactions(m, acc)
+    free = maps[:, [1 + k for k in inactive]]
+    others = [c for c in range(m.columns) if c - 1 not in inactive]
+    return bool(ca.sparsify(free.T @ maps[:, others]).nnz())
+
+
+def _outboard_point(m: Model, j: Joint) -> SX:
+    """p_out in the world."""
+    if j.cut:
+        c = next(c for c in m.cuts if c.joint.name == j.name)
+        return c.out.r + c.c_out
+    step, motion = m.steps[j.child], m.motions[j.child]
+    return motion.r if j.forward else motion.r + step.s
+
+
+def _spin(m: Model, b: Body) -> SX:
+    """Half the trace of the inertia; a point mass takes m |c|² (its centre from its joint)."""
+    j = [m.sym.leaf(x) for x in b.inertia[:3]]
+    mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
+    if all(x.is_zero() for x in j):
+        return mass * (ca.dot(c, c) + TINY)
+    total = 0.5 * (j[0] + j[1] + j[2])
+    return total * mass if b.per_mass else total
