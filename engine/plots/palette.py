@@ -14,7 +14,7 @@ STATES = {1: ("#D55E00", "slipping +"), -1: ("#0072B2", "slipping −"), 0: ("#0
 """Friction state → (colour, words)."""
 OPEN = ("#9A9A9A", "no contact")
 ARROW = "#B00020"
-JOINT = "#4A4A4A"
+JOINT = "#6B6F76"
 
 
 def color(i: int) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,21 +44,17 @@ class ContactMark:
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, the pin's mesh on part ``pin``."""
+    """A joint: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, inboard first. side: 0 when the inboard
+    part carries the pin, 1 when the outboard one does. pins: (part, mesh in that part's axes)."""
 
     name: str
     type: str
     parts: tuple[int, int]
     points: tuple[np.ndarray, np.ndarray]
     frames: tuple[np.ndarray, np.ndarray]
-    pin: int
-    mesh: Mesh
-    contacts: tuple[ContactMark, ...]
-
-    @property
-    def side(self) -> int:
-        """0 when the inboard part carries the pin, 1 when the outboard one does."""
-        return self.pin
+    side: int
+    pins: tuple[tuple[int, Mesh], ...] = ()
+    contacts: tuple[ContactMark, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -149,14 +145,11 @@ def _distinct(points: list[np.ndarray], apart: float) -> list[np.ndarray]:
 
 
 def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size: float) -> JointMark:
-    sides = (j.inboard, j.outboard)
     parts = (index[body_of(j.inboard)], index[body_of(j.outboard)])
     points = (_point(scene, j.inboard), _point(scene, j.outboard))
     frames = (matrix(frame(*_axes(j, j.inboard))), matrix(frame(*_axes(j, j.outboard))))
-    pin = 1 if j.pin == "outboard" else 0
-    del sides
-    bare = JointMark(name, j.type, parts, points, frames, pin, pin_mesh(j, size), ())
-    return JointMark(name, j.type, parts, points, frames, pin, bare.mesh, tuple(_contacts(bare, j)))
+    bare = JointMark(name, j.type, parts, points, frames, int(j.pin == "outboard"))
+    return replace(bare, pins=tuple(_pins(bare, j, size)), contacts=tuple(_contacts(bare, j)))
 
 
 def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Direction | None]:
@@ -172,20 +165,22 @@ def _two(value: float | tuple[float, float] | None, default: float) -> tuple[flo
     return (float(value[0]), float(value[1])) if isinstance(value, tuple) else (float(value), float(value))
 
 
-def pin_mesh(j: sm.Joint, size: float) -> Mesh:
-    """The pin in its joint frame: true to size where friction gives one, else a small symbol."""
+def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
+    """The pin: true to size where friction gives one, else a small symbol. A cross has one on each part."""
     f = j.friction
-    radius = _two(f.radius if f else None, 0.025 * size)
-    half = _two(f.half_length if f else None, 0.06 * size)
-    first = meshes.cylinder(radius[0], 2 * half[0], 0)
-    if j.type in ("spherical", "free", "fixed"):
-        return meshes.sphere(radius[0]) if j.type == "spherical" else meshes.join([])
-    if j.type == "universal":
-        return meshes.join([first, meshes.cylinder(radius[1], 2 * half[1], 1)])
-    if j.type == "prismatic":
-        a, b = (2 * (x or 0.02 * size) for x in ((f.half_width, f.half_height) if f else (None, None)))
-        return meshes.box(2 * half[0], a, b)
-    return first
+    r, c = _two(f.radius if f else None, 0.025 * size), _two(f.half_length if f else None, 0.06 * size)
+    if j.type in ("fixed", "free"):
+        return
+    shapes = {m.side: meshes.cylinder(r[0], 2 * c[0], 0)}
+    if j.type == "spherical":
+        shapes = {m.side: meshes.sphere(r[0])}
+    elif j.type == "universal":
+        shapes = {0: meshes.cylinder(r[0], 2 * c[0], 0), 1: meshes.cylinder(r[1], 2 * c[1], 1)}
+    elif j.type == "prismatic":
+        a, b = (2 * float(x or 0.02 * size) for x in ((f.half_width, f.half_height) if f else (None, None)))
+        shapes = {m.side if f else 1: meshes.box(2 * c[0], a, b)}
+    for side, mesh in shapes.items():
+        yield m.parts[side], meshes.placed(mesh, m.frames[side], m.points[side])
 
 
 def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
@@ -196,8 +191,7 @@ def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
     element = REGISTRY[j.type].friction
     r, c = _two(f.radius, 0.0), _two(f.half_length, 0.0)
     wide, high = float(f.half_width or 0.0), float(f.half_height or 0.0)
-    # rows: part's side, axis of the pin, distance along it, arm, sliding pair
-    pin = m.pin
+    pin = m.side  # rows below: side of the part, axis of the pin on it, distance along that, arm, sliding pair
     rows = {
         "ball": [(pin, 0, 0.0, r[0], 1)],
         "journal": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],

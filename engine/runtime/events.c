@@ -187,7 +187,9 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
     return;
   }
   double *m = tr_mode(s, which);
-  if (m[0] > 0.5) {
+  if (m[0] > 0.5 && fabs(TR_A(s, speed)[2 * which]) > TR_A(s, speed)[2 * which + 1]) {
+    tr_freeze(s, which); /* still sliding fast: only the direction has turned by more than a right angle since it was frozen */
+  } else if (m[0] > 0.5) {
     tr_enter_zone(s, which, t, y);
     m[0] = 0.0;
   } else {

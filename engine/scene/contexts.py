@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import Any
 
 from engine.joints import REGISTRY, JointKind
@@ -31,13 +30,8 @@ def _numbers(value: Any, path: Path, scene: Scene) -> Iterator[tuple[Path, float
         for i, v in enumerate(value):
             yield from _numbers(v, (*path, i), scene)
     elif is_dataclass(value):
-        for name in _names(type(value)):
-            yield from _numbers(getattr(value, name), (*path, name), scene)
-
-
-@cache
-def _names(cls: type) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(cls))
+        for f in fields(value):
+            yield from _numbers(getattr(value, f.name), (*path, f.name), scene)
 
 
 def unit_of(scene: Scene, path: Path) -> str:
@@ -63,21 +57,18 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     field, rest = path[0], path[1:]
     if field == "start":
         return _start_unit(kind, rest)
-    if field in ("axis", "reference", "inboard", "outboard"):
-        return PLAIN
+    if field not in ("spring", "damping", "stops", "drive", "effort"):
+        return PLAIN  # a direction
     k = rest[0] if rest and isinstance(rest[0], int) else 0
-    rest = rest[1:] if rest and isinstance(rest[0], int) else rest
+    keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
     if field == "drive":
-        return _drive_unit(rest, coordinate)
+        return _drive_unit(keys, coordinate)
     if field == "effort":
         return effort
-    stiffness = f"{effort}/{coordinate}"
-    damping = f"{effort}*s/{coordinate}"
-    leaf = str(rest[-1]) if rest else field
     if field == "damping":
-        return damping
-    return {"stiffness": stiffness, "damping": f"s/{coordinate}"}.get(leaf, coordinate)
+        return f"{effort}*s/{coordinate}"
+    return {"stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
 
 
 def slides(kind: JointKind, freedom: int) -> bool:
@@ -86,16 +77,16 @@ def slides(kind: JointKind, freedom: int) -> bool:
 
 
 def _start_unit(kind: JointKind, path: Path) -> str:
-    k = path[1] if len(path) > 1 and isinstance(path[1], int) else 0
+    entry = path[1] if len(path) > 1 else 0
+    k = entry if isinstance(entry, int) else 0
     if "axis" in path:
         return PLAIN
     if path[0] == "qd":
         return "m/s" if slides(kind, k) else "rad/s"
-    coordinate = kind.coordinates[k] if k < kind.nq else ""
-    return {"length": "m", "angle": "rad"}.get(coordinate, PLAIN)
+    return {"length": "m", "angle": "rad"}.get(kind.coordinates[k] if k < kind.nq else "", PLAIN)
 
 
-def _drive_unit(path: Path, coordinate: str) -> str:
+def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
     """Constant: rate, start; ramp: rates and an origin; harmonic and table: the coordinate."""
-    rate = path == ("constant", "rate") or path in (("ramp", "start"), ("ramp", "end"))
+    rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"))
     return f"{coordinate}/s" if rate else coordinate

@@ -82,4 +82,6 @@ def _flow(value: Any) -> str:
 def _text(value: str) -> str:
     """Text, in quotes where YAML would take it for something else."""
     bare = _BARE.fullmatch(value) and is_text(value) and value == value.strip()
+    if not bare and '"' in value and "'" not in value and value.isprintable():
+        return f"'{value}'"
     return value if bare else json.dumps(value, ensure_ascii=False)

@@ -1,4 +1,5 @@
-"""Reference numbers beside a bundled model (reference.yaml): what a result column, or an expression of columns, must be."""
+"""Reference numbers beside a bundled model (reference.yaml): what a result column, or an expression of columns, must
+be."""
 
 from __future__ import annotations
 
@@ -80,24 +81,28 @@ def columns_of(expression: str) -> list[str]:
     """Column names an expression uses, in order."""
     names: list[str] = []
 
-    def note(name: str) -> float:
+    def noted(name: str) -> float:
         names.append(name)
         return 1.0
 
-    _value(ast.parse(expression, mode="eval").body, note)
+    evaluate(expression, noted)
     return names
 
 
 def evaluate(expression: str, column: Callable[[str], float]) -> float:
     """Value of an expression; ``column`` gives the value of a column. ValueError for what is no such expression."""
-    return _value(ast.parse(expression, mode="eval").body, column)
+    try:
+        tree = ast.parse(expression, mode="eval")
+    except SyntaxError as e:
+        raise ValueError(f"{shown(expression)} is not an expression of columns") from e
+    return _value(tree.body, column)
 
 
 def _value(node: ast.expr, column: Callable[[str], float]) -> float:
     """Sums, products, a few functions, numbers and columns; nothing else."""
     match node:
-        case ast.Constant(value=int() | float()):
-            return float(node.value)
+        case ast.Constant(value=int() | float() as number):
+            return float(number)
         case ast.UnaryOp(op=ast.USub()):
             return -_value(node.operand, column)
         case ast.BinOp() if type(node.op) in _OPERATIONS:

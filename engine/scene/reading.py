@@ -54,13 +54,13 @@ def _decoded(content: bytes | str) -> str:
         raise Unreadable(
             0, f"the file is larger than {LARGEST // 1_000_000} MB", "a scene holds thousands of bodies in less"
         )
-    if isinstance(content, bytes):
-        try:
-            content = content.decode("utf-8-sig")
-        except UnicodeDecodeError as e:
-            line = content[: e.start].count(b"\n") + 1
-            raise Unreadable(line, "the file is not UTF-8 text", "save it as UTF-8") from e
-    return content.removeprefix("\ufeff")
+    if isinstance(content, str):
+        return content.removeprefix("\ufeff")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        line = content[: e.start].count(b"\n") + 1
+        raise Unreadable(line, "the file is not UTF-8 text", "save it as UTF-8") from e
 
 
 def _check_json(text: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import json
 import sys
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
@@ -30,6 +31,11 @@ def json_schema() -> dict[str, Any]:
         **top,
         "$defs": {name: defs[name] for name in sorted(defs)},
     }
+
+
+def schema_text() -> str:
+    """The published copy's text."""
+    return json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
 def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,5 @@
-"""Forward kinematics straight from NOTATION.md ("Joints and frames"): poses of all bodies at the start, gaps of the loops."""
+"""Forward kinematics straight from NOTATION.md ("Joints and frames"): poses of all bodies at the start, gaps of the
+loops."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ def turned(w: np.ndarray) -> np.ndarray:
     a = np.linalg.norm(w)
     if a == 0:
         return np.eye(3)
-    K = np.cross(np.eye(3), w / a) * -1
+    x, y, z = w / a
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K
 
 
@@ -75,7 +77,8 @@ def start(j: Joint) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 class Poses:
-    """Orientation R and origin r of every body, a time t from the start at the start rates (or all coordinates ``q``)."""
+    """Orientation R and origin r of every body, a time t from the start at the start rates (or all coordinates
+    ``q``)."""
 
     def __init__(self, scene: Scene, t: float = 0.0, q: float | None = None):
         self.scene = scene
@@ -117,7 +120,8 @@ class Poses:
 
 
 def gaps(poses: Poses) -> dict[str, np.ndarray]:
-    """What is open at every joint without start values: offset of the points; of a revolute also the tilt of the axes."""
+    """What is open at every joint without start values: offset of the points; of a revolute also the tilt of the
+    axes."""
     out = {}
     for name, j in poses.scene.joints.items():
         if start(j) is not None:

@@ -85,7 +85,11 @@ VALID: dict[str, Any] = {
     },
     "forces": {
         "push": {"type": "force", "on": "arm.tip", "force": [0, {"input": "wind"}, "3 N"], "frame": "body"},
-        "twist": {"type": "torque", "on": "flyer", "torque": [0, 0, {"ramp": {"start": 0, "end": "1 N*m", "duration": 2}}]},
+        "twist": {
+            "type": "torque",
+            "on": "flyer",
+            "torque": [0, 0, {"ramp": {"start": 0, "end": "1 N*m", "duration": 2}}],
+        },
         "rubber": {"type": "spring_damper", "between": ["sled", "ground.origin"], "stiffness": 200, "length": 0.5},
     },
     "outputs": ["arm.*", "hinge.q[1]", "energy.*", "*.friction.*"],

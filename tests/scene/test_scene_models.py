@@ -1,5 +1,5 @@
-"""Bundled models: they load, their loops are closed in position and in velocity, their reference numbers are well-formed and,
-where they hold at t = 0 by geometry alone, true; generated scenes are what they are said to be."""
+"""Bundled models: they load, their loops are closed in position and in velocity, their reference numbers are
+well-formed and, where they hold at t = 0 by geometry alone, true; generated scenes are what they are said to be."""
 
 from __future__ import annotations
 
@@ -153,7 +153,9 @@ def test_expressions_of_columns_are_sums_products_and_functions():
     assert columns_of("hypot(a.q[1], -b.tip.position[2])") == ["a.q[1]", "b.tip.position[2]"]
 
 
-@pytest.mark.parametrize("text", ["a.q[b]", "__import__('os')", "a.f(1)", "max(a)", "a ** b", "[1]", "lambda: 1", "'x'", "a.q['b']"])
+@pytest.mark.parametrize(
+    "text", ["a.q[b]", "__import__('os')", "a.f(1)", "max(a)", "a ** b", "[1]", "lambda: 1", "'x'", "a.q['b']"]
+)
 def test_nothing_else_is_an_expression_of_columns(text):
     with pytest.raises(ValueError, match="is not"):
         evaluate(text, lambda name: 1.0)

@@ -46,7 +46,9 @@ def test_random_numbers_survive_exactly():
         assert scene_from_text(scene_to_yaml(scene)).bodies["bob"].center == tuple(numbers)
 
 
-@pytest.mark.parametrize("title", ["", "yes", "1e3", "- x", "a: b", "#1", "it's", '"q"', "ünï\n\tcode", "null", " x ", "😀", "[", "\\"])
+@pytest.mark.parametrize(
+    "title", ["", "yes", "1e3", "- x", "a: b", "#1", "it's", '"q"', "ünï\n\tcode", "null", " x ", "😀", "[", "\\"]
+)
 def test_any_title_survives(title):
     scene = dataclasses.replace(SCENES["simple_pendulum"], title=title)
     assert scene_from_text(scene_to_yaml(scene)).title == title

@@ -87,9 +87,10 @@ def test_what_is_no_quantity_is_refused(text):
 @given(st.text(max_size=80) | st.from_regex(r"[0-9.e+-]{1,20} ?[a-zA-Z*/^() 0-9-]{0,30}", fullmatch=True))
 def test_any_text_is_a_finite_number_or_a_unit_error(text):
     try:
-        assert math.isfinite(parse_quantity(text))
-    except UnitError as e:
-        assert e.what
+        value = parse_quantity(text)
+    except UnitError:
+        return
+    assert math.isfinite(value)
 
 
 @pytest.mark.parametrize(
@@ -120,16 +121,19 @@ def test_every_example_in_a_hint_is_itself_accepted(unit):
     assert math.isfinite(Per(unit)(QUANTITIES[unit][1]))
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 10**400, True, None, [1], {"a": 1}, "nan", "1e999", b"1"])
+@pytest.mark.parametrize(
+    "bad", [math.nan, math.inf, -math.inf, 10**400, True, None, [1], {"a": 1}, "nan", "1e999", b"1"]
+)
 def test_only_finite_numbers_are_numbers(bad):
     for validate in (Per("m"), Spring):
-        with pytest.raises(ValueError, match="wanted|finite|number|large"):
+        with pytest.raises(ValueError, match=r"wanted|finite|number|large"):
             validate(bad)
 
 
 def test_a_wrong_dimension_says_what_it_is_and_what_is_wanted():
     (problem,) = problems_of(edited({"joints.socket.friction.radius": "30 deg"}))
-    assert str(problem) == 'joints.socket.friction.radius: "30 deg" is an angle; a length is wanted (for example "30 mm")'
+    assert problem.where == "joints.socket.friction.radius"
+    assert (problem.what, problem.hint) == ('"30 deg" is an angle; a length is wanted', 'for example "30 mm"')
 
 
 def test_typed_fields_hold_plain_floats_and_open_ones_remember_their_dimension():

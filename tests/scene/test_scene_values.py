@@ -8,11 +8,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.basics.problems import SceneError
-from engine.scene import scene_from_dict
 from engine.scene.finding import Path
 
-from .making import VALID
+from .making import VALID, problems_of
 
 
 def places(value: Any, path: Path = ()) -> list[Path]:
@@ -22,9 +20,10 @@ def places(value: Any, path: Path = ()) -> list[Path]:
 
 
 ODD = st.sampled_from([
-    None, True, False, 0, -1, 1e308, 3, "x", "", "ground", "arm", "arm.tip", "3 m", "3 deg", "..", "a.b.c", [], {}, [None],
-    [[[]]], {"a": 1}, {"input": "motor"}, {"·scalar": 1}, {"type": "force"}, {"body": "arm"}, [0, 0, 0], [1, 2, 3, 4], "·list",
-    {"constant": {"rate": 1}}, {"type": "fixed", "inboard": "arm", "outboard": "link"}, float("nan"), 10**400, b"bytes",
+    None, True, False, 0, -1, 1e308, 3, "x", "", "ground", "arm", "arm.tip", "3 m", "3 deg", "..", "a.b.c", [], {},
+    [None], [[[]]], {"a": 1}, {"input": "motor"}, {"·scalar": 1}, {"type": "force"}, {"body": "arm"}, [0, 0, 0],
+    [1, 2, 3, 4], "·list", {"constant": {"rate": 1}}, {"type": "fixed", "inboard": "arm", "outboard": "link"},
+    float("nan"), 10**400, b"bytes",
 ])  # fmt: skip
 PLACES = places(VALID)[1:]
 
@@ -49,17 +48,16 @@ def test_a_scene_with_odd_values_loads_or_has_problems(changes):
     data = copy.deepcopy(VALID)
     for path, value, key in changes:
         put(data, path, copy.deepcopy(value), key and isinstance(path[-1], str))
-    try:
-        scene_from_dict(data)
-    except SceneError as e:
-        assert e.problems
-        assert all(p.what and p.where for p in e.problems)
+    assert all(p.what and p.where for p in problems_of(data))
 
 
-@given(st.recursive(ODD, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4)))
+def nested(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Lists and groups of something."""
+    return st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4)
+
+
+@given(st.recursive(ODD, nested))
 @settings(max_examples=100, deadline=None)
 def test_any_data_is_a_scene_or_has_problems(data):
-    try:
-        scene_from_dict(data if isinstance(data, dict) else {"bodies": data, "joints": data})
-    except SceneError as e:
-        assert e.problems
+    found = problems_of(data if isinstance(data, dict) else {"bodies": data, "joints": data})
+    assert all(p.what and p.where for p in found)

@@ -1,0 +1,206 @@
+"""The mechanism at an instant: bodies, joints, contact points and normal forces, drawn back to front."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine.plots.motion import NEEDED, arrow_scale, bounds, first_view, motion, rails, round_force
+from engine.plots.palette import ARROW, GRID, INK, JOINT, OPEN, STATES
+from engine.plots.scenery import Scenery, scenery
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from engine.plots.meshes import Mesh
+    from engine.plots.motion import Motion
+    from engine.scene.model import Scene
+    from engine.simulate.result import Result
+
+LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
+"""Where light comes from, in the picture's axes (right, up, towards the viewer)."""
+BODY_ALPHA = 0.72
+SIZE = (8.4, 6.0)
+"""Inches."""
+SOON = 1e-3
+"""A scene is run this much of its end time further than the instant asked for, so that the instant is inside the run."""
+
+
+def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True) -> Figure:
+    """A picture of the mechanism at ``time``, s (the nearest row of a result; a scene is simulated up to there)."""
+    from matplotlib.figure import Figure
+
+    result = _result(source, time)
+    scene = scenery(result.scene)
+    moved = motion(result, [p.name for p in scene.parts])
+    row = int(np.argmin(np.abs(result.time - time)))
+    view = first_view(scene.up, *bounds(scene, moved))
+    fig = Figure(figsize=(SIZE[0], SIZE[1]), facecolor="white")
+    axes = fig.add_axes((0.0, 0.0, 1.0, 0.89))
+    axes.axis("off")
+    seen = [_faces(axes, view, scene, moved, row)]
+    _rails(axes, view, scene, moved, result, row)
+    scale = arrow_scale(result, scene)
+    states = _contacts(axes, view, scene, moved, result, row, seen)
+    _frame(axes, np.concatenate(seen))
+    _grid(axes, view, scene, np.concatenate(seen))
+    if labels:
+        _labels(axes, view, scene, moved, row)
+    _captions(fig, result, row, states)
+    if states:
+        _arrow_legend(axes, scale, round_force(scale, scene.size))
+    return fig
+
+
+def _result(source: Scene | Result, time: float) -> Result:
+    if hasattr(source, "columns"):
+        return source
+    from engine.simulate.run import simulate
+
+    until = time if time > 0 else SOON * float(source.simulation.until)
+    return simulate(source, until=until, every=until, outputs=needed(source))
+
+
+def needed(scene: Scene) -> list[str]:
+    """Patterns of the columns a picture draws from, without those that match nothing in this scene."""
+    rubs = any(j.friction for j in scene.joints.values())
+    moves = any(j.type != "fixed" for j in scene.joints.values())
+    return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:] if rubs else ())]
+
+
+def _frame(axes: Axes, spots: np.ndarray) -> None:
+    """Limits that hold all points, equal scales, the picture's proportions."""
+    low, high = spots.min(axis=0), spots.max(axis=0)
+    middle = (low + high) / 2
+    ratio = SIZE[0] / (0.89 * SIZE[1])
+    half = 0.62 * max(high[0] - low[0], ratio * (high[1] - low[1]), 1e-9)
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half / ratio, middle[1] + half / ratio)
+
+
+def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> None:
+    """Level ground lines just below what is seen, as far as the picture goes."""
+    from matplotlib.collections import LineCollection
+
+    up = scene.up
+    a = view[0] - (view[0] @ up) * up
+    a /= np.linalg.norm(a)
+    b = np.cross(up, a)
+    foot = np.array([seen[:, 0].mean(), seen[:, 1].min() - 0.06 * scene.size, 0.0]) @ view
+    step = 10.0 ** np.floor(np.log10(scene.size)) / 2
+    reach = 12 * max(scene.size, axes.get_xlim()[1] - axes.get_xlim()[0])
+    count = int(min(60, reach / step))
+    lines = []
+    for along, across in ((a, b), (b, a)):
+        center = foot - ((foot @ across) % step) * across
+        for k in range(-count, count + 1):
+            ends = np.array([center + k * step * across + s * count * step * along for s in (-1, 1)])
+            lines.append((ends @ view.T)[:, :2])
+    axes.add_collection(LineCollection(lines, colors=GRID, linewidths=0.6, zorder=0), autolim=False)
+
+
+def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> np.ndarray:
+    """Bodies and pins: visible polygons from back to front, shaded, feature edges darker. Their corners in the picture."""
+    from matplotlib.collections import PolyCollection
+
+    shapes: list[tuple[float, np.ndarray, Any, Any]] = []
+    for i, part in enumerate(scene.parts):
+        shapes += _polygons(part.mesh, view, *moved.pose(i, row), part.color, BODY_ALPHA)
+    for j in scene.joints:
+        for part, mesh in j.pins:
+            shapes += _polygons(mesh, view, *moved.pose(part, row), JOINT, 0.9)
+    shapes.sort(key=lambda s: s[0])
+    fills, edges = [s[2] for s in shapes], [s[3] for s in shapes]
+    polygons = PolyCollection([s[1] for s in shapes], facecolors=fills, edgecolors=edges, linewidths=0.35, zorder=1)
+    axes.add_collection(polygons, autolim=False)
+    return np.concatenate([s[1] for s in shapes]) if shapes else np.zeros((1, 2))
+
+
+def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, alpha: float) -> list[Any]:
+    """(depth, corners, face colour, edge colour) of the faces that look at the viewer."""
+    from matplotlib.colors import to_rgb
+
+    spots = (mesh.vertices @ r.T + p) @ view.T
+    rgb, out = np.array(to_rgb(fill)), []
+    for face in mesh.faces:
+        corners = spots[list(face)]
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+        size = np.linalg.norm(normal)
+        if size == 0 or normal[2] <= 0:
+            continue
+        shade = 0.55 + 0.45 * max(0.0, float(normal @ LIGHT) / size)
+        color = (*np.clip(rgb * shade, 0, 1), alpha)
+        out.append((float(corners[:, 2].mean()), corners[:, :2], color, (*np.clip(rgb * shade * 0.8, 0, 1), 0.5 * alpha)))
+    return out
+
+
+def _rails(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, result: Result, row: int) -> None:
+    for part, p, q in rails(result, scene):
+        x, r = moved.pose(part, row)
+        line = (np.array([p, q]) @ r.T + x) @ view.T
+        axes.plot(line[:, 0], line[:, 1], "-.", color=JOINT, lw=0.8, zorder=0.9)
+
+
+def contact_places(scene: Scenery, moved: Motion, result: Result, row: int) -> list[tuple[str, np.ndarray, np.ndarray, float, int]]:
+    """(columns, point, outward normal, normal force, friction state) of every touching contact, in the world."""
+    out = []
+    for j in scene.joints:
+        turn = moved.pose(j.parts[0], row)[1] @ j.frames[0]
+        for c in j.contacts:
+            names = [f"{c.columns}.normal[{k}]" for k in (1, 2, 3)]
+            if not all(n in result for n in (*names, f"{c.columns}.normal_force")):
+                continue
+            force = float(result[f"{c.columns}.normal_force"][row])
+            n = turn @ np.array([result[name][row] for name in names])
+            x, r = moved.pose(c.part, row)
+            state = int(round(float(result[c.state][row]))) if c.state in result else 0
+            if force > 0 and np.all(np.isfinite(n)):
+                out.append((c.columns, x + r @ c.base + c.arm * n, n, force, state))
+    return out
+
+
+def _contacts(
+    axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, result: Result, row: int, seen: list[np.ndarray]
+) -> set[int]:
+    """Contact dots and arrows of the normal force on the pin; the states of friction there are."""
+    scale, states = arrow_scale(result, scene), set()
+    for _, p, n, force, state in contact_places(scene, moved, result, row):
+        tip, tail = p @ view.T, (p + n * force * scale) @ view.T
+        look = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
+        axes.annotate("", xy=tip[:2], xytext=tail[:2], arrowprops=look, zorder=4)
+        axes.plot(*tip[:2], "o", ms=5.5, color=STATES.get(state, OPEN)[0], mec="white", mew=0.7, zorder=5)
+        seen.append(np.array([tip[:2], tail[:2]]))
+        states.add(state)
+    return states
+
+
+def _arrow_legend(axes: Axes, scale: float, force: float) -> None:
+    """An arrow of a round force, lower left."""
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    x, y = x0 + 0.03 * (x1 - x0), y0 + 0.04 * (y1 - y0)
+    look = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
+    axes.annotate("", xy=(x + force * scale, y), xytext=(x, y), arrowprops=look)
+    words = f"normal force on the pin: {force:g} N"
+    axes.text(x, y + 0.015 * (y1 - y0), words, size=8, color=ARROW, ha="left", va="bottom")
+
+
+def _labels(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> None:
+    for i, part in enumerate(scene.parts):
+        x = moved.pose(i, row)[0] @ view.T
+        axes.text(x[0], x[1], part.name, size=8, color=INK, ha="center", va="center", zorder=6)
+    for j in scene.joints:
+        p, r = moved.pose(j.parts[1], row)
+        at = (p + r @ j.points[1]) @ view.T
+        axes.annotate(j.name, at[:2], xytext=(7, 9), textcoords="offset points", size=7, color="#555555", zorder=6)
+
+
+def _captions(fig: Figure, result: Result, row: int, states: set[int]) -> None:
+    """Title with the time, and what the colours of the dots mean."""
+    title = result.scene.title or result.scene.name
+    fig.text(0.03, 0.95, title, size=12, weight="bold", color=INK)
+    fig.text(0.03, 0.91, f"t = {result.time[row]:.6g} s", size=9, color="#555555")
+    for i, state in enumerate(sorted(states)):
+        shade, words = STATES.get(state, OPEN)
+        fig.text(0.97, 0.035 + 0.033 * i, f"● {words}", size=8, color=shade, ha="right")

@@ -1,0 +1,110 @@
+"""How the parts of a scenery move: positions and orientations from a result's columns, rails, the span of the motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.plots.scenery import ON_GROUND, Scenery
+from engine.simulate.result import Result
+
+NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
+"""Patterns of the columns a moving picture draws from."""
+SLIDING = ("prismatic", "cylindrical")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """positions (rows × parts × 3) of the mass centres, turns (rows × parts × 4) as unit quaternions, scalar first."""
+
+    positions: np.ndarray
+    turns: np.ndarray
+
+    def pose(self, part: int, row: int) -> tuple[np.ndarray, np.ndarray]:
+        """(position, rotation matrix) of a part; of the ground for −1."""
+        if part == ON_GROUND:
+            return np.zeros(3), np.eye(3)
+        return self.positions[row, part], rotation(self.turns[row, part])
+
+
+def rotation(e: np.ndarray) -> np.ndarray:
+    """3×3 matrix of a quaternion (scalar first)."""
+    from engine.joints.base import of_quaternion
+
+    return np.array(of_quaternion([float(x) for x in e]))
+
+
+def motion(result: Result, parts: list[str]) -> Motion:
+    """Positions and orientations of the parts; SceneError when their columns were not asked for."""
+    missing = [p for p in parts if f"{p}.position[1]" not in result or f"{p}.orientation[1]" not in result]
+    if missing:
+        what = f"the result has no positions and orientations of {', '.join(missing[:5])}"
+        raise SceneError([Problem("outputs", what, f"add the patterns {' '.join(NEEDED[:2])}")])
+    if not len(result):
+        raise SceneError([Problem("result", "the result has no rows", "see its outcome")])
+    positions = np.stack([_columns(result, f"{p}.position", 3) for p in parts], axis=1)
+    return Motion(positions, np.stack([_columns(result, f"{p}.orientation", 4) for p in parts], axis=1))
+
+
+def _columns(result: Result, name: str, n: int) -> np.ndarray:
+    return np.column_stack([result[f"{name}[{k + 1}]"] for k in range(n)])
+
+
+def rails(result: Result, scene: Scenery) -> list[tuple[int, np.ndarray, np.ndarray]]:
+    """(part, end, end) of the line along which each sliding joint travels, on the part that does not carry the slider."""
+    out = []
+    for j in scene.joints:
+        column = f"{j.name}.q[1]"
+        if j.type not in SLIDING or column not in result:
+            continue
+        q = result[column]
+        q = q[np.isfinite(q)]
+        margin = 0.3 * scene.size
+        e1, p = j.frames[0][:, 0], j.points[0]
+        out.append((j.parts[0], p + (float(q.min()) - margin) * e1, p + (float(q.max()) + margin) * e1))
+    return out
+
+
+def bounds(scene: Scenery, moved: Motion, rows: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest and largest coordinates any part reaches, sampled."""
+    chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for row in chosen:
+        for i, part in enumerate(scene.parts):
+            p, r = moved.pose(i, int(row))
+            spots = part.mesh.vertices @ r.T + p
+            low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
+    return low, high
+
+
+def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Rows right, up, towards the viewer: along the thinnest level direction of the motion, turned a little and from above."""
+    level = [k for k in range(3) if abs(up[k]) < 0.9]
+    thin = min(level, key=lambda k: high[k] - low[k])
+    toward = np.eye(3)[thin] - up[thin] * up
+    toward /= np.linalg.norm(toward)
+    right = np.cross(up, toward)
+    if right[int(np.argmax(np.abs(right)))] < 0:
+        toward, right = -toward, -right
+    a, e = np.radians(24.0), np.radians(16.0)
+    toward, right = np.cos(a) * toward - np.sin(a) * right, np.cos(a) * right + np.sin(a) * toward
+    return np.array([right, np.cos(e) * up - np.sin(e) * toward, np.cos(e) * toward + np.sin(e) * up])
+
+
+def arrow_scale(result: Result, scene: Scenery) -> float:
+    """Metres of arrow a newton: the force most contacts stay below is 0.45 of a typical body; 0 without contacts."""
+    forces = [result[f"{c.columns}.normal_force"] for j in scene.joints for c in j.contacts
+              if f"{c.columns}.normal_force" in result]
+    top = float(np.nanpercentile(np.concatenate(forces), 98)) if forces else 0.0
+    return 0.45 * scene.size / top if top > 0 else 0.0
+
+
+def round_force(scale: float, size: float) -> float:
+    """A round force (1, 2 or 5 times a power of ten) whose arrow is about a third of a body long."""
+    if scale <= 0:
+        return 0.0
+    wanted = 0.35 * size / scale
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(k * power for k in (1, 2, 5) if k * power <= wanted * 1.0001))

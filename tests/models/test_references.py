@@ -1,0 +1,38 @@
+"""Every bundled model proves itself: its reference numbers are replayed."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+
+import pytest
+
+from engine.scene import load_scene
+from engine.scene.expected import columns_of, evaluate, expected
+from engine.scene.library import model_names
+from engine.scene.overrides import apply
+from engine.simulate.run import simulate
+
+CASES = [(m, i) for m in model_names() for i, e in enumerate(expected(m)) if not e.compute]
+AVAILABLE = ("regularized", "viscous")
+
+
+@lru_cache(maxsize=64)
+def row(model: str, changes: str, columns: tuple[str, ...], at: float) -> dict[str, float]:
+    """Columns of a model at one time; the run ends there, so that no interpolation comes in."""
+    scene = apply(load_scene(model), json.loads(changes))
+    until = at if at > 0 else 1e-3
+    result = simulate(scene, until=until, every=until, outputs=list(columns))
+    assert result.outcome.ok, result.outcome
+    return {n: float(result[n][-1 if at > 0 else 0]) for n in columns}
+
+
+@pytest.mark.parametrize(("model", "index"), CASES, ids=[f"{m}-{i}" for m, i in CASES])
+def test_model_reproduces_its_reference(model: str, index: int) -> None:
+    e = expected(model)[index]
+    if e.set.get("friction.law", "regularized") not in AVAILABLE:
+        pytest.skip(f"law {e.set['friction.law']} is not in this version")
+    names = tuple(dict.fromkeys(c for x in expected(model) if x.value for c in columns_of(x.value)))
+    values = row(model, json.dumps(dict(e.set)), names, e.at)
+    got = evaluate(e.value, values.__getitem__)
+    assert abs(got - e.expect) <= e.tolerance, f"{e.value} at {e.at}: {got!r}, expected {e.expect!r} ({e.origin})"
