@@ -1,0 +1,35 @@
+"""Trunnion's engine: a scene in, motion and joint contacts out.
+
+``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``.
+Names are loaded when first used, so that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from engine.basics.problems import Problem, SceneError, SimulationError
+    from engine.scene import Scene, load_scene, models_dir
+    from engine.simulate.result import Event, Result
+    from engine.simulate.run import simulate
+
+_HOMES = {
+    "Problem": "engine.basics.problems",
+    "SceneError": "engine.basics.problems",
+    "SimulationError": "engine.basics.problems",
+    "Scene": "engine.scene",
+    "load_scene": "engine.scene",
+    "models_dir": "engine.scene",
+    "Event": "engine.simulate.result",
+    "Result": "engine.simulate.result",
+    "simulate": "engine.simulate.run",
+}
+__all__ = ["Event", "Problem", "Result", "Scene", "SceneError", "SimulationError", "load_scene", "models_dir", "simulate"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'engine' has no attribute {name!r}")

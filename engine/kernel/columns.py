@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 
+from engine.basics.patterns import matches
 from engine.contact.counts import CONTACT_COUNT
 from engine.joints import JointKind
 from engine.system.structure import Joint, System
@@ -37,8 +37,7 @@ def columns(system: System) -> list[Column]:
 
 def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
     """Columns whose name matches one of the patterns (shell style; "[k]" is an index, not a character class)."""
-    escaped = [p.replace("[", "\0").replace("\0", "[[]") for p in patterns]
-    return [c for c in all_columns if any(fnmatchcase(c.name, p) for p in escaped)]
+    return [c for c in all_columns if any(matches(c.name, p) for p in patterns)]
 
 
 def _three(name: str, unit: str, description: str, key: tuple, n: int = 3) -> list[Column]:

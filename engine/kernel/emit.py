@@ -37,11 +37,13 @@ UNARY = {
 
 @dataclass(frozen=True)
 class Input:
-    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage."""
+    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. ``transient``: later stages are not handed it,
+    so what they need of it is kept."""
 
     name: str
     symbol: SX
     stage: int
+    transient: bool = False
 
     def element(self, i: int) -> str:
         """C expression of element i."""
@@ -51,12 +53,13 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """Values to be written by a stage: C array name, offset there, expressions."""
+    """Values to be written (or added, ``accumulate``) by a stage: C array name, offset there, expressions."""
 
     name: str
     offset: int
     values: Sequence[SX] | SX
     stage: int
+    accumulate: bool = False
 
 
 @dataclass
@@ -95,6 +98,7 @@ class _Emitter:
         self.kept = [0] * len(stages)
         self.counts = [0] * len(stages)
         self.home: dict[int, tuple[int, int]] = {}
+        self.transient: set[int] = set()
         self.op: dict[int, tuple[str, tuple[int, ...]]] = {}
         self.writes: list[tuple[int, str, int]] = []
 
@@ -118,7 +122,8 @@ class _Emitter:
             if op == ca.OP_OUTPUT:
                 o, i = f.instruction_output(k)
                 out = self.outputs[o]
-                self.writes.append((out.stage, f"{out.name}[{out.offset + i}]", f.instruction_input(k)[0]))
+                target = f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else "")
+                self.writes.append((out.stage, target, f.instruction_input(k)[0]))
                 continue
             v = f.instruction_output(k)[0]
             if op == ca.OP_CONST:
@@ -127,6 +132,8 @@ class _Emitter:
                 i, e = f.instruction_input(k)
                 self.stage[v] = self.inputs[i].stage
                 self.text[v] = self.inputs[i].element(e)
+                if self.inputs[i].transient or self.inputs[i].stage == 0:
+                    self.transient.add(v)
             else:
                 a = tuple(f.instruction_input(k))
                 a = a[:1] if op in UNARY else a
@@ -156,14 +163,14 @@ class _Emitter:
         return users
 
     def _assign_slots(self, users: dict[int, set[tuple[int, int]]]) -> None:
-        """Array elements for values used outside their own piece; parameters that later stages read are copied too."""
+        """Array elements for values used outside their own piece; transient inputs that later stages read are copied too."""
         for v, places in users.items():
             if self.stage[v] < 0:
                 continue
             source = self.stage[v]
             outside = {p for p in places if p != self.home.get(v, p)} if v in self.op else set()
-            raw_parameter = v not in self.op and source == 0 and any(p[0] > 0 for p in places)
-            if outside or raw_parameter:
+            raw = v in self.transient and any(p[0] > source for p in places)
+            if outside or raw:
                 keep = self.stages[source].keep or SCRATCH
                 self.slot[v] = f"{keep}[{self.kept[source]}]"
                 self.kept[source] += 1
@@ -171,7 +178,7 @@ class _Emitter:
     def _ref(self, v: int, place: tuple[int, int]) -> str:
         if v in self.op:
             return f"v{v}" if self.home[v] == place else self.slot[v]
-        if self.stage[v] == 0 and place[0] > 0:
+        if v in self.transient and place[0] > self.stage[v]:
             return self.slot[v]
         return self.text[v]
 
@@ -187,7 +194,7 @@ class _Emitter:
         pieces = max((p for p, _ in stage.statements), default=0) + 1
         bodies: list[list[str]] = [[] for _ in range(pieces)]
         for v, slot in self.slot.items():
-            if v not in self.op and k == 0:
+            if v not in self.op and self.stage[v] == k:
                 bodies[0].append(f"{slot}={self.text[v]};")
         for p, s in stage.statements:
             bodies[p].append(s)

@@ -8,22 +8,24 @@ reactions that decide between the reactions redundant loops leave open (needed w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
 from engine.joints.base import quaternion_rate
 from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.kernel.looped import Looped, loops_pay
 from engine.kernel.powers import coordinates_of, powers
 from engine.recursion.elements import Element, elements, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
-from engine.recursion.reduction import Model, outward
+from engine.recursion.reduction import Model, model, outward
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.structure import System, state_coordinates
 
 CONST = "const double*restrict "
 STATE = f"{CONST}x,{CONST}y,{CONST}c"
+PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,double*restrict dq);"
 
 
 @dataclass(frozen=True)
@@ -73,40 +75,62 @@ def active_rows(m: Model) -> tuple[int, ...]:
     return tuple(rows)
 
 
-def main_unit(sym: Symbols, m: Model, quadratures: bool, redundant: bool = False) -> MainUnit:
+def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainUnit:
     """Build the unit; ``redundant``: the variant that carries all rows and the scaled reactions."""
-    system = sym.system
+    system, parts = sym.system, elements(sym.system)
+    if loops_pay(system, quadratures):
+        return _looped(sym, parts)
+    m = model(sym)
     active = list(range(system.rows)) if redundant else list(active_rows(m))
-    parts = elements(system)
     maps, nn, nrates, nkappa = _maps(m, parts, active, redundant)
     on_loops = {j.name for j in loop_joints(system)}
     loop_friction = any(e.joint.name in on_loops for e in parts)
     inactive = [k for k in range(system.rows) if k not in active]
     coupled = loop_friction and inactive_rows_couple(m, outward(m), inactive)
     rate, quads = _derivative(m, parts, quadratures)
-    lam_active = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
-    multipliers = bool(active) or system.neta > 0
+    code = _stages(sym, maps, rate, quads, active)
+    sizes = Sizes(
+        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, code.kept[1], sum(int(v.numel()) for v in maps), system.rows,
+        tuple(active), system.neta, nn, nrates, len(quads), nkappa, int(loop_friction), int(coupled),
+    )
+    return _complete(sym, m, parts, code, sizes)
+
+
+def _stages(sym: Symbols, maps: list[SX], rate: list[SX], quads: list[SX], active: list[int]) -> Code:
+    """prepare, stage 1 and stage 2, unrolled. Inactive multipliers never reach the motion: they are structurally absent from it."""
+    multipliers = bool(active) or sym.system.neta > 0
     stages = [
         Stage("k_prepare", f"{CONST}p,double*restrict c", "c"),
         Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy", "w"),
         Stage("k_stage2", f"{STATE},{CONST}w,{CONST}z,double*restrict dy", ""),
     ]
-    ins = inputs(sym)
-    # inactive multipliers never reach the motion: they are structurally absent from it
-    ins += [Input("z", lam_active, 2), Input(f"z+{len(active)}", sym.eta, 2)]
+    lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
+    ins = [*inputs(sym), Input("z", lam, 2), Input(f"z+{len(active)}", sym.eta, 2)]
     rate = _without_inactive(sym, rate, active)
-    code = emit(ins, [Output("maps", 0, maps, 1), Output("dy", 0, rate + quads, 2 if multipliers else 1)], stages)
+    return emit(ins, [Output("maps", 0, maps, 1), Output("dy", 0, rate + quads, 2 if multipliers else 1)], stages)
+
+
+def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
+    """The unit of a large tree."""
+    loop = Looped(sym)
+    system, nn = sym.system, sum(len(e.needs) for e in parts)
+    nrates = sum(e.joint.kind.nv for e in parts)
+    sizes = Sizes(
+        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + system.neta) + nrates + 1, 0, (), system.neta, nn,
+        nrates, 0, 0, 0, 0,
+    )
+    return _complete(sym, None, parts, Code(loop.text, [loop.nc + 3, loop.nw, 0], loop.operations), sizes)
+
+
+def _complete(sym: Symbols, m: Model | None, parts: list[Element], code: Code, sizes: Sizes) -> MainUnit:
+    """Add the functions that are the same for every unit."""
     closure = _closure(sym, m)
     laws_code = _laws(sym, parts)
     rates_code = _coordinate_rates(sym)
     stops_code = _stops(sym, m)
     codes = [code, closure, laws_code, stops_code]
-    text = "\n".join([*(c.text for c in codes), rates_code.text, _prepare_all(codes)])
-    nmaps = sum(int(v.numel()) for v in maps)
-    sizes = Sizes(
-        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], sum(c.kept[0] for c in codes), code.kept[1], nmaps, system.rows,
-        tuple(active), system.neta, nn, nrates, len(quads), nkappa, int(loop_friction), int(coupled),
-    )
+    text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, _prepare_all(codes)])
+    sizes = replace(sizes, nc=sum(c.kept[0] for c in codes))
     ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
            "laws": laws_code.operations[1], "closure": closure.operations[1]}
     return MainUnit(text, sizes, parts, ops)
@@ -172,9 +196,9 @@ def _derivative(m: Model, parts: list[Element], quadratures: bool) -> tuple[list
     return rate, [p for _, p in powers(m, acc, pick)] if quadratures else []
 
 
-def _closure(sym: Symbols, m: Model) -> Code:
+def _closure(sym: Symbols, m: Model | None) -> Code:
     """Residuals φ and their rates, all rows."""
-    rows = [row for c in m.cuts for row in c.rows]
+    rows = [row for c in m.cuts for row in c.rows] if m else []
     stages = [
         Stage("k_prepare_closure", f"{CONST}p,double*restrict c", "c"),
         Stage("k_closure", f"{STATE},double*restrict h", ""),
@@ -183,11 +207,11 @@ def _closure(sym: Symbols, m: Model) -> Code:
     return emit(inputs(sym), [Output("h", 0, values or [SX(0, 1)], 1)], stages)
 
 
-def _stops(sym: Symbols, m: Model) -> Code:
+def _stops(sym: Symbols, m: Model | None) -> Code:
     """Depth of every stop (> 0: pressed)."""
     depths: list[SX] = [SX(0)] * sym.system.stops
     for j in sym.system.joints:
-        q = coordinates_of(m, j) if j.kind.nv else []
+        q = [] if not j.kind.nv else coordinates_of(m, j) if m else sym.coordinates(j)
         for k, d in enumerate(j.devices):
             if d.stop is None:
                 continue

@@ -13,7 +13,7 @@ from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, combination
 from engine.kernel.powers import powers
 from engine.recursion.redundancy import scaled_reactions
-from engine.recursion.reduction import Accelerations, Model, outward
+from engine.recursion.reduction import Accelerations, Model, given
 from engine.recursion.vectors import SX, cross
 
 EXTRA = 6
@@ -34,12 +34,14 @@ class OutputUnit:
 
 
 class Outputs:
-    """Expressions of columns by key. ``quads``: symbols of the integrals, named as in ``powers``."""
+    """Expressions of columns by key. a: accelerations of the free rates, which the runtime hands over; quad: symbols of the
+    integrals, named as in ``powers``."""
 
     def __init__(self, m: Model, quadratures: bool):
         self.m, self.sym = m, m.sym
         self.pick = combination(m.sym)
-        self.acc: Accelerations = outward(m, self.pick)
+        self.a = SX.sym("a", m.sym.system.nv)
+        self.acc: Accelerations = given(m, self.a, self.pick)
         self.names = [n for n, _ in powers(m, self.acc, self.pick)] if quadratures else []
         self.quad = SX.sym("quad", len(self.names))
         self.extra = SX.sym("extra", EXTRA + len(m.sym.system.sliders))
@@ -147,11 +149,11 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     o, sym = Outputs(m, quadratures), m.sym
     nq, nv = sym.system.nq, sym.system.nv
     state = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("y", sym.q, 1), Input(f"y+{nq}", sym.v, 1)]
-    z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1)]
+    z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", o.a, 1)]
     values = [o.value(c.key) for c in chosen]
     more = [Input(f"y+{nq + nv}", o.quad, 1), Input("extra", o.extra, 1)]
     stages = [Stage("o_prepare", f"{CONST}p,double*restrict c", "c"),
-              Stage("o_eval", f"{STATE},{CONST}z,{CONST}extra,double*restrict out", "")]
+              Stage("o_eval", f"{STATE},{CONST}z,{CONST}a,{CONST}extra,double*restrict out", "")]
     main = emit(state + z + more, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
     touching = [c for j in sym.system.frictional for c in o.contacts(j.name)]
     four = [v for c in touching for v in (c.force, *_oriented(c))]
@@ -162,8 +164,8 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     text = "\n".join([
         main.text, contact.text, kappa.text,
         f"void o_prepare_all({CONST}p,double*restrict c){{o_prepare(p,c);o_prepare_contacts(p,c+{a});o_prepare_kappa(p,c+{b});}}",
-        f"void o_contacts_at({STATE},{CONST}z,double*restrict out){{o_contacts(x,y,c+{a},z,out);}}",
-        f"void o_kappa_at({STATE},{CONST}z,double*restrict out){{o_kappa(x,y,c+{b},z,out);}}",
+        f"void o_contacts_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_contacts(x,y,c+{a},z,a,out);}}",
+        f"void o_kappa_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_kappa(x,y,c+{b},z,a,out);}}",
     ])
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
     return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy)
@@ -177,7 +179,7 @@ def _oriented(c) -> tuple[SX, SX, SX]:
 
 def _second(name: str, ins: list[Input], values: list[SX]):
     stages = [Stage(f"o_prepare_{name}", f"{CONST}p,double*restrict c", "c"),
-              Stage(f"o_{name}", f"{STATE},{CONST}z,double*restrict out", "")]
+              Stage(f"o_{name}", f"{STATE},{CONST}z,{CONST}a,double*restrict out", "")]
     return emit(ins, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
 
 

@@ -14,7 +14,7 @@ from engine.recursion.reduction import model
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 
-ABI = 4
+ABI = 5
 """Must equal TR_ABI of ``runtime/tr.h`` (the runtime refuses a kernel of another one)."""
 PREAMBLE = '#include <math.h>\n#include "tr.h"\n'
 
@@ -32,9 +32,8 @@ def kernel_source(
 ) -> KernelSource:
     """Symbolic build of everything a run needs (the Jacobian comes later, when a method asks for it)."""
     sym = Symbols(system, parameters)
-    m = model(sym)
-    main = main_unit(sym, m, quadratures, redundant)
-    out = output_unit(m, chosen, quadratures)
+    main = main_unit(sym, quadratures, redundant)
+    out = output_unit(model(sym, reduce=False), chosen, quadratures)
     facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active), "loop_rows": rows_of(system)}
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
 

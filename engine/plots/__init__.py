@@ -1,1 +1,8 @@
-"""x"""
+"""Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), a moving view (``animate``)."""
+
+from engine.plots.animate import animate
+from engine.plots.curves import figure
+from engine.plots.files import save_figure
+from engine.plots.mechanism import mechanism
+
+__all__ = ["animate", "figure", "mechanism", "save_figure"]

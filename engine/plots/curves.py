@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.plots.captions import caption
 from engine.plots.palette import EVENT, GRID, INK, color, dash
-from engine.plots.panels import Panel, Section, frictional, sections
+from engine.plots.panels import Panel, Section, sections
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,20 +88,6 @@ def _titles(fig: Any, result: Result, width: float, height: float) -> None:
     scene = result.scene
     fig.text(LEFT / width, 1 - 0.3 / height, scene.title or scene.name, size=14, weight="bold", color=INK, va="center")
     fig.text(LEFT / width, 1 - 0.6 / height, caption(result), size=9, color="#555555", va="center")
-
-
-def caption(result: Result) -> str:
-    """What the numbers depend on: friction laws with their regularisation, method, tolerance, outcome."""
-    scene, used = result.scene, result.settings
-    laws = {scene.joints[j].friction.law or scene.friction.law for j in frictional(result)}  # type: ignore[union-attr]
-    words = [f"friction law {', '.join(sorted(laws))}"] if laws else []
-    if "regularized" in laws:
-        words.append(f"v_eps {float(scene.friction.v_eps):g} m/s")
-    words.append(f"method {used.get('method', '?')}")
-    words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
-    name = result.outcome.name.replace("_", " ")
-    where = f" in {result.outcome.joint}" if result.outcome.joint else ""
-    return " · ".join([*words, f"{name}{where} at t = {result.outcome.time:.6g} s"])
 
 
 def _draw(axes: Axes, panel: Panel, scale: float, unit: str, span: tuple[float, float]) -> None:

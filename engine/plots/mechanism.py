@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,9 +21,12 @@ if TYPE_CHECKING:
 
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Where light comes from, in the picture's axes (right, up, towards the viewer)."""
-BODY_ALPHA = 0.72
+COPLANAR = 0.07
+"""Bodies in one plane are kept apart by this part of a body's length when sorted, so that they do not show in stripes."""
 SIZE = (8.4, 6.0)
 """Inches."""
+Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
+"""Depth, corners in the picture, fill and line colour."""
 SOON = 1e-3
 """A scene is run this much of its end time further than the instant asked for, so that the instant is inside the run."""
 
@@ -89,9 +92,9 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
     a /= np.linalg.norm(a)
     b = np.cross(up, a)
     foot = np.array([seen[:, 0].mean(), seen[:, 1].min() - 0.06 * scene.size, 0.0]) @ view
-    step = 10.0 ** np.floor(np.log10(scene.size)) / 2
-    reach = 12 * max(scene.size, axes.get_xlim()[1] - axes.get_xlim()[0])
-    count = int(min(60, reach / step))
+    width = axes.get_xlim()[1] - axes.get_xlim()[0]
+    step = min((k * 10.0 ** np.floor(np.log10(width)) for k in (0.1, 0.2, 0.5, 1.0)), key=lambda s: abs(s - width / 7))
+    count = 24
     lines = []
     for along, across in ((a, b), (b, a)):
         center = foot - ((foot @ across) % step) * across
@@ -102,37 +105,43 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
 
 
 def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> np.ndarray:
-    """Bodies and pins: visible polygons from back to front, shaded, feature edges darker. Their corners in the picture."""
+    """Bodies, and over them the pins, which are inside: visible polygons from back to front. Their corners in the picture."""
     from matplotlib.collections import PolyCollection
 
-    shapes: list[tuple[float, np.ndarray, Any, Any]] = []
+    bodies: list[Polygon] = []
+    pins: list[Polygon] = []
     for i, part in enumerate(scene.parts):
-        shapes += _polygons(part.mesh, view, *moved.pose(i, row), part.color, BODY_ALPHA)
+        bodies += _polygons(part.mesh, view, *moved.pose(i, row), part.color, (i % 4) * COPLANAR * scene.size)
     for j in scene.joints:
-        for part, mesh in j.pins:
-            shapes += _polygons(mesh, view, *moved.pose(part, row), JOINT, 0.9)
-    shapes.sort(key=lambda s: s[0])
-    fills, edges = [s[2] for s in shapes], [s[3] for s in shapes]
-    polygons = PolyCollection([s[1] for s in shapes], facecolors=fills, edgecolors=edges, linewidths=0.35, zorder=1)
-    axes.add_collection(polygons, autolim=False)
-    return np.concatenate([s[1] for s in shapes]) if shapes else np.zeros((1, 2))
+        for on, mesh in j.pins:
+            pins += _polygons(mesh, view, *moved.pose(on, row), JOINT, 0.0)
+    corners = [np.zeros((1, 2))] if not bodies and not pins else []
+    for polygons, alpha, order in ((bodies, 1.0, 1.0), (pins, 0.85, 1.5)):
+        polygons.sort(key=lambda s: s[0])
+        shapes, fills, lines = ([s[k] for s in polygons] for k in (1, 2, 3))
+        drawn = PolyCollection(shapes, facecolors=fills, edgecolors=lines, linewidths=0.5, alpha=alpha, zorder=order)
+        axes.add_collection(drawn, autolim=False)
+        corners += shapes
+    return np.concatenate(corners)
 
 
-def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, alpha: float) -> list[Any]:
-    """(depth, corners, face colour, edge colour) of the faces that look at the viewer."""
+def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, bias: float) -> list[Polygon]:
+    """Faces that look at the viewer (outlined in their own colour, so that no seams show) and the shape's edges on them."""
     from matplotlib.colors import to_rgb
 
     spots = (mesh.vertices @ r.T + p) @ view.T
     rgb, out = np.array(to_rgb(fill)), []
-    for face in mesh.faces:
+    for face, edges in zip(mesh.faces, mesh.edges, strict=True):
         corners = spots[list(face)]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
-        size = np.linalg.norm(normal)
-        if size == 0 or normal[2] <= 0:
+        if normal[2] <= 0:
             continue
-        shade = 0.55 + 0.45 * max(0.0, float(normal @ LIGHT) / size)
-        color = (*np.clip(rgb * shade, 0, 1), alpha)
-        out.append((float(corners[:, 2].mean()), corners[:, :2], color, (*np.clip(rgb * shade * 0.8, 0, 1), 0.5 * alpha)))
+        light = max(0.0, float(normal @ LIGHT) / float(np.linalg.norm(normal)))
+        color = tuple(np.clip(rgb * (0.58 + 0.42 * light), 0, 1))
+        depth = float(corners[:, 2].mean()) + bias
+        out.append((depth, corners[:, :2], color, color))
+        dark = tuple(0.45 * rgb)
+        out += [(depth, corners[[k, (k + 1) % len(face)], :2], dark, dark) for k in range(len(face)) if edges & (1 << k)]
     return out
 
 

@@ -67,26 +67,26 @@ def cylinder(radius: float, length: float, axis: int = 0) -> Mesh:
     for i in range(pieces):
         for k in range(ROUND):
             a, b = i * ROUND + k, i * ROUND + (k + 1) % ROUND
-            faces.append((a, a + ROUND, b + ROUND, b))
-            edges.append((2 if i == pieces - 1 else 0) | (8 if i == 0 else 0))
+            faces.append((a, b, b + ROUND, a + ROUND))
+            edges.append((1 if i == 0 else 0) | (4 if i == pieces - 1 else 0))
     faces += [tuple(range(ROUND))[::-1], tuple(range(pieces * ROUND, (pieces + 1) * ROUND))]
     edges += [0, 0]
     vertices = np.concatenate(rings)
     return Mesh(np.roll(vertices, axis, axis=1), tuple(faces), tuple(edges))
 
 
-def sphere(radius: float) -> Mesh:
-    """Centred ball."""
-    rows = ROUND // 2
-    polar, turn = np.pi * np.arange(rows + 1) / rows, 2 * np.pi * np.arange(ROUND) / ROUND
-    vertices = np.array([
-        [radius * np.sin(p) * np.cos(t), radius * np.sin(p) * np.sin(t), radius * np.cos(p)] for p in polar for t in turn
-    ])
+def sphere(radius: float, around: int = ROUND) -> Mesh:
+    """Centred ball of ``around`` meridians."""
+    rows = around // 2
+    polar, turn = np.pi * np.arange(rows + 1) / rows, 2 * np.pi * np.arange(around) / around
+    p, t = (a.ravel() for a in np.meshgrid(polar, turn, indexing="ij"))
+    vertices = radius * np.column_stack([np.sin(p) * np.cos(t), np.sin(p) * np.sin(t), np.cos(p)])
     faces = []
     for i in range(rows):
-        for k in range(ROUND):
-            a, b = i * ROUND + k, i * ROUND + (k + 1) % ROUND
-            faces.append((a, a + ROUND, b + ROUND, b))
+        for k in range(around):
+            a, b = i * around + k, i * around + (k + 1) % around
+            ring = (a, a + around, b + around, b)
+            faces.append(ring[:3] if i == rows - 1 else (a, a + around, b + around) if i == 0 else ring)
     return Mesh(vertices, tuple(faces), (0,) * len(faces))
 
 

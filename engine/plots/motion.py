@@ -79,6 +79,19 @@ def bounds(scene: Scenery, moved: Motion, rows: int = 60) -> tuple[np.ndarray, n
     return low, high
 
 
+def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """In a view's axes: the middle of the whole motion (given in the world's), its width and height, and those of the mechanism
+    about the mean of its mass centres at its widest."""
+    chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
+    low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
+    for row in map(int, chosen):
+        poses = [moved.pose(i, row) for i in range(len(scene.parts))]
+        spots = np.concatenate([part.mesh.vertices @ r.T + p for part, (p, r) in zip(scene.parts, poses, strict=True)]) @ view.T
+        low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
+        near = np.maximum(near, 2 * np.abs(spots - moved.positions[row].mean(axis=0) @ view.T).max(axis=0))
+    return (low + high) / 2 @ view, np.maximum(high - low, 1e-9)[:2], np.maximum(near, 1e-9)[:2]
+
+
 def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Rows right, up, towards the viewer: along the thinnest level direction of the motion, turned a little and from above."""
     level = [k for k in range(3) if abs(up[k]) < 0.9]

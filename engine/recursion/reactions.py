@@ -6,6 +6,7 @@ import casadi as ca
 
 from engine.contact import REGISTRY as CONTACTS
 from engine.recursion import cuts as cutting
+from engine.recursion.kinematics import Step
 from engine.recursion.reduction import Accelerations, Model
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import Joint
@@ -77,6 +78,23 @@ def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) ->
     if not j.pin_out or CONTACTS[j.kind.friction].frame == "cross":
         f, t = -f, -(t + cross(s, f))
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
+
+
+def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...]) -> SX:
+    """The needed components of f_c, m_c of a tree joint from N (6×1, on its child at the child's reference origin)."""
+    f, t, s = N[:3], N[3:], step.s
+    if not j.forward:
+        f, t = -f, -(t - cross(s, f))
+    element = CONTACTS[j.kind.friction]
+    if element.frame == "cross":
+        u1, u2 = step.Ein[:, 0], step.Eout[:, 1]
+        E = ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
+    else:
+        E = step.Eout if j.pin_out and element.frame == "pin" else step.Ein
+    if not j.pin_out or element.frame == "cross":
+        f, t = -f, -(t + cross(s, f))
+    rows = {**{f"f{k + 1}": (E.T @ f)[k] for k in range(3)}, **{f"m{k + 1}": (E.T @ t)[k] for k in range(3)}}
+    return ca.sparsify(ca.vertcat(*[rows[n] for n in needs]))
 
 
 def on_inboard(m: Model, acc: Accelerations, j: Joint, combine: SX) -> tuple[SX, SX]:

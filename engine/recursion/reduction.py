@@ -40,6 +40,10 @@ class Articulated:
     P: SX = field(default_factory=SX)
     y: SX = field(default_factory=SX)
 
+    def solve(self, b: SX) -> SX:
+        """D⁻¹ b."""
+        return solve_spd(self.D, b)
+
     def times(self, top: SX, bottom: SX) -> SX:
         """M̄ [top; bottom]."""
         return ca.sparsify(ca.vertcat(self.A @ top + self.B @ bottom, self.B.T @ top + self.C @ bottom))
@@ -66,8 +70,8 @@ class Model:
         return 1 + self.sym.system.rows + self.sym.system.neta
 
 
-def model(sym: Symbols) -> Model:
-    """Kinematics outward, then reduction inward."""
+def model(sym: Symbols, reduce: bool = True) -> Model:
+    """Kinematics outward, then reduction inward (left out where the accelerations are known: see ``given``)."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []
@@ -79,8 +83,9 @@ def model(sym: Symbols) -> Model:
     cuts = [cutting.cut(sym, motions, j) for j in system.cuts]
     made = Model(sym, motions, steps, cuts, [], [], zeros(0), zeros(0), zeros(0))
     made.bodies = _bodies(made)
-    made.Q = [_generalised(made, s) for s in steps]
-    _reduce(made)
+    if reduce:
+        made.Q = [_generalised(made, s) for s in steps]
+        _reduce(made)
     return made
 
 
@@ -148,7 +153,7 @@ def _reduce(m: Model) -> None:
     ground = zeros(6, m.columns)
     for i in reversed(range(len(system.bodies))):
         b, step, parent = m.bodies[i], m.steps[i], system.bodies[i].parent
-        U, P = _project(b, step, m.Q[i])
+        U, P = project(b, step, m.Q[i])
         total += P[:, lam].T @ b.y
         total[:, 0] += b.F[:, lam].T @ step.w
         moved = ca.sparsify(b.F - U @ b.y)
@@ -170,7 +175,7 @@ def _reduce(m: Model) -> None:
     m.S, m.Se, m.g0 = symmetric(total[:, lam]), total[:, eta], total[:, 0]
 
 
-def _project(b: Articulated, step: Step, Q: SX) -> tuple[SX, SX]:
+def project(b: Articulated, step: Step, Q: SX) -> tuple[SX, SX]:
     """U, D, P = Πᵀ(F̄ − M̄ w) + Q and y = D⁻¹ P (27)–(30)."""
     Pi = step.Pi
     b.U = ca.sparsify(b.times(Pi[:3, :], Pi[3:, :]))
@@ -182,18 +187,24 @@ def _project(b: Articulated, step: Step, Q: SX) -> tuple[SX, SX]:
     return b.U, b.P
 
 
-def _absorb(parent: Articulated, b: Articulated, lever: SX, handed: SX) -> None:
-    """ΔM (36), (40) and ΔF (41), (42): M̄ − U D⁻¹ Uᵀ moved by Γ = [E −l̃; 0 E]."""
-    V = solve_spd(b.D, b.U.T)
+def absorbed(b: Articulated, lever: SX) -> tuple[SX, SX, SX]:
+    """ΔM (36): M̄ − U D⁻¹ Uᵀ moved by Γ = [E −l̃; 0 E], as blocks A, B, C."""
+    V = b.solve(b.U.T)
     top, bottom = b.U[:3, :], b.U[3:, :]
     A = symmetric(b.A - top @ V[:, :3])
     B = b.B - top @ V[:, 3:]
     C = symmetric(b.C - bottom @ V[:, 3:])
     L = skew(lever)
     moved = ca.sparsify(B - A @ L)
+    return A, moved, symmetric(C - B.T @ L + L @ moved)
+
+
+def _absorb(parent: Articulated, b: Articulated, lever: SX, handed: SX) -> None:
+    """(40)–(42)."""
+    A, B, C = absorbed(b, lever)
     parent.A = symmetric(parent.A + A)
-    parent.B = ca.sparsify(parent.B + moved)
-    parent.C = symmetric(parent.C + C - B.T @ L + L @ moved)
+    parent.B = ca.sparsify(parent.B + B)
+    parent.C = symmetric(parent.C + C)
     parent.F = ca.sparsify(parent.F + handed)
 
 
@@ -224,4 +235,26 @@ def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Acce
         out.qdd.append(qdd)
         out.Z.append(Z)
         out.N.append(ca.sparsify(b.times(Z[:3, :], Z[3:, :]) - b.F @ pick) if reactions else zeros(6, n))
+    return out
+
+
+def given(m: Model, qdd: SX, combine: SX) -> Accelerations:
+    """Ż and N of an unreduced model from known accelerations of the free rates (nv×1) and multipliers: outward by (14), and inward by
+    the balance of every body, N_i = M_i Ż_i − F_i + Σ Γᵀ N of the bodies it carries. The same N as (103), without articulated masses.
+    """
+    out = Accelerations([], [], [])
+    base = ground_acceleration(m.sym)
+    for i, step in enumerate(m.steps):
+        parent = m.sym.system.bodies[i].parent
+        Zp = base if parent == GROUND else out.Z[parent]
+        mine = qdd[step.joint.v0 : step.joint.v0 + len(step.joint.free)]
+        carried = ca.sparsify(ca.vertcat(Zp[:3] - cross(step.lever, Zp[3:]), Zp[3:]))
+        out.qdd.append(mine)
+        out.Z.append(ca.sparsify(carried + step.Pi @ mine + step.w))
+    N = [ca.sparsify(b.times(Z[:3], Z[3:]) - b.F @ combine) for b, Z in zip(m.bodies, out.Z, strict=True)]
+    for i in reversed(range(len(N))):
+        parent, lever = m.sym.system.bodies[i].parent, m.steps[i].lever
+        if parent != GROUND:
+            N[parent] = ca.sparsify(N[parent] + ca.vertcat(N[i][:3], N[i][3:] + cross(lever, N[i][:3])))
+    out.N = N
     return out

@@ -142,7 +142,7 @@ static int tr_slider_contacts(tr_sim *s, int i, const double *y, double *out) {
   if (!s->o || !s->o->contacts || n == 0) return 0;
   double all[4 * s->o->ncontacts + 1], zf[s->k->rows + s->k->neta + 1];
   tr_full_multipliers(s, y, zf, 0);
-  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, all);
+  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, TR_A(s, dy) + s->k->nq, all);
   memcpy(out, all + 4 * sl[6], sizeof(double) * 4 * n);
   return n;
 }

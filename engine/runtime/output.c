@@ -20,11 +20,11 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
     if (!is_active[i]) dir[i + rows * count++] = 1.0;
   for (int q = 0; q < extra; ++q, ++count)
     for (int i = 0; i < a; ++i) dir[k->active_rows[i] + rows * count] = V[i + q * a];
-  o->kappa(TR_A(s, x), y, TR_A(s, co), z, base);
+  o->kappa(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, base);
   memcpy(zz, z, sizeof(double) * (rows + k->neta));
   for (int q = 0; q < count; ++q) {
     for (int i = 0; i < rows; ++i) zz[i] = z[i] + dir[i + rows * q];
-    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, N + m * q);
+    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, N + m * q);
     for (int i = 0; i < m; ++i) N[i + m * q] -= base[i];
   }
   tr_orthonormal(m, rows, count, N, dir);
@@ -122,7 +122,7 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
     double z[k->rows + k->neta + 1], extra[TR_X_STATES + k->nsliders + 1];
     tr_fill_extra(s, y, extra);
     tr_full_multipliers(s, y, z, 1);
-    o->eval(TR_A(s, x), y, TR_A(s, co), z, extra, row + 1);
+    o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, extra, row + 1);
     tr_post(s, row + 1);
   }
   s->watch = watch;

@@ -8,7 +8,7 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 4
+#define TR_ABI 5
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
@@ -42,9 +42,10 @@ typedef struct tr_outputs {
   int energy; /* column of energy.residual, -1 without */
   const int *post; /* 3 per entry: kind, column, partner (see output.c) */
   void (*prepare)(const double *p, double *c);
-  void (*eval)(const double *x, const double *y, const double *c, const double *z, const double *extra, double *out);
-  void (*contacts)(const double *x, const double *y, const double *c, const double *z, double *out);
-  void (*kappa)(const double *x, const double *y, const double *c, const double *z, double *out);
+  /* a: accelerations of the free rates (nv) at this state */
+  void (*eval)(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *out);
+  void (*contacts)(const double *x, const double *y, const double *c, const double *z, const double *a, double *out);
+  void (*kappa)(const double *x, const double *y, const double *c, const double *z, const double *a, double *out);
 } tr_outputs;
 
 typedef struct tr_jacobian {

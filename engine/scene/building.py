@@ -3,6 +3,7 @@ checked."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -50,7 +51,7 @@ def build(data: Any) -> Built:
     built = Built(None, findings_of(errors, data))
     if not isinstance(data, dict):
         return built
-    rest = _copied(data)
+    rest = copied(data)
     for _ in range(ROUNDS):
         for f in findings_of(errors, rest):
             if f.meant is None:
@@ -66,10 +67,11 @@ def build(data: Any) -> Built:
     return built
 
 
-def _copied(data: Any) -> Any:
-    if isinstance(data, dict):
-        return {k: _copied(v) for k, v in data.items()}
-    return [_copied(v) for v in data] if isinstance(data, list | tuple) else data
+def copied(data: Any) -> Any:
+    """Nested dicts and lists of their own, with text for keys."""
+    if isinstance(data, Mapping):
+        return {str(k): copied(v) for k, v in data.items()}
+    return [copied(v) for v in data] if isinstance(data, list | tuple) else data
 
 
 def _set_aside(data: dict[str, Any], path: Path, built: Built) -> None:

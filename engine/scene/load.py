@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from engine.basics.problems import Problem, SceneError
-from engine.scene.building import build
+from engine.scene.building import build, copied
 from engine.scene.check import findings
 from engine.scene.finding import Finding, Path, problem
 from engine.scene.library import SCENE_FILE, model_file
@@ -25,9 +25,8 @@ def load_scene(source: str | os.PathLike[str]) -> Scene:
     """
     path = _file(source)
     try:
-        if path.stat().st_size > LARGEST:
-            raise SceneError([Problem("scene", f"the file is larger than {LARGEST // 1_000_000} MB", "", str(path))])
-        content = path.read_bytes()
+        with path.open("rb") as f:
+            content = f.read(LARGEST + 1)  # one more than is allowed: the reader refuses it
     except OSError as e:
         raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
     name = path.parent.name if path.name == SCENE_FILE else path.stem
@@ -66,7 +65,7 @@ def scene_from_text(content: bytes | str, file: str = "", is_json: bool = False,
 
 def scene_from_dict(data: Mapping[str, Any]) -> Scene:
     """The scene in nested dicts and lists, as they would stand in a file."""
-    return scene_from_data(data if isinstance(data, dict) else dict(data))
+    return scene_from_data(copied(data))
 
 
 def scene_from_data(

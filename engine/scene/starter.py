@@ -38,7 +38,7 @@ joints:
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
-    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (then start and effort have no place here)
+    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used)
 
 # A second link, hung on the first; its joint names points of both bodies:
 #   bodies:

@@ -15,7 +15,7 @@ NOTICE = 1e-9
 def moved_notes(built: Built, block: Block) -> list[str]:
     """One line per given start value that was moved, and one per start value that could not be used."""
     system, n = built.system, built.numbers
-    notes = [f"start values of {name} are not used: the loop is cut there" for name in n.ignored]
+    notes = list(n.ignored)
     q, v = block.y[: system.nq], block.y[system.nq : system.nq + system.nv]
     for j in system.tree:
         states = state_coordinates(j)

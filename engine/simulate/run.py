@@ -15,7 +15,7 @@ from engine.kernel.library import Kernel, kernel
 from engine.scene.model import Scene
 from engine.simulate import block as bl
 from engine.simulate.events import decode
-from engine.simulate.outcome import DONE, Outcome, from_status
+from engine.simulate.outcome import ADVICE, DONE, Outcome, from_status
 from engine.simulate.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulate.result import Event, Result, Stats
 from engine.system.build import Built, build
@@ -158,7 +158,7 @@ def run(model: Model, until: float, every: float, settings: bl.Settings, progres
             open_reactions = redundancy(block)
             notes += redundancy_notes(open_reactions)
         begun = time.perf_counter()
-        outcome = _stepping(model, until, every, parts, events, progress) if status == bl.OK else _failure(model, status)
+        outcome = _stepping_or_stopped(model, until, every, parts, events, progress) if status == bl.OK else _failure(model, status)
         started = begun
     wall = time.perf_counter() - started
     data = np.concatenate(parts) if parts else np.zeros((0, block.width))
@@ -181,6 +181,14 @@ def _assemble(model: Model) -> tuple[list[str], Outcome | None]:
     advice = f"the start {what} of the loops through {', '.join(j.name for j in model.system.cuts)} cannot be made to agree: check "
     advice += "lengths and start values" if code == 0 else "the drives and start rates"
     return [], Outcome("open_loop", 0.0, model.system.cuts[0].name if model.system.cuts else "", advice)
+
+
+def _stepping_or_stopped(model: Model, until: float, every: float, parts: list[np.ndarray], events: list[Event], progress) -> Outcome:
+    """Advance to the end, or to the interrupt (Ctrl-C): what there is by then is kept."""
+    try:
+        return _stepping(model, until, every, parts, events, progress)
+    except KeyboardInterrupt:
+        return Outcome("stopped", model.block.time, "", ADVICE["stopped"])
 
 
 def _stepping(model: Model, until: float, every: float, parts: list[np.ndarray], events: list[Event], progress) -> Outcome:

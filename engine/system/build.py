@@ -58,7 +58,7 @@ class _Maker:
         joints = tuple(self.joint(name) for name in names)
         joints = self.place(joints)
         loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
-        ground = tuple((n, self.relative("ground", n, p)) for n, p in self.scene.ground.points.items())
+        ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
         return System(
             bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables), self.devices.stops,
             tuple(self.scene.outputs), ground,
@@ -79,9 +79,18 @@ class _Maker:
         return name, (float(p[0]), float(p[1]), float(p[2]))
 
     def relative(self, body: str, label: str, p: tuple[float, ...]) -> Leaves:
-        """Leaves of a point measured from the body's reference origin."""
+        """Leaves of a point measured from the body's reference origin, named ``label`` among the parameters."""
         o = self.origin[body]
-        return self.table.vector(f"bodies.{body}.{label}", [p[k] - o[k] for k in range(3)], "m")
+        return self.table.vector(label, [p[k] - o[k] for k in range(3)], "m")
+
+    def named(self, body: str, point: str) -> str:
+        """Path of a body's named point."""
+        return f"ground.points.{point}" if body == "ground" else f"bodies.{body}.points.{point}"
+
+    def label(self, side: str | sm.Side, otherwise: str) -> str:
+        """Path of a side's point: the named point where it has one."""
+        body, p = (side.body, side.point) if isinstance(side, sm.Side) else (side.partition(".")[0], side.partition(".")[2])
+        return self.named(body, p) if isinstance(p, str) and p else f"{otherwise}.point"
 
     # -- parts --------------------------------------------------------------------------------------------------------------
 
@@ -97,12 +106,12 @@ class _Maker:
             self.table.component(f"bodies.{name}.{label}.{n}", float(x) / m if shaped else float(x), unit)
             for n, x in zip(INERTIA_NAMES, six, strict=True)
         )
-        points = tuple((n, self.relative(name, n, p)) for n, p in b.points.items())
+        points = tuple((n, self.relative(name, self.named(name, n), p)) for n, p in b.points.items())
         j = self.scene.joints[joint]
         parent = self.point(j.inboard)[0] if self.point(j.outboard)[0] == name else self.point(j.outboard)[0]
         return Body(
             name, self.table.scalar(f"bodies.{name}.mass", m, "kg"),
-            self.relative(name, "center", tuple(float(c) for c in center)), leaves, shaped, points, i, self.index[parent],
+            self.relative(name, f"bodies.{name}.center", tuple(float(c) for c in center)), leaves, shaped, points, i, self.index[parent],
         )
 
     def joint(self, name: str) -> Joint:
@@ -114,7 +123,8 @@ class _Maker:
         pitch = self.table.scalar(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.name == "screw" else None
         return Joint(
             name, j.type, self.index[a[0]], self.index[b[0]],
-            self.relative(a[0], _label(j.inboard, name), a[1]), self.relative(b[0], _label(j.outboard, name), b[1]),
+            self.relative(a[0], self.label(j.inboard, f"joints.{name}.inboard"), a[1]),
+            self.relative(b[0], self.label(j.outboard, f"joints.{name}.outboard"), b[1]),
             frames[0], frames[1], j.pin == "outboard", pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
         )
 
@@ -146,12 +156,6 @@ def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Dir
     axis = own.axis if own and own.axis is not None else j.axis
     reference = own.reference if own and own.reference is not None else j.reference
     return axis, reference
-
-
-def _label(side: str | sm.Side, joint: str) -> str:
-    """Name under which a joint's point appears among the parameters: the point's own name where it has one."""
-    p = side.point if isinstance(side, sm.Side) else side.partition(".")[2]
-    return p if isinstance(p, str) and p else f"at_{joint}"
 
 
 __all__ = ["Built", "Param", "build"]

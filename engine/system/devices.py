@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
 from engine.system.structure import Device, Signal, Stop
 
-LENGTH, ANGLE = "length", "angle"
+FIELDS = ("spring", "damping", "stops", "effort", "drive")
 
 
 class Builder:
@@ -23,25 +25,27 @@ class Builder:
     def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
         """One Device a freedom."""
         kind = REGISTRY[j.type]
-        columns = {d: _per_freedom(getattr(j, d), kind.nv) for d in ("spring", "damping", "stops", "effort", "drive")}
-        out = []
-        for k in range(kind.nv):
-            path = f"joints.{name}" if kind.nv == 1 else f"joints.{name}[{k + 1}]"
-            slides = not kind.columns[k][0].rot
-            out.append(self.device(path, slides, **{d: c[k] for d, c in columns.items()}))
-        return tuple(out)
+        return tuple(self.device(name, j, k, not kind.columns[k][0].rot) for k in range(kind.nv))
 
-    def device(self, path, slides, spring, damping, stops, effort, drive) -> Device:
-        """Leaves of one freedom's devices; ``slides`` chooses the units."""
+    def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
+        """Leaves of the devices of freedom k; ``slides`` chooses the units. Paths are those of the scene."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
         s = self.table.scalar
+
+        def mine(field: str) -> tuple[str, Any]:
+            value = getattr(j, field)
+            if isinstance(value, tuple):
+                return f"joints.{name}.{field}[{k + 1}]", value[k]
+            return f"joints.{name}.{field}", value
+
+        (ps, spring), (pd, damping), (pt, stops), (pe, effort), (pv, drive) = map(mine, FIELDS)
         return Device(
             spring=None if spring is None else (
-                s(f"{path}.spring.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{path}.spring.rest", spring.rest, u)),
-            damping=None if damping is None else s(f"{path}.damping", damping, f"{f}*s/{u}"),
-            stop=None if stops is None else self.stop(path, stops, u, f),
-            effort=None if effort is None else self.load(f"{path}.effort", effort, f),
-            drive=None if drive is None else self.drive(f"{path}.drive", drive, u),
+                s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
+            damping=None if damping is None else s(pd, damping, f"{f}*s/{u}"),
+            stop=None if stops is None else self.stop(pt, stops, u, f),
+            effort=None if effort is None else self.load(pe, effort, f),
+            drive=None if drive is None else self.drive(pv, drive, u),
         )
 
     def stop(self, path: str, st: sm.Stops, u: str, f: str) -> Stop:
@@ -53,10 +57,10 @@ class Builder:
                 continue
             flags[side] = self.stops
             self.stops += 1
-            bounds.append(self.table.scalar(f"{path}.stops.{('lower', 'upper')[side]}", bound, u))
+            bounds.append(self.table.scalar(f"{path}.{('lower', 'upper')[side]}", bound, u))
         return Stop(
-            self.table.scalar(f"{path}.stops.stiffness", st.stiffness, f"{f}/{u}"),
-            self.table.scalar(f"{path}.stops.damping", st.damping, f"s/{u}"),
+            self.table.scalar(f"{path}.stiffness", st.stiffness, f"{f}/{u}"),
+            self.table.scalar(f"{path}.damping", st.damping, f"s/{u}"),
             bounds[0], bounds[1], (flags[0], flags[1]),
         )
 
@@ -101,9 +105,3 @@ class Builder:
         self.tables.append((interpolation, d.table))
         return Signal("table", index=len(self.tables) - 1)
 
-
-def _per_freedom(value, n: int) -> tuple:
-    """A device field as a tuple with one entry a freedom."""
-    if isinstance(value, tuple):
-        return value
-    return (value,) * n if n <= 1 else (None,) * n if value is None else (value,) * n

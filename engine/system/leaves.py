@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
+
+from engine.basics.patterns import matches
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class ParameterTable:
 
     def component(self, path: str, value: float, unit: str) -> Leaf:
         """A component of a vector: structural when exactly zero and not tunable."""
-        if value == 0.0 and not any(fnmatchcase(path, p) for p in self._tunable):
+        if value == 0.0 and not any(matches(path, p) for p in self._tunable):
             return 0.0
         return self.scalar(path, value, unit)
 

@@ -22,14 +22,14 @@ def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) ->
     body, point = maker.point(f.on)
     if isinstance(f, sm.Force) and "." not in f.on:
         point = tuple(float(c) for c in maker.scene.bodies[body].center)
-    leaves = maker.relative(body, f.on.partition(".")[2] or "center", point)
+    leaves = maker.relative(body, maker.named(body, f.on.partition(".")[2]) if "." in f.on else f"bodies.{body}.center", point)
     return Load(name, f.type, (maker.index[body],), (leaves,), f.frame == "body", vector)
 
 
 def _spring(maker: _Maker, name: str, f: sm.SpringDamper) -> Load:
     s = maker.table.scalar
     ends = [maker.point(b) for b in f.between]
-    leaves = tuple(maker.relative(b, side.partition(".")[2] or "origin", p) for side, (b, p) in zip(f.between, ends, strict=True))
+    leaves = tuple(maker.relative(b, maker.label(side, f"bodies.{b}.origin"), p) for side, (b, p) in zip(f.between, ends, strict=True))
     numbers = (
         s(f"forces.{name}.stiffness", f.stiffness, "N/m"), s(f"forces.{name}.damping", f.damping, "N*s/m"),
         s(f"forces.{name}.length", f.length, "m"),

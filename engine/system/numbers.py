@@ -28,7 +28,7 @@ class Numbers:
     rate: float
     inputs: np.ndarray
     ignored: tuple[str, ...]
-    """Cut joints whose start values cannot be used."""
+    """Start values that are not used, and why."""
     q_given_by_rate: np.ndarray
     """q_given, rate by rate (nv)."""
 
@@ -53,7 +53,11 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
             rates = np.atleast_1d(np.array(start.qd, float))
             v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
             v_given[j.v0 : j.v0 + len(j.free)] = 1
-    ignored = tuple(j.name for j in system.cuts if scene.joints[j.name].start is not None)
+    ignored = tuple(
+        [f"start of {j.name}: not used, the loop is cut there" for j in system.cuts if scene.joints[j.name].start is not None]
+        + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
+           and scene.joints[j.name].start is not None]
+    )
     tables = tuple((kind, np.array(t.time, float), np.array(t.value, float)) for kind, t in devices.tables)
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])

@@ -148,7 +148,17 @@ def test_a_file_of_many_megabytes_is_not_read(tmp_path):
 
 
 def test_missing_files_folders_and_odd_names_are_problems_not_exceptions(tmp_path):
-    for source in (tmp_path / "no.yaml", tmp_path, "no/such/file", "no.json", "a\0b", "", "x" * 5000, ".."):
+    for source in (
+        "/dev/zero",
+        tmp_path / "no.yaml",
+        tmp_path,
+        "no/such/file",
+        "no.json",
+        "a\0b",
+        "",
+        "x" * 5000,
+        "..",
+    ):
         with pytest.raises(SceneError):
             load_scene(source)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -54,6 +55,13 @@ def test_a_scene_with_odd_values_loads_or_has_problems(changes):
 def nested(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     """Lists and groups of something."""
     return st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4)
+
+
+@pytest.mark.parametrize(
+    "data", [{1: 2}, {"bodies": {2: {}}, "joints": {None: 3}}, [], None, 3, {"bodies": {("a",): {}}}]
+)
+def test_data_that_no_file_could_hold_has_problems(data):
+    assert problems_of(data)
 
 
 @given(st.recursive(ODD, nested))

@@ -145,7 +145,8 @@ function legend() {
   const box = $("legend");
   box.replaceChildren();
   if (!run.joints.some((j) => j.contacts.length)) return;
-  for (const [, [color, text]] of Object.entries(run.states)) {
+  for (const [key, [color, text]] of Object.entries(run.states)) {
+    if (key === "other") continue;
     const line = document.createElement("div"), dotMark = document.createElement("i");
     dotMark.style.background = color;
     line.append(dotMark, "contact: " + text);

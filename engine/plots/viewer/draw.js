@@ -22,9 +22,10 @@ function resize() {
   ink.setTransform(ratio, 0, 0, ratio, 0, 0);
 }
 
-// Pixels a metre: the whole motion (or, when following, the mechanism) fits.
+// Pixels a metre: the whole motion fits; when following, the mechanism does.
 function scale() {
-  return (0.82 * Math.min(window.innerWidth / run.extent[look.follow ? 1 : 0], (window.innerHeight - 120) / run.extent[look.follow ? 1 : 0])) * view.zoom;
+  const [w, h] = look.follow ? run.extent.near : run.extent.all;
+  return 0.86 * Math.min(window.innerWidth / w, (window.innerHeight - 190) / h) * view.zoom;
 }
 
 function middle(m) {
@@ -86,8 +87,7 @@ function polygons(ctx, faces) {
 }
 
 function grid(project, m) {
-  const up = run.up, step = run.grid, o = middle(m);
-  const a = unit(add(view.right, up, -dot(view.right, up))), u = Math.abs(up[0]) > 0.9 ? [0, 1, 0] : [1, 0, 0];
+  const up = run.up, step = run.grid, o = middle(m), u = Math.abs(up[0]) > 0.9 ? [0, 1, 0] : [1, 0, 0];
   const e = unit(add(u, up, -dot(u, up))), f = cross(up, e), n = 16;
   const foot = add(o, up, run.floor - dot(o, up));
   paint.lineWidth = 1;
@@ -103,7 +103,6 @@ function grid(project, m) {
     }
   }
   paint.stroke();
-  return a;
 }
 
 function arrow(ctx, tail, tip, color) {
@@ -166,7 +165,7 @@ function draw(t) {
   paint.clearRect(0, 0, window.innerWidth, window.innerHeight);
   ink.clearRect(0, 0, window.innerWidth, window.innerHeight);
   grid(project, m);
-  run.parts.forEach((part, i) => visible(run.meshes[part.mesh], m.poses[i], part.color, project, (i % 4) * 0.05 * run.size, bodies));
+  run.parts.forEach((part, i) => visible(run.meshes[part.mesh], m.poses[i], part.color, project, (i % 4) * 0.07 * run.size, bodies));
   polygons(ink, bodies);
   paint.globalAlpha = look.xray ? 0.3 : 0.9;
   paint.drawImage(layer, 0, 0, window.innerWidth, window.innerHeight);

@@ -1,0 +1,13 @@
+"""The command line: ``trunnion`` (see ``app`` for its commands). Nothing heavy is imported before a command needs it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; the exit code: 0 done, 1 failed with a diagnosis, 2 wrong use."""
+    from engine.cli.running import run
+
+    return run(list(sys.argv[1:] if arguments is None else arguments))

@@ -1,0 +1,116 @@
+"""The commands and their options. Each command's work is in a module of its own, imported when it is invoked."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from engine.cli.extensions import Commands
+
+app = typer.Typer(
+    name="trunnion",
+    cls=Commands,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    invoke_without_command=True,
+    help="How a mechanism moves, and what happens inside its joints: friction, contact points, normal forces.",
+    epilog="Exit codes: 0 done; 1 failed, with a diagnosis; 2 wrong use. SCENE is a file or the name of a bundled model.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
+"""Words typer does not know are handed to the command, which tells all of them together with its other problems."""
+SCENE = typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.", show_default=False)
+JSON = typer.Option("--json", help="Print one JSON document instead of text.")
+VERBOSE = typer.Option("-v", "--verbose", help="Tell what is being done, and details of defects, on standard error.")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from engine.basics.version import version
+
+        typer.echo(f"trunnion {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def top(
+    ctx: typer.Context,
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    """How a mechanism moves, and what happens inside its joints: friction, contact points, normal forces."""
+    if ctx.invoked_subcommand is None:
+        typer.echo(ctx.get_help())
+
+
+@app.command(context_settings=OPEN)
+def simulate(
+    scene: Annotated[list[str] | None, SCENE] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
+    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows; 0: the solver's own steps.")] = None,
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
+    ] = None,
+    law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
+    method: Annotated[str | None, typer.Option(metavar="M", help="auto, rk5, rk8, rosenbrock.")] = None,
+    rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
+    outputs: Annotated[
+        list[str] | None, typer.Option(metavar="PATTERN", help="Columns wanted, such as 'ball.*' (repeatable).")
+    ] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")] = None,
+    plot: Annotated[str | None, typer.Option(metavar="FILE", help="Draw the curves: .png, .svg or .pdf.")] = None,
+    animate: Annotated[str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html.")] = None,
+    step: Annotated[str | None, typer.Option(metavar="H", help="Fixed step instead of error control.")] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """Run a scene: curves, tables, moving pictures."""
+    from engine.cli.simulating import Wish, simulate_command
+
+    wish = Wish(scene or [], until, every, changes or [], law, method, rtol, outputs, save, plot, animate, step, as_json, verbose)
+    raise typer.Exit(simulate_command(wish))
+
+
+@app.command(context_settings=OPEN)
+def check(
+    scene: Annotated[list[str] | None, SCENE] = None,
+    outputs: Annotated[bool, typer.Option("--outputs", help="List every column the scene can give.")] = False,
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
+    ] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
+    from engine.cli.checking import check_command
+
+    raise typer.Exit(check_command(scene or [], outputs, changes or [], as_json, verbose))
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scene and of its folder.")],
+    folder: Annotated[str, typer.Option("--dir", metavar="DIR", help="Where to put it.")] = ".",
+    as_json: Annotated[bool, JSON] = False,
+) -> None:
+    """Write a commented scene to start from."""
+    from engine.cli.listing import new_command
+
+    raise typer.Exit(new_command(name, folder, as_json))
+
+
+@app.command()
+def models(as_json: Annotated[bool, JSON] = False) -> None:
+    """List the bundled models."""
+    from engine.cli.listing import models_command
+
+    raise typer.Exit(models_command(as_json))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files."""
+    from engine.cli.listing import schema_command
+
+    raise typer.Exit(schema_command())

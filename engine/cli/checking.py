@@ -1,0 +1,126 @@
+"""``trunnion check``: a scene's problems, or what it is made of and what assembling it changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from engine.cli import options
+from engine.cli.options import Findings
+from engine.cli.running import DONE, FAILED, print_json
+from engine.cli.simulating import loaded, talk
+from engine.cli.summary import table
+
+if TYPE_CHECKING:
+    from engine.kernel.columns import Column
+    from engine.scene.model import Scene
+
+KNOWN = ("--outputs", "--set", "--json", "--verbose", "--help")
+
+
+def check_command(words: list[str], outputs: bool, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
+    """Report on a scene; the exit code (1: it is well formed but its loops cannot be closed)."""
+    talk(verbose)
+    found = Findings()
+    source = options.one_scene(words, KNOWN, found)
+    scene = loaded(source, options.assignments(changes, found), None, found)
+    found.end()
+    assert scene is not None
+    report, every = examined(scene)
+    code = DONE if report["start"]["outcome"] in ("done", "ready") else FAILED
+    if as_json:
+        listed = [{"name": c.name, "unit": c.unit, "description": c.description} for c in every]
+        print_json({"exit_code": code, "problems": []} | report | ({"outputs": listed} if outputs else {}))
+    else:
+        lines = report_lines(report) if not outputs else table(("column", "unit", "meaning"), [(c.name, c.unit, c.description) for c in every])
+        print("\n".join(_bare(line) for line in lines))
+    return code
+
+
+def _bare(line: str) -> str:
+    from engine.cli.summary import _plain
+
+    return _plain(line)
+
+
+def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
+    """(report as plain data, all columns) of a scene; its kernel is built, so that the first run finds it ready."""
+    from engine.kernel.columns import columns
+    from engine.simulate.run import Model
+
+    model = Model(scene)
+    every = columns(model.system)
+    system = model.system
+    cut = [j.name for j in system.cuts]
+    report = {
+        "scene": scene.name, "title": scene.title,
+        "bodies": [_body(b, model) for b in system.bodies],
+        "joints": [_joint(j, scene) for j in system.joints],
+        "freedoms": {"tree": system.nv, "constraint_rows": system.rows, "driven": sum(len(j.driven) for j in system.joints)},
+        "loops": len(cut), "cut": cut, "states": {"coordinates": system.nq, "rates": system.nv},
+        "parameters": len(model.built.parameters.values), "inputs": list(system.inputs),
+        "columns": {"available": len(every), "chosen": len(model.columns)},
+        "start": _start(model),
+    }  # fmt: skip
+    return report, every
+
+
+def _body(body: Any, model: Any) -> dict[str, Any]:
+    from engine.scene.mass import mass_properties
+
+    mass, center, _ = mass_properties(model.built.scene.bodies[body.name])
+    return {"name": body.name, "mass": mass, "center": list(center)}
+
+
+def _joint(j: Any, scene: Scene) -> dict[str, Any]:
+    from engine.scene.refs import body_of
+
+    given = scene.joints[j.name]
+    law = (given.friction.law or scene.friction.law) if given.friction is not None else ""
+    sides = [body_of(given.inboard), body_of(given.outboard)]
+    return {"name": j.name, "type": j.kind_name, "between": sides, "freedoms": j.kind.nv, "cut": j.cut, "driven": len(j.driven), "law": law}
+
+
+def _start(model: Any) -> dict[str, Any]:
+    """What assembling and starting the scene says: outcome, notes (values moved, redundant loops), freedoms left."""
+    from engine.simulate.block import Settings
+    from engine.simulate.run import run
+
+    soon = 1e-9 * float(model.built.scene.simulation.until)
+    sim = model.built.scene.simulation
+    result = run(model, soon, soon, Settings(rtol=float(sim.rtol), method=sim.method))
+    notes = list(result.notes)
+    open_reactions = getattr(result, "redundancy", None)
+    count = getattr(open_reactions, "count", 0)
+    name = "ready" if result.outcome.ok else result.outcome.name
+    freedoms = model.system.nv - model.system.rows + count
+    about = {"outcome": name, "joint": result.outcome.joint, "advice": result.outcome.advice, "notes": notes}
+    return about | {"redundant_rows": count, "not_unique": list(getattr(open_reactions, "joints", ())), "moving_freedoms": freedoms}
+
+
+def report_lines(r: dict[str, Any]) -> list[str]:
+    """The report as text."""
+    bodies = [(b["name"], f"{b['mass']:.6g}", "(" + ", ".join(f"{x:.4g}" for x in b["center"]) + ")") for b in r["bodies"]]
+    joints = [
+        (j["name"], j["type"], " – ".join(j["between"]), str(j["freedoms"]),
+         ", ".join(w for w in (j["law"] and f"friction {j['law']}", j["driven"] and "driven", j["cut"] and "cut") if w))
+        for j in r["joints"]
+    ]  # fmt: skip
+    start, free = r["start"], r["freedoms"]
+    cut = f", cut at {', '.join(r['cut'])}" if r["cut"] else ""
+    redundant = f", {start['redundant_rows']} redundant" if start["redundant_rows"] else ""
+    lines = [
+        f"{r['scene']}" + (f" — {r['title']}" if r["title"] else ""), "",
+        *table(("body", "mass, kg", "mass centre, m"), bodies), "",
+        *table(("joint", "type", "between", "freedoms", ""), joints), "",
+        f"loops: {r['loops']}{cut}",
+        f"freedoms: {free['tree']} in the tree, {free['constraint_rows']} constraint rows{redundant}: {start['moving_freedoms']} to move"
+        + (f", {free['driven']} driven" if free["driven"] else ""),
+        f"states: {r['states']['coordinates']} coordinates, {r['states']['rates']} rates; {r['parameters']} parameters"
+        + (f"; inputs {', '.join(r['inputs'])}" if r["inputs"] else ""),
+        f"columns: {r['columns']['chosen']} of {r['columns']['available']} (list them with --outputs)",
+        *(f"note: {n}" for n in start["notes"]),
+    ]  # fmt: skip
+    ready = start["outcome"] == "ready"
+    where = f" in {start['joint']}" if start["joint"] else ""
+    return [*lines, "", "no problems: ready to run" if ready else f"cannot start: {start['outcome']}{where}: {start['advice']}"]

@@ -1,0 +1,77 @@
+"""Commands of other packages: entry points of the group ``trunnion.commands``, loaded only when one of them is invoked."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from engine.basics.problems import Problem, SceneError
+
+GROUP = "trunnion.commands"
+EXTRAS = {
+    "fmu": ("fmu", "export the scene as an FMU"),
+    "serve": ("service", "serve simulations over HTTP"),
+    "jobs": ("service", "submit and follow jobs on a server"),
+    "chart": ("bench", "chart accuracy against cost of the methods"),
+    "advise": ("bench", "find settings for an error wanted"),
+    "sweep": ("service", "run a scene over ranges of parameters"),
+}
+"""Commands that come with an extra: name → (extra, what it does)."""
+
+
+@lru_cache(maxsize=1)
+def registered() -> dict[str, EntryPoint]:
+    """Entry points of commands, by name."""
+    return {e.name: e for e in entry_points(group=GROUP)}
+
+
+class Commands(TyperGroup):
+    """The engine's own commands, then those registered by other packages."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names for the help text."""
+        own = super().list_commands(ctx)
+        return [*own, *sorted(n for n in registered() if n not in own)]
+
+    def get_command(self, ctx: Any, name: str) -> Any:
+        """A command by name; of a foreign one only what the help text needs."""
+        own = super().get_command(ctx, name)
+        if own is not None or name not in registered():
+            return own
+        return TyperCommand(name, help=EXTRAS[name][1].capitalize() + "." if name in EXTRAS else f"From {registered()[name].value}.")
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command to invoke: a foreign one is loaded now; SceneError with the pip line when its extra is missing."""
+        name = args[0] if args else ""
+        if super().get_command(ctx, name) is None:
+            if name in registered():
+                return name, loaded(name), args[1:]
+            if name in EXTRAS:
+                raise SceneError([missing(name)])
+        return super().resolve_command(ctx, args)
+
+
+def missing(name: str) -> Problem:
+    """What to say about a command whose extra is not installed."""
+    extra, what = EXTRAS[name]
+    return Problem(f"trunnion {name}", f"is not installed (it would {what})", f"pip install 'trunnion[{extra}]'")
+
+
+def loaded(name: str) -> Any:
+    """The command behind an entry point: a typer app, a ready command, or a function that becomes one."""
+    try:
+        found = registered()[name].load()
+    except ImportError as e:
+        hint = missing(name).hint if name in EXTRAS else f"repair the package of {registered()[name].value}"
+        raise SceneError([Problem(f"trunnion {name}", f"cannot be loaded: {e}", hint)]) from e
+    if isinstance(found, typer.Typer):
+        return typer.main.get_command(found)
+    if hasattr(found, "make_context"):
+        return found
+    app = typer.Typer(add_completion=False)
+    app.command(name)(found)
+    return typer.main.get_command(app)

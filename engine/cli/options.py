@@ -1,0 +1,148 @@
+"""Words of the command line as values; every mistake is collected, so that all of them can be told at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from engine.basics.files import destination_problems
+from engine.basics.problems import Problem, SceneError
+
+if TYPE_CHECKING:
+    from engine.scene.model import Scene
+
+T = TypeVar("T")
+RTOL = (1e-14, 0.1)
+
+
+@dataclass
+class Findings:
+    """Mistakes so far. ``end`` raises them all."""
+
+    problems: list[Problem] = field(default_factory=list)
+
+    def add(self, where: str, what: str, hint: str = "") -> None:
+        """One more."""
+        self.problems.append(Problem(where, what, hint))
+
+    def attempt(self, work: Callable[[], T], where: str = "") -> T | None:
+        """What ``work`` gives; None when it raises SceneError, whose problems are kept (under ``where`` when given)."""
+        try:
+            return work()
+        except SceneError as e:
+            self.problems += [Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint) if where else p
+                              for p in e.problems]
+            return None
+
+    def end(self) -> None:
+        """SceneError with every problem found."""
+        if self.problems:
+            raise SceneError(self.problems)
+
+
+def time(text: str | None, where: str, findings: Findings, zero: bool = False) -> float | None:
+    """Seconds of "2.5", "10 ms", "1 min"; must be positive (``zero``: or zero)."""
+    if text is None:
+        return None
+    value = quantity(text, "s", where, findings)
+    if value is not None and (value < 0 or (value == 0 and not zero)):
+        findings.add(where, f"{text} is not a positive time", "write a time such as 2.5, 10 ms or 1 min")
+        return None
+    return value
+
+
+def quantity(text: str, unit: str, where: str, findings: Findings) -> float | None:
+    """SI value of a number with or without a unit."""
+    from engine.scene.quantities import Per
+    from engine.scene.units import UnitError
+
+    try:
+        return float(Per(unit)(text))
+    except UnitError as e:
+        findings.add(where, e.what, e.hint)
+        return None
+
+
+def tolerance(text: str | None, findings: Findings) -> float | None:
+    """Relative tolerance."""
+    if text is None:
+        return None
+    value = quantity(text, "1", "--rtol", findings)
+    if value is not None and not RTOL[0] <= value <= RTOL[1]:
+        findings.add("--rtol", f"{text} is out of range", f"between {RTOL[0]:g} and {RTOL[1]:g}; 1e-6 is a good start")
+        return None
+    return value
+
+
+def choice(text: str | None, known: Sequence[str], where: str, findings: Findings) -> str | None:
+    """One of the known words."""
+    if text is None or text in known:
+        return text
+    near = get_close_matches(text.lower(), known, 1)
+    hint = f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}"
+    findings.add(where, f"{text!r} is unknown", hint)
+    return None
+
+
+def destination(text: str | None, suffixes: Sequence[str], where: str, findings: Findings) -> Path | None:
+    """A file that can be written."""
+    if text is None:
+        return None
+    findings.problems += destination_problems(text, suffixes, where)
+    return Path(text)
+
+
+def assignments(texts: Sequence[str], findings: Findings) -> dict[str, Any]:
+    """{path: value} of PATH=VALUE words."""
+    from engine.scene.overrides import parse_assignment
+
+    out: dict[str, Any] = {}
+    for text in texts:
+        parsed = findings.attempt(lambda text=text: parse_assignment(text), "--set")
+        if parsed is None:
+            continue
+        if parsed[0] in out:
+            findings.add("--set", f"{parsed[0]} is set twice", "keep one")
+        out[parsed[0]] = parsed[1]
+    return out
+
+
+def one_scene(words: Sequence[str], known: Sequence[str], findings: Findings) -> str | None:
+    """The scene among the words that are no options; words that look like options are unknown ones."""
+    rest = []
+    skip = False
+    for i, word in enumerate(words):
+        if skip:
+            skip = False
+        elif word.startswith("-") and word != "-":
+            name = word.split("=", 1)[0]
+            near = get_close_matches(name, known, 1)
+            findings.add(name, "there is no such option", f"did you mean {near[0]}?" if near else "see --help")
+            others = [w for w in words[i + 1 :] if not w.startswith("-")]
+            follows = i + 1 < len(words) and not words[i + 1].startswith("-")
+            skip = "=" not in word and follows and (len(others) > 1 or bool(rest))
+        else:
+            rest.append(word)
+    if not rest:
+        findings.add("SCENE", "no scene is given", "a file, a folder with a scene.yaml, or a name that `trunnion models` lists")
+    for extra in rest[1:]:
+        findings.add("SCENE", f"{extra!r} is one word too many", "put values with blanks in quotes")
+    return rest[0] if rest else None
+
+
+def laws() -> tuple[str, ...]:
+    """Friction laws the scene format knows."""
+    from typing import get_args
+
+    from engine.scene.jointed import Law
+
+    return get_args(Law)
+
+
+def law_changes(scene: Scene, law: str) -> dict[str, str]:
+    """The changes that give every frictional joint this law."""
+    own = [n for n, j in scene.joints.items() if j.friction is not None and j.friction.law is not None]
+    return {"friction.law": law, **{f"joints.{n}.friction.law": law for n in own}}

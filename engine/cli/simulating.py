@@ -1,0 +1,194 @@
+"""``trunnion simulate``: words to settings, the run, its files, the summary."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from engine.basics.problems import Problem
+from engine.cli import options
+from engine.cli.options import Findings
+from engine.cli.running import DONE, FAILED, print_json
+
+if TYPE_CHECKING:
+    from engine.scene.model import Scene
+    from engine.simulate.result import Result
+
+TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".html", ".htm")
+KNOWN = ("--until", "--every", "--set", "--law", "--method", "--rtol", "--outputs", "--output", "--plot", "--animate", "--step",
+         "--json", "--verbose", "--help")
+
+
+@dataclass(frozen=True)
+class Wish:
+    """The command line as it was written."""
+
+    scene: list[str]
+    until: str | None = None
+    every: str | None = None
+    changes: Sequence[str] = ()
+    law: str | None = None
+    method: str | None = None
+    rtol: str | None = None
+    outputs: list[str] | None = None
+    save: str | None = None
+    plot: str | None = None
+    animate: str | None = None
+    step: str | None = None
+    as_json: bool = False
+    verbose: bool = False
+
+
+@dataclass(frozen=True)
+class Job:
+    """The same, understood: the scene with its changes, arguments of ``simulate``, patterns asked for, files to write."""
+
+    scene: Scene
+    arguments: dict[str, Any]
+    patterns: tuple[str, ...]
+    files: dict[str, Path]
+
+
+def simulate_command(wish: Wish) -> int:
+    """Run it; the exit code."""
+    talk(wish.verbose)
+    job = understood(wish)
+    result = simulated(job)
+    files, late = write_files(result, job)
+    if wish.as_json:
+        from engine.simulate.summary import document
+
+        end = {"exit_code": DONE if result.outcome.ok and not late else FAILED}
+        print_json(end | document(kept(result, job.patterns)) | {"files": files, "problems": [p.as_dict() for p in late]})
+    else:
+        from engine.cli.summary import print_summary
+
+        print_summary(kept(result, job.patterns), files, late)
+    return DONE if result.outcome.ok and not late else FAILED
+
+
+def talk(verbose: bool) -> None:
+    """Send the engine's log to standard error."""
+    if verbose:
+        logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
+        logging.getLogger("trunnion").setLevel(logging.DEBUG)
+
+
+def understood(wish: Wish) -> Job:
+    """Values of all options; SceneError with every problem there is."""
+    from engine.simulate.block import METHODS
+
+    found = Findings()
+    source = options.one_scene(wish.scene, KNOWN, found)
+    arguments = {
+        "until": options.time(wish.until, "--until", found),
+        "every": options.time(wish.every, "--every", found, zero=True),
+        "rtol": options.tolerance(wish.rtol, found),
+        "method": options.choice(wish.method, tuple(METHODS), "--method", found),
+        "step": options.time(wish.step, "--step", found) or 0.0,
+    }
+    law = options.choice(wish.law, options.laws(), "--law", found)
+    places = {
+        "table": options.destination(wish.save, TABLES, "-o", found),
+        "plot": options.destination(wish.plot, PICTURES, "--plot", found),
+        "animation": options.destination(wish.animate, PAGES, "--animate", found),
+    }
+    changes = options.assignments(wish.changes, found)
+    scene = loaded(source, changes, law, found)
+    patterns = tuple(wish.outputs) if wish.outputs else scene.outputs if scene is not None else ()
+    if scene is not None:
+        found.problems += pattern_problems(scene, wish.outputs or ())
+    found.end()
+    assert scene is not None
+    return Job(scene, arguments, patterns, {k: p for k, p in places.items() if p is not None})
+
+
+def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: Findings) -> Scene | None:
+    """The scene with its changes; None when there are problems, which are kept."""
+    from engine.scene.load import load_scene
+    from engine.scene.overrides import apply
+
+    if source is None:
+        return None
+    scene = found.attempt(lambda: load_scene(source))
+    if scene is None:
+        return None
+    if law is not None:
+        scene = found.attempt(lambda: apply(scene, options.law_changes(scene, law)), "--law") or scene
+    if changes:
+        scene = found.attempt(lambda: apply(scene, changes), "--set") or scene
+    return scene
+
+
+def pattern_problems(scene: Scene, patterns: Sequence[str]) -> list[Problem]:
+    """Patterns that match no column."""
+    from difflib import get_close_matches
+
+    from engine.kernel.columns import columns, select
+    from engine.system.build import build
+
+    if not patterns:
+        return []
+    everything = columns(build(scene).system)
+    out = []
+    for p in patterns:
+        if p == "time" or select(everything, (p,)):
+            continue
+        near = get_close_matches(p, [c.name for c in everything], 3, 0.4)
+        hint = f"did you mean {', '.join(near)}?" if near else "`trunnion check SCENE --outputs` lists the names"
+        out.append(Problem("--outputs", f"the pattern {p!r} matches no column", hint))
+    return out
+
+
+def simulated(job: Job) -> Result:
+    """Run with a progress bar; the columns a moving picture needs are added to those asked for."""
+    from engine.cli.progress import Watch
+    from engine.simulate.run import simulate
+
+    patterns = [p for p in job.patterns if p != "time"]
+    if "animation" in job.files and "*" not in patterns:
+        from engine.plots.mechanism import needed
+
+        patterns += needed(job.scene)
+    with Watch(job.scene.name) as watch:
+        return simulate(job.scene, outputs=patterns, progress=watch.tell, **job.arguments)
+
+
+def kept(result: Result, patterns: Sequence[str]) -> Result:
+    """The result with only the columns asked for."""
+    from engine.kernel.columns import select
+
+    chosen = {c.name for c in select(list(result.columns), tuple(patterns))}
+    if len(chosen) == len(result.columns):
+        return result
+    places = [i for i, c in enumerate(result.columns) if c.name in chosen]
+    columns = tuple(result.columns[i] for i in places)
+    return replace(result, data=result.data[:, [0, *(i + 1 for i in places)]], columns=columns)
+
+
+def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]]:
+    """Write what was asked for, also from a run that failed; files written, and what stood in the way of others."""
+    found = Findings()
+    written = {}
+    for kind, path in job.files.items():
+        if not len(result) and kind != "table":
+            found.add(kind, "nothing to draw: the run has no rows")
+        elif found.attempt(lambda kind=kind, path=path: _write(result, job, kind, path)):
+            written[kind] = str(path)
+    return written, found.problems
+
+
+def _write(result: Result, job: Job, kind: str, path: Path) -> Path:
+    if kind == "table":
+        return kept(result, job.patterns).save(path)
+    if kind == "plot":
+        from engine.plots import figure, save_figure
+
+        return save_figure(figure(kept(result, job.patterns)), path)
+    from engine.plots import animate
+
+    return animate(result, path)

@@ -1,0 +1,93 @@
+"""The summary ``simulate`` prints: outcome, cost, ranges of the main columns, events, files."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from engine.basics.problems import Problem
+from engine.cli.running import problem_lines
+from engine.simulate.summary import counted, ranges
+
+if TYPE_CHECKING:
+    from engine.simulate.result import Result
+
+FIRST_EVENTS = 6
+GREEN, RED, BOLD, DIM, PLAIN = "\033[32m", "\033[31m", "\033[1m", "\033[2m", "\033[0m"
+
+
+def print_summary(result: Result, files: dict[str, str], late: Sequence[Problem] = ()) -> None:
+    """Print it; what failed goes to standard error too."""
+    color = sys.stdout.isatty()
+    for line in summary_lines(result, files):
+        print(_plain(line) if not color else line)
+    for line in problem_lines(late):
+        print(line, file=sys.stderr)
+    if not result.outcome.ok and not sys.stdout.isatty():
+        print(f"{result.scene.name}: {result.outcome}", file=sys.stderr)
+
+
+def _plain(line: str) -> str:
+    for code in (GREEN, RED, BOLD, DIM, PLAIN):
+        line = line.replace(code, "")
+    return line
+
+
+def summary_lines(result: Result, files: dict[str, str]) -> list[str]:
+    """Its lines."""
+    tone = GREEN if result.outcome.ok else RED
+    title = f" — {result.scene.title}" if result.scene.title else ""
+    lines = [f"{BOLD}{result.scene.name}{PLAIN}{title}", f"{tone}{result.outcome}{PLAIN}", cost(result)]
+    lines += [f"note: {n}" for n in result.notes]
+    rows = [(r.name, _number(r.low), _number(r.high), _number(r.last), r.unit) for r in ranges(result)]
+    if rows:
+        lines += ["", *table(("column", "min", "max", "last", "unit"), rows)]
+    if result.events:
+        lines += ["", *event_lines(result)]
+    lines += ["", *(f"wrote {path}" for path in files.values())] if files else []
+    return lines
+
+
+def cost(result: Result) -> str:
+    """Steps, evaluations, seconds."""
+    s = result.stats
+    parts = [f"{s.steps} steps ({s.rejected} rejected)", f"{s.rhs_evaluations} evaluations"]
+    parts += [f"{s.jacobians} Jacobians"] if s.jacobians else []
+    parts += [f"{len(result)} rows × {len(result.names)} columns", f"ran in {_seconds(s.wall_time)}"]
+    parts += [f"built in {_seconds(s.build_time)}" if s.build_time else "kernel from the cache"]
+    return f"{DIM}{' · '.join(parts)}{PLAIN}"
+
+
+def _seconds(t: float) -> str:
+    return f"{1e3 * t:.3g} ms" if t < 1.0 else f"{t:.3g} s"
+
+
+def _number(x: float) -> str:
+    return f"{x:.6g}"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Aligned columns, the first and last to the left."""
+    widths = [max(len(r[k]) for r in (head, *rows)) for k in range(len(head))]
+
+    def line(row: Sequence[str]) -> str:
+        cells = [c.ljust(w) if k in (0, len(head) - 1) else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))]
+        return "  ".join(cells).rstrip()
+
+    return [f"{DIM}{line(head)}{PLAIN}", *map(line, rows)]
+
+
+def event_lines(result: Result) -> list[str]:
+    """How many events, and the first of them."""
+    counts = ", ".join(f"{n} {kind.replace('_', ' ')}{'s' if n > 1 and '_' not in kind else ''}"
+                       for kind, n in counted(result.events).items())
+    rows = []
+    for e in result.events[:FIRST_EVENTS]:
+        turns = ", ".join(f"{math.degrees(a):.4g}°" for a in e.turn if math.isfinite(a))
+        where = f"{e.joint}[{e.part}]" if any(x.part > 1 for x in result.events if x.joint == e.joint) else e.joint
+        rows.append((f"{e.time:.6f}", e.kind.replace("_", " "), where, turns))
+    more = len(result.events) - len(rows)
+    head = ("time, s", "event", "joint", "contact normals turn by")
+    return [f"events: {counts}", *table(head, rows), *([f"… and {more} more"] if more else [])]

@@ -1,0 +1,236 @@
+"""Classes of alike bodies: the per-body step of the recursion written once for each, for systems too large to unroll.
+
+Two bodies are alike when their joints, their zero patterns and what reaches them from their neighbours have the same structure; they
+then share one set of C functions and differ in numbers only. Patterns travel outward (motion) and inward (articulated inertia), so a
+planar branch keeps its planar code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
+
+import casadi as ca
+
+from engine.recursion.elements import elements
+from engine.recursion.kinematics import GROUND_MOTION, Motion, Step, walk
+from engine.recursion.loads import joint_forces, mass_matrix, velocity_force, wrenches
+from engine.recursion.reduction import Articulated, absorbed, project
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, cross, symmetric, zeros
+from engine.system.leaves import Param
+from engine.system.structure import GROUND, Body, Joint, Load, System, state_coordinates
+
+MOTION = 18
+"""R (9, column-major), r, ω, ṙ."""
+HANDED = 27
+"""ΔM: A (6: xx xy xz yy yz zz), B (9, column-major), C (6), and ΔF (6)."""
+Pattern = tuple[float | None, ...]
+"""Entry by entry: a constant, or None where it varies."""
+UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
+
+
+def localise(value: Any, order: dict[int, int]) -> Any:
+    """The same data with parameters renumbered in order of appearance and names removed."""
+    if isinstance(value, Param):
+        return Param(order.setdefault(value.index, len(order)))
+    if isinstance(value, tuple):
+        return tuple(localise(v, order) for v in value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: "" if f.name == "name" else localise(getattr(value, f.name), order) for f in fields(value)})
+    return value
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What decides the code of a body's step: body, joint and loads without names and places, the reaction components its friction
+    needs, and the incoming patterns."""
+
+    body: Body
+    joint: Joint
+    loads: tuple[Load, ...]
+    needs: tuple[str, ...]
+    ground: bool
+    motion: Pattern
+    handed: Pattern
+
+
+class LocalSymbols(Symbols):
+    """Symbols of one body: its own parameters, coordinates and rates; external values are the system's."""
+
+    def __init__(self, whole: Symbols, shape: Shape, parameters: int):
+        self.system = whole.system
+        self.x, self.t, self.ts = whole.x, whole.t, whole.ts
+        self.offset_tables, self.offset_stops, self.offset_modes = whole.offset_tables, whole.offset_stops, whole.offset_modes
+        self.q = SX.sym("q", len(state_coordinates(shape.joint)))
+        self.v = SX.sym("v", len(shape.joint.free))
+        self.p = SX.sym("p", parameters)
+
+
+def symbolic(name: str, pattern: Pattern) -> tuple[SX, list[SX]]:
+    """(symbols of all entries, entries with constants put in and structural zeros kept)."""
+    sym = SX.sym(name, len(pattern))
+    return sym, [sym[i] if c is None else SX(1, 1) if c == 0.0 else SX(c) for i, c in enumerate(pattern)]
+
+
+def pattern_of(values: list[SX]) -> Pattern:
+    """Constants where the expression is one."""
+    return tuple(float(v) if v.nnz() == 0 or v.is_constant() else None for v in values)
+
+
+def pack_motion(m: Motion) -> list[SX]:
+    """A motion as 18 scalars."""
+    return [m.R[i, j] for j in range(3) for i in range(3)] + [v[i] for v in (m.r, m.omega, m.rdot) for i in range(3)]
+
+
+def unpack_motion(v: list[SX]) -> Motion:
+    """18 scalars as a motion."""
+    R = ca.sparsify(ca.horzcat(*[ca.vertcat(*v[3 * j : 3 * j + 3]) for j in range(3)]))
+    r, omega, rdot = (ca.sparsify(ca.vertcat(*v[k : k + 3])) for k in (9, 12, 15))
+    return Motion(R, r, omega, rdot)
+
+
+def pack_handed(A: SX, B: SX, C: SX, F: SX) -> list[SX]:
+    """ΔM, ΔF as 27 scalars."""
+    return [A[i, j] for i, j in UPPER] + [B[i, j] for j in range(3) for i in range(3)] + [C[i, j] for i, j in UPPER] + [F[i] for i in range(6)]
+
+
+def unpack_handed(v: list[SX]) -> tuple[SX, SX, SX, SX]:
+    """27 scalars as ΔA, ΔB, ΔC, ΔF."""
+
+    def upper(values: list[SX]) -> SX:
+        out = zeros(3, 3)
+        for (i, j), x in zip(UPPER, values, strict=True):
+            out[i, j] = x
+        return symmetric(ca.sparsify(out))
+
+    B = ca.sparsify(ca.horzcat(*[ca.vertcat(*v[6 + 3 * j : 9 + 3 * j]) for j in range(3)]))
+    return upper(v[:6]), B, upper(v[15:21]), ca.sparsify(ca.vertcat(*v[21:27]))
+
+
+@dataclass
+class BodyCode:
+    """Expressions of one class. Inputs by stage — 0: p; 1: x, q, v, parent's motion; 2: what the children hand over; 3: a force
+    column f (6) and its generalised force g. Results are named after what they are."""
+
+    sym: LocalSymbols
+    parent: SX
+    children: SX
+    step: Step
+    motion: list[SX]
+    handed: list[SX]
+    y: SX
+    column_f: SX
+    column_g: SX
+    column_y: SX
+    column_handed: SX
+    art: Articulated
+
+
+def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
+    """The per-body step, symbolically."""
+    sym = LocalSymbols(whole, shape, parameters)
+    parent, entries = symbolic("P", shape.motion)
+    motion, step = walk(sym, shape.joint, GROUND_MOTION if shape.ground else unpack_motion(entries))
+    children, handed_in = symbolic("H", shape.handed)
+    dA, dB, dC, dF = unpack_handed(handed_in)
+    mass = mass_matrix(sym, shape.body, motion.R)
+    own = velocity_force(mass, motion.omega)
+    for load in shape.loads:
+        own = own + sum((w for _, w in wrenches(sym, {load.bodies[0]: motion}, load)), zeros(6))
+    art = Articulated(symmetric(mass.A + dA), ca.sparsify(mass.B + dB), symmetric(mass.C + dC), ca.sparsify(own + dF))
+    forces = joint_forces(sym, step)
+    Q = ca.sparsify(ca.vertcat(SX(0, 1), *[forces[k] for k in shape.joint.free]))
+    project(art, step, Q)
+    A, B, C = absorbed(art, step.lever)
+    moved = art.F - art.U @ art.y - art.times(step.w[:3], step.w[3:])
+    handed = pack_handed(A, B, C, _carry(step, ca.sparsify(moved)))
+    f, g = SX.sym("f", 6), SX.sym("g", step.Pi.size2())
+    column_y = art.solve(step.Pi.T @ f + g)
+    column_handed = _carry(step, f - art.U @ column_y)
+    return BodyCode(sym, parent, children, step, pack_motion(motion), handed, art.y, f, g, column_y, column_handed, art)
+
+
+def _carry(step: Step, f: SX) -> SX:
+    """Γᵀ f."""
+    return ca.sparsify(ca.vertcat(f[:3, :], f[3:, :] + cross(step.lever, f[:3, :])))
+
+
+@dataclass
+class Outward:
+    """Symbols of the outward step of a body and its results: from the parent's Ż, the combined y and F̄ to q̈, Ż, N."""
+
+    Z: SX
+    y: SX
+    f: SX
+    qdd: SX
+    Zo: SX
+    N: SX
+
+
+def outward_step(code: BodyCode, biased: bool) -> Outward:
+    """The outward step; without bias for a column of the affine maps."""
+    step, Z, y, f = code.step, SX.sym("Z", 6), SX.sym("yc", code.step.Pi.size2()), SX.sym("fc", 6)
+    carried = ca.sparsify(ca.vertcat(Z[:3] - cross(step.lever, Z[3:]), Z[3:]))
+    qdd = y - code.art.solve(code.art.U.T @ carried)
+    out = carried + step.Pi @ qdd + (step.w if biased else zeros(6))
+    return Outward(Z, y, f, qdd, out, code.art.times(out[:3], out[3:]) - f)
+
+
+@dataclass
+class Classes:
+    """Shape of every body, the distinct ones, and the parameter indices each body brings."""
+
+    shapes: list[Shape]
+    parameters: list[list[int]]
+    codes: dict[Shape, BodyCode]
+
+    @property
+    def index(self) -> dict[Shape, int]:
+        """Number of each distinct shape."""
+        return {s: i for i, s in enumerate(self.codes)}
+
+
+def classify(whole: Symbols) -> Classes:
+    """Outward for the motion patterns, inward for the inertia patterns."""
+    system = whole.system
+    none, full = (0.0,) * HANDED, tuple
+    raw: list[Shape] = []
+    orders: list[list[int]] = []
+    motions: list[Pattern] = []
+    codes: dict[Shape, BodyCode] = {}
+
+    def code(shape: Shape, count: int) -> BodyCode:
+        if shape not in codes:
+            codes[shape] = body_code(whole, shape, count)
+        return codes[shape]
+
+    for i, body in enumerate(system.bodies):
+        shape, order = _shape(system, i, motions[body.parent] if body.parent != GROUND else full(()), none)
+        raw.append(shape)
+        orders.append(order)
+        motions.append(pattern_of(code(shape, len(order)).motion))
+    handed: list[list[float | None]] = [list(none) for _ in system.bodies]
+    shapes = list(raw)
+    for i in reversed(range(len(system.bodies))):
+        shapes[i] = replace(raw[i], handed=tuple(handed[i]))
+        parent = system.bodies[i].parent
+        own = pattern_of(code(shapes[i], len(orders[i])).handed)
+        if parent != GROUND:
+            handed[parent] = [None if a is None or b is None or a + b != 0.0 else 0.0 for a, b in zip(handed[parent], own, strict=True)]
+    used = {s: codes[s] for s in dict.fromkeys(shapes)}
+    return Classes(shapes, orders, used)
+
+
+def _shape(system: System, i: int, motion: Pattern, handed: Pattern) -> tuple[Shape, list[int]]:
+    """Shape of body i and the system parameters behind its local ones."""
+    order: dict[int, int] = {}
+    needs = next((e.needs for e in elements(system) if e.joint.child == i), ())
+    body, joint = system.bodies[i], system.tree[i]
+    loads = tuple(load for load in system.loads if i in load.bodies)
+    joint = replace(joint, inb=0, out=0, child=0, q0=0, v0=0, friction=None)
+    shape = Shape(
+        localise(replace(body, joint=0, parent=0, points=()), order), localise(joint, order),
+        localise(tuple(replace(load, bodies=(0,)) for load in loads), order), needs, body.parent == GROUND, motion, handed,
+    )
+    return shape, list(order)

@@ -1,0 +1,30 @@
+"""Words about a run that every picture shares: what the numbers depend on, what happened at an event."""
+
+from __future__ import annotations
+
+import math
+
+from engine.simulate.result import Event, Result
+
+
+def caption(result: Result) -> str:
+    """Friction laws with their regularisation, method, tolerance, outcome."""
+    scene, used = result.scene, result.settings
+    rubs = [j.friction for j in scene.joints.values() if j.friction is not None]
+    laws = {f.law or scene.friction.law for f in rubs}
+    words = [f"friction law {', '.join(sorted(laws))}"] if laws else []
+    if "regularized" in laws:
+        speeds = {float(f.v_eps if f.v_eps is not None else scene.friction.v_eps) for f in rubs}
+        words.append(f"v_eps {', '.join(f'{v:g}' for v in sorted(speeds))} m/s")
+    words.append(f"method {used.get('method', '?')}")
+    words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
+    name = result.outcome.name.replace("_", " ")
+    where = f" in {result.outcome.joint}" if result.outcome.joint else ""
+    return " · ".join([*words, f"{name}{where} at t = {result.outcome.time:.6g} s"])
+
+
+def event_text(event: Event) -> str:
+    """One line: when, what, where, and how far the contact normal turned."""
+    turns = [f"{math.degrees(t):.4g}°" for t in event.turn if math.isfinite(t)]
+    turned = f", normal turns {' and '.join(turns)}" if turns else ""
+    return f"{event.time:.6g} s: {event.kind.replace('_', ' ')} in {event.joint}{turned}"
