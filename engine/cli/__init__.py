@@ -1,4 +1,4 @@
-"""The command line: ``trunnion`` (see ``app`` for its commands). Nothing heavy is imported before a command needs it."""
+"""The command line: ``trunnion`` (see ``app`` for its commands). Nothing heavy is imported before it is needed."""
 
 from __future__ import annotations
 

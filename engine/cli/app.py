@@ -16,7 +16,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     invoke_without_command=True,
     help="How a mechanism moves, and what happens inside its joints: friction, contact points, normal forces.",
-    epilog="Exit codes: 0 done; 1 failed, with a diagnosis; 2 wrong use. SCENE is a file or the name of a bundled model.",
+    epilog="Exit codes: 0 done; 1 failed, with a diagnosis; 2 wrong use. SCENE: a file or the name of a bundled model.",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
@@ -34,6 +34,11 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _words(scene: str | None, ctx: typer.Context) -> list[str]:
+    """Everything that was no known option, in order."""
+    return [*([] if scene is None else [scene]), *ctx.args]
+
+
 @app.callback()
 def top(
     ctx: typer.Context,
@@ -46,7 +51,8 @@ def top(
 
 @app.command(context_settings=OPEN)
 def simulate(
-    scene: Annotated[list[str] | None, SCENE] = None,
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
     until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
     every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows; 0: the solver's own steps.")] = None,
     changes: Annotated[
@@ -68,13 +74,15 @@ def simulate(
     """Run a scene: curves, tables, moving pictures."""
     from engine.cli.simulating import Wish, simulate_command
 
-    wish = Wish(scene or [], until, every, changes or [], law, method, rtol, outputs, save, plot, animate, step, as_json, verbose)
+    words, sets = _words(scene, ctx), changes or []
+    wish = Wish(words, until, every, sets, law, method, rtol, outputs, save, plot, animate, step, as_json, verbose)
     raise typer.Exit(simulate_command(wish))
 
 
 @app.command(context_settings=OPEN)
 def check(
-    scene: Annotated[list[str] | None, SCENE] = None,
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
     outputs: Annotated[bool, typer.Option("--outputs", help="List every column the scene can give.")] = False,
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
@@ -85,7 +93,7 @@ def check(
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
     from engine.cli.checking import check_command
 
-    raise typer.Exit(check_command(scene or [], outputs, changes or [], as_json, verbose))
+    raise typer.Exit(check_command(_words(scene, ctx), outputs, changes or [], as_json, verbose))
 
 
 @app.command()

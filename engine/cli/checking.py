@@ -32,7 +32,11 @@ def check_command(words: list[str], outputs: bool, changes: Sequence[str], as_js
         listed = [{"name": c.name, "unit": c.unit, "description": c.description} for c in every]
         print_json({"exit_code": code, "problems": []} | report | ({"outputs": listed} if outputs else {}))
     else:
-        lines = report_lines(report) if not outputs else table(("column", "unit", "meaning"), [(c.name, c.unit, c.description) for c in every])
+        lines = (
+            report_lines(report)
+            if not outputs
+            else table(("column", "unit", "meaning"), [(c.name, c.unit, c.description) for c in every])
+        )
         print("\n".join(_bare(line) for line in lines))
     return code
 
@@ -56,13 +60,17 @@ def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
         "scene": scene.name, "title": scene.title,
         "bodies": [_body(b, model) for b in system.bodies],
         "joints": [_joint(j, scene) for j in system.joints],
-        "freedoms": {"tree": system.nv, "constraint_rows": system.rows, "driven": sum(len(j.driven) for j in system.joints)},
+        "freedoms": {"tree": system.nv, "constraint_rows": system.rows, "driven": _driven(system)},
         "loops": len(cut), "cut": cut, "states": {"coordinates": system.nq, "rates": system.nv},
         "parameters": len(model.built.parameters.values), "inputs": list(system.inputs),
         "columns": {"available": len(every), "chosen": len(model.columns)},
         "start": _start(model),
     }  # fmt: skip
     return report, every
+
+
+def _driven(system: Any) -> int:
+    return sum(len(j.driven) for j in system.joints)
 
 
 def _body(body: Any, model: Any) -> dict[str, Any]:
@@ -78,7 +86,15 @@ def _joint(j: Any, scene: Scene) -> dict[str, Any]:
     given = scene.joints[j.name]
     law = (given.friction.law or scene.friction.law) if given.friction is not None else ""
     sides = [body_of(given.inboard), body_of(given.outboard)]
-    return {"name": j.name, "type": j.kind_name, "between": sides, "freedoms": j.kind.nv, "cut": j.cut, "driven": len(j.driven), "law": law}
+    return {
+        "name": j.name,
+        "type": j.kind_name,
+        "between": sides,
+        "freedoms": j.kind.nv,
+        "cut": j.cut,
+        "driven": len(j.driven),
+        "law": law,
+    }
 
 
 def _start(model: Any) -> dict[str, Any]:
@@ -95,7 +111,11 @@ def _start(model: Any) -> dict[str, Any]:
     name = "ready" if result.outcome.ok else result.outcome.name
     freedoms = model.system.nv - model.system.rows + count
     about = {"outcome": name, "joint": result.outcome.joint, "advice": result.outcome.advice, "notes": notes}
-    return about | {"redundant_rows": count, "not_unique": list(getattr(open_reactions, "joints", ())), "moving_freedoms": freedoms}
+    return about | {
+        "redundant_rows": count,
+        "not_unique": list(getattr(open_reactions, "joints", ())),
+        "moving_freedoms": freedoms,
+    }
 
 
 def report_lines(r: dict[str, Any]) -> list[str]:
@@ -114,7 +134,8 @@ def report_lines(r: dict[str, Any]) -> list[str]:
         *table(("body", "mass, kg", "mass centre, m"), bodies), "",
         *table(("joint", "type", "between", "freedoms", ""), joints), "",
         f"loops: {r['loops']}{cut}",
-        f"freedoms: {free['tree']} in the tree, {free['constraint_rows']} constraint rows{redundant}: {start['moving_freedoms']} to move"
+        f"freedoms: {free['tree']} in the tree, {free['constraint_rows']} constraint rows{redundant}: "
+        + f"{start['moving_freedoms']} to move"
         + (f", {free['driven']} driven" if free["driven"] else ""),
         f"states: {r['states']['coordinates']} coordinates, {r['states']['rates']} rates; {r['parameters']} parameters"
         + (f"; inputs {', '.join(r['inputs'])}" if r["inputs"] else ""),
@@ -123,4 +144,8 @@ def report_lines(r: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
     ready = start["outcome"] == "ready"
     where = f" in {start['joint']}" if start["joint"] else ""
-    return [*lines, "", "no problems: ready to run" if ready else f"cannot start: {start['outcome']}{where}: {start['advice']}"]
+    return [
+        *lines,
+        "",
+        "no problems: ready to run" if ready else f"cannot start: {start['outcome']}{where}: {start['advice']}",
+    ]

@@ -1,4 +1,4 @@
-"""Commands of other packages: entry points of the group ``trunnion.commands``, loaded only when one of them is invoked."""
+"""Commands of other packages: entry points of the group ``trunnion.commands``, loaded only when invoked."""
 
 from __future__ import annotations
 
@@ -42,10 +42,12 @@ class Commands(TyperGroup):
         own = super().get_command(ctx, name)
         if own is not None or name not in registered():
             return own
-        return TyperCommand(name, help=EXTRAS[name][1].capitalize() + "." if name in EXTRAS else f"From {registered()[name].value}.")
+        return TyperCommand(
+            name, help=EXTRAS[name][1].capitalize() + "." if name in EXTRAS else f"From {registered()[name].value}."
+        )
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command to invoke: a foreign one is loaded now; SceneError with the pip line when its extra is missing."""
+        """The command to invoke: a foreign one is loaded now; SceneError with the pip line when it is missing."""
         name = args[0] if args else ""
         if super().get_command(ctx, name) is None:
             if name in registered():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -33,8 +34,9 @@ class Findings:
         try:
             return work()
         except SceneError as e:
-            self.problems += [Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint) if where else p
-                              for p in e.problems]
+            self.problems += [
+                Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint) if where else p for p in e.problems
+            ]
             return None
 
     def end(self) -> None:
@@ -101,7 +103,7 @@ def assignments(texts: Sequence[str], findings: Findings) -> dict[str, Any]:
 
     out: dict[str, Any] = {}
     for text in texts:
-        parsed = findings.attempt(lambda text=text: parse_assignment(text), "--set")
+        parsed = findings.attempt(partial(parse_assignment, text), "--set")
         if parsed is None:
             continue
         if parsed[0] in out:
@@ -112,7 +114,7 @@ def assignments(texts: Sequence[str], findings: Findings) -> dict[str, Any]:
 
 def one_scene(words: Sequence[str], known: Sequence[str], findings: Findings) -> str | None:
     """The scene among the words that are no options; words that look like options are unknown ones."""
-    rest = []
+    rest: list[str] = []
     skip = False
     for i, word in enumerate(words):
         if skip:

@@ -12,7 +12,7 @@ PATIENCE = 1.0
 
 
 class Watch:
-    """Use it around a run and hand ``tell`` to it as ``progress``: first the building is shown, then the time reached."""
+    """Use it around a run and hand it ``tell`` as ``progress``: first the building is shown, then the time reached."""
 
     def __init__(self, what: str):
         self.what = what

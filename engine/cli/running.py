@@ -1,4 +1,4 @@
-"""How a command ends: exit codes, and problems, failures and defects set before the user in words, never as a traceback."""
+"""How a command ends: exit codes; problems, failures and defects set before the user in words, not as a traceback."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from engine.basics.problems import Problem, SceneError, SimulationError
 
 DONE, FAILED, WRONG_USE = 0, 1, 2
-USAGE_ERROR = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+USAGE_ERROR: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")  # type: ignore[assignment]
 """What typer raises for arguments it cannot take (its own copy of click's class, or click's)."""
 FLAGS = {"json": ("--json",), "verbose": ("-v", "--verbose")}
 
@@ -96,7 +96,7 @@ def defect_text(error: Exception, verbose: bool) -> str:
     where = f" ({os.path.basename(frame.tb_frame.f_code.co_filename)}:{frame.tb_lineno})" if frame else ""
     return (
         f"internal error: {type(error).__name__}: {error}{where}\n"
-        f"This is a defect of Trunnion {version()}. Please report it with the scene and this text; -v shows the details."
+        f"This is a defect of Trunnion {version()}. Please report it with the scene and this text; -v shows more."
     )
 
 

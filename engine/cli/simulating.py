@@ -6,6 +6,7 @@ import logging
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +20,22 @@ if TYPE_CHECKING:
     from engine.simulate.result import Result
 
 TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".html", ".htm")
-KNOWN = ("--until", "--every", "--set", "--law", "--method", "--rtol", "--outputs", "--output", "--plot", "--animate", "--step",
-         "--json", "--verbose", "--help")
+KNOWN = (
+    "--until",
+    "--every",
+    "--set",
+    "--law",
+    "--method",
+    "--rtol",
+    "--outputs",
+    "--output",
+    "--plot",
+    "--animate",
+    "--step",
+    "--json",
+    "--verbose",
+    "--help",
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +60,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Job:
-    """The same, understood: the scene with its changes, arguments of ``simulate``, patterns asked for, files to write."""
+    """The same, understood: the scene with its changes, arguments of ``simulate``, patterns asked for, files."""
 
     scene: Scene
     arguments: dict[str, Any]
@@ -114,13 +129,13 @@ def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: 
 
     if source is None:
         return None
-    scene = found.attempt(lambda: load_scene(source))
+    scene = found.attempt(partial(load_scene, source))
     if scene is None:
         return None
     if law is not None:
-        scene = found.attempt(lambda: apply(scene, options.law_changes(scene, law)), "--law") or scene
+        scene = found.attempt(partial(apply, scene, options.law_changes(scene, law)), "--law") or scene
     if changes:
-        scene = found.attempt(lambda: apply(scene, changes), "--set") or scene
+        scene = found.attempt(partial(apply, scene, changes), "--set") or scene
     return scene
 
 
@@ -175,9 +190,9 @@ def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]
     found = Findings()
     written = {}
     for kind, path in job.files.items():
-        if not len(result) and kind != "table":
-            found.add(kind, "nothing to draw: the run has no rows")
-        elif found.attempt(lambda kind=kind, path=path: _write(result, job, kind, path)):
+        if len(result) < 2 and kind != "table":
+            found.add(kind, "nothing to draw: the run did not get further than its start", "see the outcome")
+        elif found.attempt(partial(_write, result, job, kind, path)):
             written[kind] = str(path)
     return written, found.problems
 

@@ -81,8 +81,9 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 def event_lines(result: Result) -> list[str]:
     """How many events, and the first of them."""
-    counts = ", ".join(f"{n} {kind.replace('_', ' ')}{'s' if n > 1 and '_' not in kind else ''}"
-                       for kind, n in counted(result.events).items())
+    counts = ", ".join(
+        f"{n} {kind.replace('_', ' ')}{'s' if n > 1 and '_' not in kind else ''}" for kind, n in counted(result.events).items()
+    )
     rows = []
     for e in result.events[:FIRST_EVENTS]:
         turns = ", ".join(f"{math.degrees(a):.4g}°" for a in e.turn if math.isfinite(a))

@@ -1,4 +1,4 @@
-"""Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), a moving view (``animate``)."""
+"""Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), in motion (``animate``)."""
 
 from engine.plots.animate import animate
 from engine.plots.curves import figure

@@ -16,8 +16,9 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
     """(time, degrees) of an angle (rad) as a curve without false vertical lines.
 
-    Between two rows more than half a turn apart the curve leaves at ±180° and enters again at ∓180°, with a gap (NaN) between;
-    at the times ``jumps`` (reversals, separations) there is a gap too: the jump is real, its slanted line would not be.
+    Between two rows more than half a turn apart the curve leaves at ±180° and enters again at ∓180°, with a gap (NaN)
+    between; at the times ``jumps`` (reversals, separations) there is a gap too: the jump is real, a slanted line would
+    not be.
     """
     w = wrapped(np.asarray(angle, float))
     t = np.asarray(time, float)

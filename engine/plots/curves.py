@@ -31,11 +31,10 @@ TITLE_LINE = 46
 """Characters of labels that fit beside a panel's title; longer legends stand inside the axes."""
 
 
-def figure(
-    result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None
-) -> Figure:
-    """A page of curves: for each frictional joint (or those named) friction, accelerations, contact angles and normal forces,
-    then the motion and the energy. Reversals of sliding are thin vertical lines; at each the contact angle jumps from ○ to ●.
+def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None) -> Figure:
+    """A page of curves: for each frictional joint (or those named) friction, accelerations, contact angles and normal
+    forces, then motion and energy. Reversals of sliding are thin vertical lines; at each the contact angle jumps from ○
+    to ●.
 
     between: the part of the run to show, s.
     """

@@ -21,7 +21,7 @@ _METADATA: dict[str, dict[str, str | None]] = {
 
 
 def save_figure(fig: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write the figure in the format its suffix names. SceneError for another suffix or a folder that cannot be written."""
+    """Write the figure in the format its suffix names. SceneError for another suffix or an unwritable folder."""
     import matplotlib as mpl
 
     with writing(path, SUFFIXES) as work, mpl.rc_context({"svg.hashsalt": "trunnion", "svg.fonttype": "none"}):

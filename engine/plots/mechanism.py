@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Where light comes from, in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Bodies in one plane are kept apart by this part of a body's length when sorted, so that they do not show in stripes."""
+"""Bodies in one plane are kept apart by this part of a body's length when sorted; else they would show in stripes."""
 SIZE = (8.4, 6.0)
 """Inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
 SOON = 1e-3
-"""A scene is run this much of its end time further than the instant asked for, so that the instant is inside the run."""
+"""To see the start of a scene it is run for this part of its end time."""
 
 
 def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True) -> Figure:
@@ -58,9 +58,11 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True) ->
 
 
 def _result(source: Scene | Result, time: float) -> Result:
-    if hasattr(source, "columns"):
-        return source
+    from engine.simulate.result import Result
     from engine.simulate.run import simulate
+
+    if isinstance(source, Result):
+        return source
 
     until = time if time > 0 else SOON * float(source.simulation.until)
     return simulate(source, until=until, every=until, outputs=needed(source))
@@ -105,7 +107,7 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
 
 
 def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> np.ndarray:
-    """Bodies, and over them the pins, which are inside: visible polygons from back to front. Their corners in the picture."""
+    """Bodies, and over them the pins, which are inside: polygons from back to front. Their corners in the picture."""
     from matplotlib.collections import PolyCollection
 
     bodies: list[Polygon] = []
@@ -118,7 +120,8 @@ def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int
     corners = [np.zeros((1, 2))] if not bodies and not pins else []
     for polygons, alpha, order in ((bodies, 1.0, 1.0), (pins, 0.85, 1.5)):
         polygons.sort(key=lambda s: s[0])
-        shapes, fills, lines = ([s[k] for s in polygons] for k in (1, 2, 3))
+        shapes = [s[1] for s in polygons]
+        fills, lines = [s[2] for s in polygons], [s[3] for s in polygons]
         drawn = PolyCollection(shapes, facecolors=fills, edgecolors=lines, linewidths=0.5, alpha=alpha, zorder=order)
         axes.add_collection(drawn, autolim=False)
         corners += shapes
@@ -126,7 +129,7 @@ def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int
 
 
 def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, bias: float) -> list[Polygon]:
-    """Faces that look at the viewer (outlined in their own colour, so that no seams show) and the shape's edges on them."""
+    """Faces that look at the viewer (outlined in their own colour, so that no seams show) and the edges on them."""
     from matplotlib.colors import to_rgb
 
     spots = (mesh.vertices @ r.T + p) @ view.T
@@ -164,7 +167,7 @@ def contact_places(scene: Scenery, moved: Motion, result: Result, row: int) -> l
             force = float(result[f"{c.columns}.normal_force"][row])
             n = turn @ np.array([result[name][row] for name in names])
             x, r = moved.pose(c.part, row)
-            state = int(round(float(result[c.state][row]))) if c.state in result else 0
+            state = round(float(result[c.state][row])) if c.state in result else 0
             if force > 0 and np.all(np.isfinite(n)):
                 out.append((c.columns, x + r @ c.base + c.arm * n, n, force, state))
     return out

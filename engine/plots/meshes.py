@@ -15,8 +15,8 @@ PIECES = 8
 
 @dataclass(frozen=True)
 class Mesh:
-    """vertices (n×3); faces: indices, counter-clockwise from outside; edges: for each face a bit mask of the sides that are
-    edges of the shape (side k joins vertices k and k + 1)."""
+    """vertices (n×3); faces: indices, counter-clockwise from outside; edges: for each face a bit mask of the sides that
+    are edges of the shape (side k joins vertices k and k + 1)."""
 
     vertices: np.ndarray
     faces: tuple[tuple[int, ...], ...]
@@ -46,7 +46,7 @@ def _face(axis: int, sign: float, half: np.ndarray, n: int, m: int) -> Mesh:
     faces, edges = [], []
     for i in range(n):
         for j in range(m):
-            a, b, c, d = (k * (m + 1) + l for k, l in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
+            a, b, c, d = (row * (m + 1) + k for row, k in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
             rim = [j == 0, i == n - 1, j == m - 1, i == 0]
             ring = (a, b, c, d)
             if sign < 0:
@@ -60,8 +60,10 @@ def cylinder(radius: float, length: float, axis: int = 0) -> Mesh:
     """Centred, along x, y or z (axis 0, 1, 2)."""
     pieces = int(np.clip(round(length / max(2 * radius, 1e-9)), 1, PIECES))
     turn = 2 * np.pi * np.arange(ROUND) / ROUND
-    rings = [np.column_stack([np.full(ROUND, x), radius * np.cos(turn), radius * np.sin(turn)])
-             for x in np.linspace(-length / 2, length / 2, pieces + 1)]
+    rings = [
+        np.column_stack([np.full(ROUND, x), radius * np.cos(turn), radius * np.sin(turn)])
+        for x in np.linspace(-length / 2, length / 2, pieces + 1)
+    ]
     faces: list[tuple[int, ...]] = []
     edges = []
     for i in range(pieces):
@@ -90,7 +92,7 @@ def sphere(radius: float, around: int = ROUND) -> Mesh:
     return Mesh(vertices, tuple(faces), (0,) * len(faces))
 
 
-def rod(start: Sequence[float], end: Sequence[float], radius: float) -> Mesh:
+def rod(start: np.ndarray, end: np.ndarray, radius: float) -> Mesh:
     """A thin square rod between two points."""
     p, q = np.asarray(start, float), np.asarray(end, float)
     along = q - p

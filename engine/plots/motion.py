@@ -1,4 +1,4 @@
-"""How the parts of a scenery move: positions and orientations from a result's columns, rails, the span of the motion."""
+"""How the parts of a scenery move: positions and orientations from a result's columns, rails, extent of the motion."""
 
 from __future__ import annotations
 
@@ -45,7 +45,10 @@ def motion(result: Result, parts: list[str]) -> Motion:
     if not len(result):
         raise SceneError([Problem("result", "the result has no rows", "see its outcome")])
     positions = np.stack([_columns(result, f"{p}.position", 3) for p in parts], axis=1)
-    return Motion(positions, np.stack([_columns(result, f"{p}.orientation", 4) for p in parts], axis=1))
+    turns = np.stack([_columns(result, f"{p}.orientation", 4) for p in parts], axis=1)
+    if not np.all(np.linalg.norm(turns, axis=2) > 0.5):
+        raise SceneError([Problem("result", "there are rows without a position: the run did not start", "see its outcome")])
+    return Motion(positions, turns)
 
 
 def _columns(result: Result, name: str, n: int) -> np.ndarray:
@@ -53,7 +56,7 @@ def _columns(result: Result, name: str, n: int) -> np.ndarray:
 
 
 def rails(result: Result, scene: Scenery) -> list[tuple[int, np.ndarray, np.ndarray]]:
-    """(part, end, end) of the line along which each sliding joint travels, on the part that does not carry the slider."""
+    """(part, end, end) of the line along which each sliding joint travels, on its inboard part."""
     out = []
     for j in scene.joints:
         column = f"{j.name}.q[1]"
@@ -80,8 +83,8 @@ def bounds(scene: Scenery, moved: Motion, rows: int = 60) -> tuple[np.ndarray, n
 
 
 def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """In a view's axes: the middle of the whole motion (given in the world's), its width and height, and those of the mechanism
-    about the mean of its mass centres at its widest."""
+    """In a view's axes: the middle of the whole motion (given in the world's), its width and height, and those of the
+    mechanism about the mean of its mass centres at its widest."""
     chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
     low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
     for row in map(int, chosen):
@@ -93,7 +96,7 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tu
 
 
 def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Rows right, up, towards the viewer: along the thinnest level direction of the motion, turned a little and from above."""
+    """Rows right, up, towards the viewer: along the motion's thinnest level direction, a little from the side and above."""
     level = [k for k in range(3) if abs(up[k]) < 0.9]
     thin = min(level, key=lambda k: high[k] - low[k])
     toward = np.eye(3)[thin] - up[thin] * up
@@ -108,8 +111,9 @@ def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 def arrow_scale(result: Result, scene: Scenery) -> float:
     """Metres of arrow a newton: the force most contacts stay below is 0.45 of a typical body; 0 without contacts."""
-    forces = [result[f"{c.columns}.normal_force"] for j in scene.joints for c in j.contacts
-              if f"{c.columns}.normal_force" in result]
+    forces = [
+        result[f"{c.columns}.normal_force"] for j in scene.joints for c in j.contacts if f"{c.columns}.normal_force" in result
+    ]
     top = float(np.nanpercentile(np.concatenate(forces), 98)) if forces else 0.0
     return 0.45 * scene.size / top if top > 0 else 0.0
 

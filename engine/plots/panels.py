@@ -1,4 +1,4 @@
-"""What an engineer wants to see of a run, as data: sections of panels of curves (drawn by ``curves``, tested without drawing)."""
+"""What an engineer wants to see of a run, as data: sections of panels of curves (``curves`` draws them)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes: what is drawn, in which unit, the events marked, and the jumps (time, before, after) shown as dots."""
+    """One pair of axes: what is drawn, in which unit, the events marked, and the jumps shown as dots."""
 
     title: str
     quantity: str
@@ -49,7 +49,7 @@ class Section:
 
 
 def sections(result: Result, joints: Sequence[str] | None = None) -> list[Section]:
-    """Everything ``figure`` draws: each frictional joint (those named, else the first few), then the motion and the energy."""
+    """All that ``figure`` draws: each frictional joint (those named, else the first few), then motion and energy."""
     chosen = frictional(result)[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
     out = [Section(_heading(result, j), tuple(_joint_panels(result, j))) for j in chosen]
     others = [j for j in moving(result) if j not in chosen]
@@ -83,7 +83,9 @@ def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[li
     return [Curve(n, result.time, result[n] * scale) for n in kept[:MOST_CURVES]], len(kept[MOST_CURVES:])
 
 
-def _panel(result: Result, title: str, quantity: str, names: Iterable[str], events=(), degrees=False) -> Iterator[Panel]:
+def _panel(
+    result: Result, title: str, quantity: str, names: Iterable[str], events: Sequence[Event] = (), degrees: bool = False
+) -> Iterator[Panel]:
     """One panel of columns with one unit; none when no column is there."""
     curves, hidden = family(result, names, float(np.degrees(1.0)) if degrees else 1.0)
     if curves:
@@ -114,7 +116,8 @@ def _joint_panels(result: Result, joint: str) -> Iterator[Panel]:
 def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
     """Contact angles in degrees, without vertical lines; every reversal's jump as a pair of dots."""
     names = [n for n in result.matching(f"{joint}.contact[*].angle") if _turns(result, n)]
-    curves, jumps = [], []
+    curves: list[Curve] = []
+    jumps: list[tuple[int, float, float, float]] = []
     for i, name in enumerate(names[:MOST_CURVES]):
         mine = [e for e in events if _contact_of(result, e, name) is not None]
         angle = np.where(_touching(result, name), result[name], np.nan)
@@ -122,7 +125,8 @@ def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
         for e in mine:
             at = _contact_of(result, e, name)
             if at is not None:
-                jumps.append((i, e.time, *(float(np.degrees(x[at])) for x in (e.before, e.after))))
+                before, after = (float(np.degrees(x[at])) for x in (e.before, e.after))
+                jumps.append((i, e.time, before, after))
     if curves:
         title = f"Where pin and bearing touch in {joint}"
         yield Panel(title, "contact angle", "°", tuple(curves), tuple(events), tuple(jumps), len(names[MOST_CURVES:]))
@@ -152,7 +156,7 @@ def _contact_of(result: Result, event: Event, column: str) -> int | None:
 
 
 def _motion(result: Result, others: list[str]) -> Iterator[Panel]:
-    """Coordinates and rates of the moving joints, accelerations of those (``others``) that have no section of their own."""
+    """Coordinates and rates of the moving joints, accelerations of the ``others``, which have no section of their own."""
     free = moving(result)
     flat = [j for j in free if result.scene.joints[j].type not in ("spherical", "free")]
     yield from _panel(result, "Joint angles", "angle", _of(result, flat, "q", "rad"), degrees=True)

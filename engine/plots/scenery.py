@@ -44,8 +44,8 @@ class ContactMark:
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, inboard first. side: 0 when the inboard
-    part carries the pin, 1 when the outboard one does. pins: (part, mesh in that part's axes)."""
+    """A joint: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, inboard first. side: 0 when the
+    inboard part carries the pin, 1 when the outboard one does. pins: (part, mesh in that part's axes)."""
 
     name: str
     type: str
@@ -197,7 +197,12 @@ def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
         "journal": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],
         "shaft": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],
         "universal": [(0, 0, -c[0], r[0], 1), (0, 0, c[0], r[0], 1), (1, 1, -c[1], r[1], 2), (1, 1, c[1], r[1], 2)],
-        "sleeve": [(pin, 0, -c[0], wide, 1), (pin, 0, c[0], wide, 1), (pin, 0, -c[0], high, 1), (pin, 0, c[0], high, 1)],
+        "sleeve": [
+            (pin, 0, -c[0], wide, 1),
+            (pin, 0, c[0], wide, 1),
+            (pin, 0, -c[0], high, 1),
+            (pin, 0, c[0], high, 1),
+        ],
     }.get(element, [])
     for i, (side, axis, along, arm, pair) in enumerate(rows):
         base = m.points[side] + along * m.frames[side][:, axis]

@@ -38,7 +38,8 @@ def html(result: Result) -> str:
 def _cost(result: Result) -> str:
     s = result.stats
     build = f", built in {s.build_time:.2g} s" if s.build_time else ""
-    return f"{len(result)} rows × {len(result.names)} columns, {s.steps} steps, {s.rhs_evaluations} evaluations, {s.wall_time:.3g} s{build}"
+    size = f"{len(result)} rows × {len(result.names)} columns"
+    return f"{size}, {s.steps} steps, {s.rhs_evaluations} evaluations, {s.wall_time:.3g} s{build}"
 
 
 def curve(result: Result, name: str) -> str:

@@ -28,7 +28,7 @@ class Range:
 
 
 def main_columns(result: Result, most: int = 16) -> list[str]:
-    """What one looks at first: friction and contact forces of every frictional joint, coordinates, the energy balance."""
+    """What one looks at first: friction and contact forces of every frictional joint, coordinates, energy balance."""
     joints = result.scene.joints
     names: list[str] = []
     for name in (n for n, j in joints.items() if j.friction is not None):

@@ -1,10 +1,10 @@
 """Results as tables: Arrow with units and metadata, CSV and Parquet files that say where they came from.
 
-A CSV file begins with lines ``# key: value`` (version, scene, settings, outcome, events, notes as JSON), of which the last,
-``# units: s,m,…``, has one unit for every name in the header line that follows it; then one line a row. Read it with
-``load_result_table``, or with ``pandas.read_csv(file, comment="#")``. Parquet and Arrow hold the same keys in the schema's
-metadata, units and descriptions in that of the fields. A file depends on the run alone (no dates, no timings) and is written
-whole or not at all.
+A CSV file begins with lines ``# key: value`` (version, scene, settings, outcome, events, notes as JSON), of which the
+last, ``# units: s,m,…``, has one unit for every name in the header line that follows it; then one line a row. Read it
+with ``load_result_table``, or with ``pandas.read_csv(file, comment="#")``. Parquet and Arrow hold the same keys in the
+schema's metadata, units and descriptions in that of the fields. A file depends on the run alone (no dates, no timings)
+and is written whole or not at all.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def finite(value: Any) -> Any:
 
 
 def to_arrow(result: Result) -> pyarrow.Table:
-    """Arrow table: float64 columns, ``unit`` and ``description`` in the metadata of each field, ``metadata`` in the schema's."""
+    """Arrow table of float64: ``unit`` and ``description`` in each field's metadata, ``metadata`` in the schema's."""
     import pyarrow as pa
 
     about = [("s", "time"), *((c.unit, c.description) for c in result.columns)]
@@ -137,8 +137,12 @@ class ResultTable:
     @property
     def events(self) -> tuple[Event, ...]:
         """What happened during the run."""
-        lists = ("before", "after", "turn")
-        return tuple(Event(**{k: tuple(v) if k in lists else v for k, v in e.items()}) for e in self.metadata["events"])
+        return tuple(_event(e) for e in self.metadata["events"])
+
+
+def _event(e: dict[str, Any]) -> Event:
+    angles = [tuple(math.nan if a is None else float(a) for a in e[k]) for k in ("before", "after", "turn")]
+    return Event(e["time"], e["kind"], e["joint"], e["part"], *angles)
 
 
 def load_result_table(path: str | os.PathLike[str]) -> ResultTable:

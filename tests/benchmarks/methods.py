@@ -1,0 +1,38 @@
+"""Every bundled model at rtol 1e-6: stepping time of each method and of the automatic choice (which should be within twice the best)."""
+
+from __future__ import annotations
+
+from tests.benchmarks.timing import pin, repeat
+
+from engine import load_scene
+from engine.scene.library import model_names
+from engine.simulate.block import Settings
+from engine.simulate.run import Model, run
+
+METHODS = ("rk5", "rk8", "rosenbrock", "auto")
+
+
+def main() -> None:
+    """Print the table. The Jacobian unit is built beforehand, so that stepping alone is compared."""
+    pin()
+    print(f"{'model':22s}" + "".join(f"{m:>12s}" for m in METHODS) + "   auto/best")
+    for name in model_names():
+        scene = load_scene(name)
+        model = Model(scene, ["*.q[1]"])
+        model.block.attach_jacobian()
+        until = float(scene.simulation.until)
+        times = {}
+        for method in METHODS:
+            settings = Settings(rtol=1e-6, method=method, max_steps=200_000)
+
+            def once(settings=settings, model=model, until=until) -> float:
+                result = run(model, until, until / 100, settings)
+                return result.stats.wall_time if result.outcome.ok else float("inf")
+
+            times[method] = repeat(once, 5)[0]
+        best = min(times[m] for m in METHODS[:3])
+        print(f"{name:22s}" + "".join(f"{times[m] * 1e3:10.3f}ms" for m in METHODS) + f"   {times['auto'] / best:.2f}")
+
+
+if __name__ == "__main__":
+    main()

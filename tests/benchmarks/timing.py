@@ -1,0 +1,39 @@
+"""Timing for the benchmark scripts: pinned to one core, minimum and median of many repetitions."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from collections.abc import Callable
+
+
+def pin() -> None:
+    """Stay on one core where the system allows it."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def repeat(f: Callable[[], float], repetitions: int = 15) -> tuple[float, float]:
+    """(minimum, median) of the seconds that f reports of itself."""
+    times = [f() for _ in range(repetitions)]
+    return min(times), statistics.median(times)
+
+
+def clocked(f: Callable[[], object], batch: float = 2e-3, repetitions: int = 31) -> tuple[float, float]:
+    """(minimum, median) seconds per call of a short function."""
+    n = 1
+    while True:
+        started = time.perf_counter()
+        for _ in range(n):
+            f()
+        if time.perf_counter() - started > batch:
+            break
+        n *= 2
+    times = []
+    for _ in range(repetitions):
+        started = time.perf_counter()
+        for _ in range(n):
+            f()
+        times.append((time.perf_counter() - started) / n)
+    return min(times), statistics.median(times)
