@@ -187,10 +187,12 @@ def kept(result: Result, patterns: Sequence[str]) -> Result:
 
 def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]]:
     """Write what was asked for, also from a run that failed; files written, and what stood in the way of others."""
+    from engine.simulate.summary import started
+
     found = Findings()
     written = {}
     for kind, path in job.files.items():
-        if len(result) < 2 and kind != "table":
+        if not started(result) and kind != "table":
             found.add(kind, "nothing to draw: the run did not get further than its start", "see the outcome")
         elif found.attempt(partial(_write, result, job, kind, path)):
             written[kind] = str(path)

@@ -83,7 +83,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
     law = laws[0]
-    if law.kinks:  # the branch is that of the exact form, also where Adams' friction has chosen another
+    if law.kinks:  # branch and direction are those of this very instant, not what a step has frozen or Adams' friction has chosen
+        law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     _, fn, _, _, nfn = _state(w, rates, law, g)
     return [Contact(fn, (nfn[0], nfn[1], nfn[2]), (0, 2), inboard=True)]

@@ -46,9 +46,12 @@ class Law(ABC):
 
     def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
         """The value of the branch in force."""
-        if sliding is None or proportional is None:
-            return proportional if sliding is None else sliding
-        return ca.if_else(self.flag > 0.5, sliding, proportional)
+        if sliding is not None and proportional is not None:
+            return ca.if_else(self.flag > 0.5, sliding, proportional)
+        only = proportional if sliding is None else sliding
+        if only is None:
+            raise ValueError(f"law {self.name} has neither branch")
+        return only
 
     def sign(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
         """+1 while the velocity still points to the side of the frozen one, −1 past its reversal. ``arms``: lever that turns

@@ -15,7 +15,7 @@ import casadi as ca
 
 SX = ca.SX
 PIECE = 2500
-"""Statements per C function. Compile time grows faster than linear beyond a few thousand, run time does not suffer at this size."""
+"""Statements per C function: compile time grows faster than linearly beyond a few thousand, run time does not suffer here."""
 
 SCRATCH = "s_"
 """Array that carries values between the pieces of a stage that keeps nothing for later ones."""
@@ -89,7 +89,7 @@ def emit(inputs: list[Input], outputs: list[Output], stages: list[Stage]) -> Cod
 class _Emitter:
     def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
         self.inputs, self.outputs, self.stages = inputs, outputs, stages
-        values = [ca.densify(ca.vertcat(*o.values)) if isinstance(o.values, list | tuple) else ca.densify(o.values) for o in outputs]
+        values = [ca.densify(o.values if isinstance(o.values, SX) else ca.vertcat(*o.values)) for o in outputs]
         options = {"cse": True, "live_variables": False}
         self.f = ca.Function("f", [i.symbol for i in inputs], [ca.vec(v) for v in values], options)
         self.text: dict[int, str] = {}
@@ -153,8 +153,8 @@ class _Emitter:
     def _users(self, order: list[list[int]]) -> dict[int, set[tuple[int, int]]]:
         """Places (stage, piece) that use each value."""
         users: dict[int, set[tuple[int, int]]] = {}
-        for stage in order:
-            for v in stage:
+        for members in order:
+            for v in members:
                 for a in self.op[v][1]:
                     users.setdefault(a, set()).add(self.home[v])
         for stage, _, v in self.writes:

@@ -98,7 +98,9 @@ class Looped:
     def _offsets(self) -> None:
         """Offsets per body: constants, kept values of stage 1 and 2 in w; then the fixed arrays of w."""
         n, ne = len(self.system.bodies), self.system.neta
-        self.co, self.wo, self.w2o, self.ro = [], [], [], []
+        self.co: list[int] = []
+        self.wo: list[int] = []
+        self.w2o: list[int] = []
         c = w = 0
         for shape in self.classes.shapes:
             k = self.kept[shape]

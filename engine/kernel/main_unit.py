@@ -17,11 +17,11 @@ from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.looped import Looped, loops_pay
 from engine.kernel.powers import coordinates_of, powers
 from engine.recursion.elements import Element, elements, joint_rates, laws, numbers, reaction_rows, wrench
-from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
 from engine.recursion.reduction import Model, model, outward
+from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
-from engine.system.structure import System, state_coordinates
+from engine.system.structure import state_coordinates
 
 CONST = "const double*restrict "
 STATE = f"{CONST}x,{CONST}y,{CONST}c"

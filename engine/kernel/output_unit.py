@@ -12,8 +12,8 @@ from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, combination
 from engine.kernel.powers import powers
-from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.reduction import Accelerations, Model, given
+from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.vectors import SX, cross
 
 EXTRA = 6

@@ -9,8 +9,8 @@ from engine.kernel.columns import Column
 from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
-from engine.recursion.redundancy import rows_of
 from engine.recursion.reduction import model
+from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 

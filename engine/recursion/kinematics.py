@@ -6,6 +6,7 @@ A joint may be walked from its outboard to its inboard part; its coordinates kee
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -136,7 +137,7 @@ def _gamma(j: Joint, parent: SX, child: SX, d: SX, s: SX, slide: SX, sigma: SX) 
     return cross(parent, cross(parent, d)) - 2 * cross(child, slide) + cross(sigma, s) - cross(child, cross(child, s))
 
 
-def point_motion(motions: list[Motion], body: int, lever: SX) -> tuple[SX, SX]:
+def point_motion(motions: Sequence[Motion] | Mapping[int, Motion], body: int, lever: SX) -> tuple[SX, SX]:
     """Position and velocity of a point at ``lever`` (world) from a body's reference origin; GROUND is at rest."""
     m = GROUND_MOTION if body == GROUND else motions[body]
     return m.r + lever, m.rdot + cross(m.omega, lever)

@@ -5,6 +5,7 @@ Gravity enters as the acceleration −g of the ground (Ż_0), which costs nothin
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -15,6 +16,8 @@ from engine.recursion.vectors import SX, cross, rotate_inertia, skew, vector, ze
 from engine.system.structure import GROUND, Body, Device, Load, System
 
 TINY = 1e-300
+Motions = Sequence[Motion] | Mapping[int, Motion]
+"""Motions by body index."""
 
 
 @dataclass
@@ -55,7 +58,7 @@ def ground_acceleration(sym: Symbols) -> SX:
     return ca.sparsify(ca.vertcat(-sym.leaves(sym.system.gravity), zeros(3)))
 
 
-def applied(sym: Symbols, motions: list[Motion]) -> list[SX]:
+def applied(sym: Symbols, motions: Motions) -> list[SX]:
     """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers."""
     out = [zeros(6) for _ in sym.system.bodies]
     for load in sym.system.loads:
@@ -64,7 +67,7 @@ def applied(sym: Symbols, motions: list[Motion]) -> list[SX]:
     return out
 
 
-def wrenches(sym: Symbols, motions: list[Motion], load: Load) -> list[tuple[int, SX]]:
+def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
     """(body, 6×1 at its reference origin) of one load; parts on the ground are left out."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
@@ -78,7 +81,7 @@ def wrenches(sym: Symbols, motions: list[Motion], load: Load) -> list[tuple[int,
     return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
 
 
-def spring_line(sym: Symbols, motions: list[Motion], load: Load) -> tuple[SX, SX, SX, list[SX]]:
+def spring_line(sym: Symbols, motions: Motions, load: Load) -> tuple[SX, SX, SX, list[SX]]:
     """(length, rate, unit vector from first to second point, levers) of a spring-damper."""
     levers = [
         sym.leaves(p) if b == GROUND else motions[b].R @ sym.leaves(p)
@@ -91,7 +94,7 @@ def spring_line(sym: Symbols, motions: list[Motion], load: Load) -> tuple[SX, SX
     return length, ca.dot(ca.sparsify(vb - va), unit), unit, levers
 
 
-def _spring(sym: Symbols, motions: list[Motion], load: Load) -> list[tuple[int, SX]]:
+def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
     """Force −(K (L − l0) + C L̇) along the line, on the second body; opposite on the first."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     length, rate, unit, levers = spring_line(sym, motions, load)

@@ -57,7 +57,8 @@ def solve_spd(d: SX, b: SX) -> SX:
     """D⁻¹ b for the small symmetric positive definite D of one joint, by an unrolled L D Lᵀ (joint blocks are never
     near-singular unless a freedom has no inertia, which `check` reports)."""
     n = d.size1()
-    low, diag = SX.eye(n), []
+    low = SX.eye(n)
+    diag: list[SX] = []
     for j in range(n):
         dj = d[j, j] - sum((low[j, k] ** 2 * diag[k] for k in range(j)), SX(0))
         diag.append(dj)

@@ -23,9 +23,9 @@ def html(result: Result) -> str:
     parts = [
         f'<div style="font-family:sans-serif;font-size:13px;color:{INK}">',
         f"<b>{escape.escape(result.scene.title or result.scene.name)}</b> "
-        f'<span style="color:{tone}">{escape.escape(str(result.outcome))}</span><br>',
+        f'<span style="color:{tone}">{escape.escape(str(result.outcome))}</span><br/>',
         f"<small>{_cost(result)}</small>",
-        *(f"<br><small>note: {escape.escape(n)}</small>" for n in result.notes),
+        *(f"<br/><small>note: {escape.escape(n)}</small>" for n in result.notes),
         '<div style="display:flex;flex-wrap:wrap;gap:10px;margin:6px 0">',
         *(curve(result, n) for n in main_columns(result)[:MOST_CURVES] if n in result and len(result) > 1),
         "</div>",

@@ -47,9 +47,14 @@ def _large(result: Result, names: list[str]) -> list[str]:
     return [n for n, s in zip(names, sizes, strict=True) if s > NEGLIGIBLE * top] or names[:1]
 
 
+def started(result: Result) -> bool:
+    """Whether the rows hold a motion (a run that failed at its start has none)."""
+    return len(result) > 0 and (result.outcome.ok or result.stats.steps > 0)
+
+
 def ranges(result: Result, names: list[str] | None = None) -> list[Range]:
-    """Ranges of columns (default: the main ones); empty when there are no rows."""
-    if not len(result):
+    """Ranges of columns (default: the main ones); empty when the run did not start."""
+    if not started(result):
         return []
     out = []
     for name in main_columns(result) if names is None else names:
@@ -62,7 +67,7 @@ def ranges(result: Result, names: list[str] | None = None) -> list[Range]:
 
 def final_values(result: Result) -> dict[str, float]:
     """Every column's last value."""
-    return dict(zip(result.names, map(float, result.data[-1]), strict=True)) if len(result) else {}
+    return dict(zip(result.names, map(float, result.data[-1]), strict=True)) if started(result) else {}
 
 
 def counted(events: tuple[Event, ...]) -> dict[str, int]:

@@ -50,7 +50,8 @@ class Builder:
 
     def stop(self, path: str, st: sm.Stops, u: str, f: str) -> Stop:
         """Stops with their engagement flags."""
-        flags, bounds = [-1, -1], []
+        flags = [-1, -1]
+        bounds: list[Leaf | None] = []
         for side, bound in enumerate((st.lower, st.upper)):
             if bound is None:
                 bounds.append(None)

@@ -21,7 +21,8 @@ def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) ->
     vector = tuple(maker.devices.component(f"{path}[{k + 1}]", v, unit) for k, v in enumerate(values))
     body, point = maker.point(f.on)
     if isinstance(f, sm.Force) and "." not in f.on:
-        point = tuple(float(c) for c in maker.scene.bodies[body].center)
+        x, y, z = maker.scene.bodies[body].center
+        point = (float(x), float(y), float(z))
     leaves = maker.relative(body, maker.named(body, f.on.partition(".")[2]) if "." in f.on else f"bodies.{body}.center", point)
     return Load(name, f.type, (maker.index[body],), (leaves,), f.frame == "body", vector)
 

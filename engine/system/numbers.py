@@ -94,7 +94,7 @@ def _signals(scene: sm.Scene):
                 if isinstance(s, sm.Drive | sm.Signal):
                     yield s
     for f in scene.forces.values():
-        for s in getattr(f, "force", None) or getattr(f, "torque", ()):
+        for s in () if isinstance(f, sm.SpringDamper) else f.force if isinstance(f, sm.Force) else f.torque:
             if isinstance(s, sm.Signal):
                 yield s
 

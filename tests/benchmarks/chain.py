@@ -13,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from tests.benchmarks.timing import clocked, pin
 
 from engine.kernel import cache, compiler
 from engine.kernel.emit import Output, Stage, emit
@@ -27,6 +26,7 @@ from engine.scene.generate import revolute_chain
 from engine.simulate.block import Block, Settings
 from engine.simulate.run import Model
 from engine.system.build import build
+from tests.benchmarks.timing import clocked, pin
 
 LOOP = """
 #include <time.h>

@@ -10,11 +10,11 @@ import time
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from tests.benchmarks.timing import pin, repeat
 
 from engine import load_scene
 from engine.simulate.block import Settings
 from engine.simulate.run import Model, run
+from tests.benchmarks.timing import pin, repeat
 
 G, R, L, RHO = 9.81, 0.5, 1.0, 7801.0
 M1, M2, M3 = RHO * 0.01 * R, RHO * 0.01 * L, RHO * 0.008

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from tests.benchmarks.timing import pin, repeat
-
 from engine import load_scene
 from engine.scene.library import model_names
 from engine.simulate.block import Settings
 from engine.simulate.run import Model, run
+from tests.benchmarks.timing import pin, repeat
 
 METHODS = ("rk5", "rk8", "rosenbrock", "auto")
 

@@ -1,0 +1,71 @@
+"""Blocks at a state, and their right-hand side as a function of state and time."""
+
+from __future__ import annotations
+
+import numpy as np
+from tests.reference.random_scenes import Case
+
+from engine.scene import Scene
+from engine.simulate import block as bl
+from engine.simulate.run import Model
+from engine.system.structure import state_coordinates
+
+
+def block_at(case: Case, outputs: tuple[str, ...] = ("*",)) -> bl.Block:
+    """The engine's block at the case's state and time, modes chosen there."""
+    model = Model(case.scene, outputs)
+    block, system = model.block, model.system
+    block.configure(bl.Settings(rtol=1e-9))
+    for j in system.tree:
+        states = list(state_coordinates(j))
+        block.y[j.q0 : j.q0 + len(states)] = np.asarray(case.q[j.name], float)[states]
+        block.y[system.nq + j.v0 : system.nq + j.v0 + len(j.free)] = np.asarray(case.qd[j.name], float)[list(j.free)]
+    assert model.begin(bl.Settings(rtol=1e-9), case.t, case.t + 1.0, 1.0, np.zeros(block.width)) == bl.OK
+    return model.block
+
+
+def block_after(scene: Scene, t: float, rtol: float = 1e-10) -> bl.Block:
+    """The scene's block after a run to t."""
+    model = Model(scene, ("*",))
+    block = model.block
+    settings = bl.Settings(rtol=rtol)
+    block.configure(settings)
+    assert block.assemble() == 1
+    assert model.begin(settings, 0.0, t, t, np.zeros(block.width)) == bl.OK
+    block, rows = model.block, np.empty((10, model.block.width))
+    while (status := block.advance(t, 10000, rows)[0]) != bl.DONE:
+        assert status in (bl.MORE, bl.ROWS_FULL, bl.EVENTS_FULL, bl.NEED_JACOBIAN)
+        if status == bl.NEED_JACOBIAN:
+            block.attach_jacobian()
+    return block
+
+
+def rate(block: bl.Block, y: np.ndarray | None = None, t: float | None = None) -> np.ndarray:
+    """d/dt of [states, integrals] at (t, y): modes as they are, or, with a time given, as at a start there."""
+    keep, n = block.y.copy(), block.ny + block.kernel.sizes["nquad"]
+    if y is not None:
+        block.y[: block.ny] = y[: block.ny]
+    if t is not None:
+        assert block.start(t, t + 1.0, 1.0, np.zeros(block.width)) == bl.OK
+    out, z = np.zeros(n + 4), np.zeros(block.kernel.sizes["active"] + block.kernel.sizes["neta"] + 1)
+    assert block.lib.tr_evaluate(block.at, out.ctypes.data, z.ctypes.data)
+    block.y[:] = keep
+    return out[:n]
+
+
+def differences(block: bl.Block) -> np.ndarray:
+    """d rate/dy by differences of fourth order."""
+    y, columns = block.y[: block.ny].copy(), []
+    for i in range(block.ny):
+        h = 1e-5 * max(1.0, abs(y[i]))
+        f = [rate(block, y + k * h * np.eye(block.ny)[i]) for k in (-2, -1, 1, 2)]
+        columns.append((f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h))
+    return np.array(columns).T
+
+
+def time_differences(block: bl.Block, t: float) -> np.ndarray:
+    """d rate/dt by differences of fourth order."""
+    h = 1e-4
+    f = [rate(block, t=t + k * h) for k in (-2, -1, 1, 2)]
+    rate(block, t=t)
+    return (f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h)

@@ -1,0 +1,66 @@
+"""Results to present: one made by hand (no kernel needed), and runs of the paper's examples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.kernel.columns import columns
+from engine.scene import load_scene
+from engine.scene.model import Scene
+from engine.simulate.outcome import DONE, Outcome
+from engine.simulate.result import Event, Result, Stats
+from engine.simulate.run import simulate
+from engine.system.build import build
+
+REVERSALS = (1.0, 2.5)
+
+
+def made(scene: Scene, until: float = 4.0, rows: int = 401, values: dict[str, np.ndarray] | None = None) -> Result:
+    """A result of a scene with every column: zeros but for identity orientations and the values given."""
+    table = columns(build(scene).system)
+    data = np.zeros((rows, 1 + len(table)))
+    data[:, 0] = np.linspace(0.0, until, rows)
+    given = values or {}
+    for i, c in enumerate(table):
+        unity = c.name.endswith(("orientation[1]", ".state")) or (c.name.endswith(".q[1]") and c.name.startswith("ball"))
+        data[:, i + 1] = given.get(c.name, np.ones(rows) if unity else np.zeros(rows))
+    stats = Stats(0.01, 0.0, 0.01, 100, 3, 1300, 0, len(REVERSALS))
+    settings = {"until": until, "every": until / (rows - 1), "rtol": 1e-6, "method": "auto", "step": 0.0}
+    events = tuple(Event(t, "reversal", "ball", 1, (0.5,), (-0.5,), (1.0,)) for t in REVERSALS)
+    return Result(scene, data, tuple(table), events, Outcome(DONE, until), stats, settings, ("a note",))
+
+
+@pytest.fixture
+def pendulum() -> Result:
+    """8.1 with invented curves: a contact angle that turns round twice and jumps, a torque in one component only."""
+    t = np.linspace(0.0, 4.0, 401)
+    angle = np.remainder(2 * np.pi * t / 2 + np.pi, 2 * np.pi) - np.pi
+    curves = {
+        "ball.contact[1].angle": angle,
+        "ball.contact[1].normal_force": 700 + 100 * np.cos(t),
+        "ball.contact[1].normal[1]": np.cos(angle),
+        "ball.contact[1].normal[3]": np.sin(angle),
+        "ball.friction.torque[2]": 20 * np.sin(t),
+        "ball.friction.torque[1]": 1e-15 * np.sin(t),
+        "ball.qdd[2]": np.cos(3 * t),
+    }
+    return made(load_scene("spherical_pendulum"), values=curves)
+
+
+@pytest.fixture(scope="session")
+def swing() -> Result:
+    """A run of 8.1."""
+    return simulate("spherical_pendulum", until=3.0)
+
+
+@pytest.fixture(scope="session")
+def slider() -> Result:
+    """A run of 8.2: one turn of the crank."""
+    return simulate("crank_slider", until=0.65)
+
+
+@pytest.fixture(scope="session")
+def double() -> Result:
+    """A run of 8.3."""
+    return simulate("double_pendulum", until=2.0, every=0.01)
