@@ -1,5 +1,4 @@
-"""Contact elements: where pin and bearing touch and how hard (paper §7). A new one is a new file and one registry line each here
-and in ``counts``."""
+"""Contact elements: where pin and bearing touch and how hard (paper §7). A new one is a new file and one registry line."""
 
 from engine.contact.ball import BALL
 from engine.contact.base import Contact, ContactElement, Wrench

@@ -32,7 +32,8 @@ def _method(t: Tableau) -> str:
         f"case {i}: for(int j=0;j<n;++j) out[j]=y[j]+h*({e}); break;" for i, e in loops.items()
     )
     parts.append(
-        f"static void {t.name}_argument(int stage,int n,double h,const tr_vec*restrict y,const tr_vec*restrict K,tr_vec*restrict out)"
+        f"static void {t.name}_argument(int stage,int n,double h,const tr_vec*restrict y,const tr_vec*restrict K,"
+        "tr_vec*restrict out)"
         f"{{\nswitch(stage){{\n{cases}\n}}\n}}"
     )
     parts.append(
@@ -71,6 +72,7 @@ def _rosenbrock(t: Rosenbrock) -> str:
         f"static const double tr_ros_gamma={t.gamma!r};\n"
         f"static const double tr_ros_a[{n}][{n}]={{{square(t.A)}}};\n"
         f"static const double tr_ros_C[{n}][{n}]={{{square(t.C)}}};\n"
-        f"static const double tr_ros_c[{n}]={{{line(t.c)}}},tr_ros_d[{n}]={{{line(t.d)}}},tr_ros_b[{n}]={{{line(list(t.weights()))}}};\n"
+        f"static const double tr_ros_c[{n}]={{{line(t.c)}}},tr_ros_d[{n}]={{{line(t.d)}}};\n"
+        f"static const double tr_ros_b[{n}]={{{line(list(t.weights()))}}};\n"
         f"static const double tr_ros_H[3][{n}]={{{square(t.H)}}};\n"
     )

@@ -43,7 +43,8 @@ class Tableau:
         for k in range(1, self.order + 1):
             worst = max(worst, abs(sum(bi * ci ** (k - 1) for bi, ci in zip(b, c, strict=True)) - 1 / k))
         for k in range(1, self.order):
-            total = sum(bi * sum(a * cj ** (k - 1) for a, cj in zip(row, c, strict=False)) for bi, row in zip(b, self.A, strict=True))
+            inner = [sum(a * cj ** (k - 1) for a, cj in zip(row, c, strict=False)) for row in self.A]
+            total = sum(bi * x for bi, x in zip(b, inner, strict=True))
             worst = max(worst, abs(total - 1 / (k * (k + 1))))
         dense = [abs(sum(row) - ci) for row, ci in zip(self.A_dense, self.C_dense, strict=True)]
         return max([worst, *(abs(sum(e)) for e in self.E), *dense])

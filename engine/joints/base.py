@@ -36,7 +36,7 @@ class JointKind:
     rows_s       indices k of (49), (r_out − r_in)·h_in^k = 0, when cut.
     rows_r       pairs (m, k) of (46), h_in^m·h_out^k = 0, when cut.
     measure      (R, s, ops) → q of a joint whose parts are where they are (angles within ±π): the inverse of the two above.
-    friction     name of the contact element a frictional joint of this type has ("" = none).
+    friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
     """
 
     name: str
@@ -48,6 +48,7 @@ class JointKind:
     rows_r: tuple[tuple[int, int], ...]
     measure: Callable[[list[list[Scalar]], list[Scalar], Any], list[Scalar]]
     friction: str = ""
+    contacts: int = 0
     cuttable: bool = True
 
     @property

@@ -12,4 +12,5 @@ CYLINDRICAL = JointKind(
     ((1, 0), (2, 0)),
     lambda r, s, ops: [s[0], angle_about_e1(r, s, ops)],
     friction="shaft",
+    contacts=2,
 )

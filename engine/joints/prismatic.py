@@ -12,4 +12,5 @@ PRISMATIC = JointKind(
     ((1, 0), (2, 0), (2, 1)),
     lambda r, s, ops: [s[0]],
     friction="sleeve",
+    contacts=5,
 )

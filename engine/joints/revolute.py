@@ -12,4 +12,5 @@ REVOLUTE = JointKind(
     ((1, 0), (2, 0)),
     lambda r, s, ops: [angle_about_e1(r, s, ops)],
     friction="journal",
+    contacts=2,
 )

@@ -12,4 +12,5 @@ SPHERICAL = JointKind(
     (),
     lambda r, s, ops: to_quaternion(r, ops),
     friction="ball",
+    contacts=1,
 )

@@ -19,4 +19,5 @@ UNIVERSAL = JointKind(
     ((0, 1),),
     lambda r, s, ops: [ops.atan2(r[2][1], r[1][1]), ops.atan2(r[0][2], r[0][0])],
     friction="universal",
+    contacts=4,
 )

@@ -1,8 +1,8 @@
 """Classes of alike bodies: the per-body step of the recursion written once for each, for systems too large to unroll.
 
-Two bodies are alike when their joints, their zero patterns and what reaches them from their neighbours have the same structure; they
-then share one set of C functions and differ in numbers only. Patterns travel outward (motion) and inward (articulated inertia), so a
-planar branch keeps its planar code.
+Two bodies are alike when their joints, their zero patterns and what reaches them from their neighbours have the same structure;
+they then share one set of C functions and differ in numbers only. Patterns travel outward (motion) and inward (articulated
+inertia), so a planar branch keeps its planar code.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def localise(value: Any, order: dict[int, int]) -> Any:
     if isinstance(value, tuple):
         return tuple(localise(v, order) for v in value)
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{f.name: "" if f.name == "name" else localise(getattr(value, f.name), order) for f in fields(value)})
+        same = {f.name: localise(getattr(value, f.name), order) for f in fields(value) if f.name != "name"}
+        return replace(value, **same, **({"name": ""} if hasattr(value, "name") else {}))
     return value
 
 
@@ -92,7 +93,8 @@ def unpack_motion(v: list[SX]) -> Motion:
 
 def pack_handed(A: SX, B: SX, C: SX, F: SX) -> list[SX]:
     """ΔM, ΔF as 27 scalars."""
-    return [A[i, j] for i, j in UPPER] + [B[i, j] for j in range(3) for i in range(3)] + [C[i, j] for i, j in UPPER] + [F[i] for i in range(6)]
+    square = [B[i, j] for j in range(3) for i in range(3)]
+    return [A[i, j] for i, j in UPPER] + square + [C[i, j] for i, j in UPPER] + [F[i] for i in range(6)]
 
 
 def unpack_handed(v: list[SX]) -> tuple[SX, SX, SX, SX]:
@@ -217,7 +219,8 @@ def classify(whole: Symbols) -> Classes:
         parent = system.bodies[i].parent
         own = pattern_of(code(shapes[i], len(orders[i])).handed)
         if parent != GROUND:
-            handed[parent] = [None if a is None or b is None or a + b != 0.0 else 0.0 for a, b in zip(handed[parent], own, strict=True)]
+            both = zip(handed[parent], own, strict=True)
+            handed[parent] = [0.0 if a == 0.0 and b == 0.0 else None for a, b in both]
     used = {s: codes[s] for s in dict.fromkeys(shapes)}
     return Classes(shapes, orders, used)
 

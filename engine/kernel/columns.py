@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from engine.basics.patterns import matches
-from engine.contact.counts import CONTACT_COUNT
 from engine.joints import JointKind
 from engine.system.structure import Joint, System
 
@@ -97,12 +96,13 @@ def _friction(j: Joint) -> Iterator[Column]:
         yield Column(f"{name}.friction.state[{n + 1}]", "1", text, ("state", s.flag))
     yield Column(f"{name}.friction.work", "J", f"work of friction in {name} (≤ 0)", ("quad", f"friction:{name}"))
     ball = j.friction.contact == "ball"
-    for i in range(CONTACT_COUNT[j.friction.contact]):
+    for i in range(kind.contacts):
         c = f"{name}.contact[{i + 1}]"
         yield Column(f"{c}.normal_force", "N", f"normal force at contact {i + 1} of {name}", ("contact", name, i, "force"))
         yield Column(f"{c}.angle", "rad", f"orientation angle of contact {i + 1} of {name}", ("contact", name, i, "angle"), "hold")
         if ball:
-            yield Column(f"{c}.elevation", "rad", f"elevation of contact {i + 1} of {name}", ("contact", name, i, "elevation"), "hold")
+            key = ("contact", name, i, "elevation")
+            yield Column(f"{c}.elevation", "rad", f"elevation of contact {i + 1} of {name}", key, "hold")
         yield from _three(f"{c}.normal", "1", "outward normal of the pin, inboard joint frame", ("contact", name, i, "normal"))
         yield Column(f"{c}.state", "1", "1: touching, 0: no contact force", ("contact", name, i, "state"))
 

@@ -37,8 +37,8 @@ UNARY = {
 
 @dataclass(frozen=True)
 class Input:
-    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. ``transient``: later stages are not handed it,
-    so what they need of it is kept."""
+    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. ``transient``: later stages are not handed
+    it, so what they need of it is kept."""
 
     name: str
     symbol: SX

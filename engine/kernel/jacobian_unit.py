@@ -1,8 +1,8 @@
 """The Jacobian unit: exact derivatives of F = [q̇; v̇; powers] and of the multiplier residuals R = [R_λ; R_η] by y, t and z = [λ; η].
 
 The runtime combines them by the implicit-function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense function
-(its columns share all intermediate values); large ones a directional derivative in two stages, the point once and then a column at a
-time, because dense code grows with the square of the number of bodies and takes minutes to compile.
+(its columns share all intermediate values); large ones a directional derivative in two stages, the point once and then a column
+at a time, because dense code grows with the square of the number of bodies and takes minutes to compile.
 """
 
 from __future__ import annotations
@@ -59,9 +59,9 @@ def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> Jacob
     if inactive:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))
     y = ca.vertcat(sym.q, sym.v)
-    z = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active], sym.eta)
-    ins = inputs(sym) + [
-        Input("z", ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active]), 1), Input(f"z+{len(active)}", sym.eta, 1)]
+    lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
+    z = ca.vertcat(lam, sym.eta)
+    ins = [*inputs(sym), Input("z", lam, 1), Input(f"z+{len(active)}", sym.eta, 1)]
     if y.numel() <= DENSE_STATES:
         return _dense(sym, f, y, z, ins)
     return _directional(sym, f, y, z, ins)

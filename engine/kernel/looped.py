@@ -20,6 +20,7 @@ MIN_BODIES = 12
 REUSE = 3
 """Bodies per distinct shape from which loops pay."""
 CONST = "const double*restrict "
+STATE = f"{CONST}x,{CONST}y,{CONST}c"
 
 
 def loops_pay(system: System, quadratures: bool) -> bool:
@@ -48,7 +49,8 @@ class Looped:
 
     def _class(self, i: int, shape: Shape, b: BodyCode) -> str:
         full, column = outward_step(b, True), outward_step(b, False)
-        first = [("p", b.sym.p, 0), ("x", b.sym.x, 1), ("q", b.sym.q, 1), ("v", b.sym.v, 1), ("P", b.parent, 1), ("H", b.children, 2)]
+        s = b.sym
+        first = [("p", s.p, 0), ("x", s.x, 1), ("q", s.q, 1), ("v", s.v, 1), ("P", b.parent, 1), ("H", b.children, 2)]
         ins = [Input(name, symbol, stage, transient=True) for name, symbol, stage in first]
         ins += [Input("f", b.column_f, 3), Input("g", b.column_g, 3)]
         for o, stage in ((full, 4), (column, 5)):
@@ -57,20 +59,21 @@ class Looped:
         rows = pin_wrench(b.step, shape.joint, pin, shape.needs) if shape.needs else SX(0, 1)
         keep_f = [Output("F", 0, b.art.F, 2)] if self._needs_force else []
         outs = [
-            Output("M", 0, b.motion, 1), Output("rates", 0, b.step.rates, 1), Output("up", 0, b.handed, 2, True), Output("y", 0, b.y, 2),
-            *keep_f, Output("yc", 0, b.column_y, 3), Output("up", 0, b.column_handed, 3, True),
-            *[Output("qdd", 0, o.qdd, k) for o, k in ((full, 4), (column, 5))], *[Output("Zo", 0, o.Zo, k) for o, k in ((full, 4), (column, 5))],
+            Output("M", 0, b.motion, 1), Output("rates", 0, b.step.rates, 1), Output("up", 0, b.handed, 2, True),
+            Output("y", 0, b.y, 2), *keep_f, Output("yc", 0, b.column_y, 3), Output("up", 0, b.column_handed, 3, True),
+            *[Output("qdd", 0, o.qdd, k) for o, k in ((full, 4), (column, 5))],
+            *[Output("Zo", 0, o.Zo, k) for o, k in ((full, 4), (column, 5))],
         ]
         if self._needs_force:
             outs += [Output("N", 0, full.N, 4), Output("N", 0, column.N, 5)]
         if shape.needs:
             outs.append(Output("row", 0, rows, 6))
             ins.append(Input("N", pin, 6))
-        w = "double*restrict w"
+        w, writes = "double*restrict w", "double*restrict y,double*restrict F"
         stages = [
             Stage(f"c{i}_prepare", f"{CONST}p,double*restrict c", "c"),
             Stage(f"c{i}_fwd", f"{CONST}x,{CONST}q,{CONST}v,{CONST}c,{CONST}P,{w},double*restrict M,double*restrict rates", "w"),
-            Stage(f"c{i}_in", f"{CONST}c,{w},{CONST}H,double*restrict w2,double*restrict up,double*restrict y,double*restrict F", "w2"),
+            Stage(f"c{i}_in", f"{CONST}c,{w},{CONST}H,double*restrict w2,double*restrict up,{writes}", "w2"),
             Stage(f"c{i}_col", f"{CONST}c,{CONST}w,{CONST}w2,{CONST}f,{CONST}g,double*restrict yc,double*restrict up", ""),
             Stage(f"c{i}_out", self._out_arguments(), ""),
             Stage(f"c{i}_outcol", self._out_arguments(), ""),
@@ -129,9 +132,10 @@ class Looped:
         n0 = [self.by_child[i].n0 if i in self.by_child else -1 for i in range(len(s.bodies))]
         r0 = [self.by_child[i].rate0 if i in self.by_child else -1 for i in range(len(s.bodies))]
         rows = {
-            "b_class": [index[x] for x in self.classes.shapes], "b_parent": [b.parent for b in s.bodies], "b_q": [j.q0 for j in s.tree],
-            "b_v": [s.nq + j.v0 for j in s.tree], "b_c": self.co, "b_w": self.wo, "b_w2": self.w2o, "b_gather": gather, "b_start": starts,
-            "b_eta": e0, "b_n0": n0, "b_r0": r0, "b_nv": [j.kind.nv for j in s.tree], "b_free": [len(j.free) for j in s.tree],
+            "b_class": [index[x] for x in self.classes.shapes], "b_parent": [b.parent for b in s.bodies],
+            "b_q": [j.q0 for j in s.tree], "b_v": [s.nq + j.v0 for j in s.tree], "b_c": self.co, "b_w": self.wo, "b_w2": self.w2o,
+            "b_gather": gather, "b_start": starts, "b_eta": e0, "b_n0": n0, "b_r0": r0, "b_nv": [j.kind.nv for j in s.tree],
+            "b_free": [len(j.free) for j in s.tree],
         }
         text = "".join(f"static const int {k}[]={{{','.join(map(str, v)) or '0'}}};\n" for k, v in rows.items())
         free = [f for j in s.tree for f in [*j.free, *([-1] * (6 - len(j.free)))]]
@@ -167,10 +171,10 @@ class Looped:
         return "\n".join([*text, self._stage1(a), self._stage2(a)])
 
     def _coordinate_rates(self) -> str:
-        return "k_qdot(y,y+%d,dy);" % self.system.nq
+        return f"k_qdot(y,y+{self.system.nq},dy);"
 
     def _stage1(self, a: dict[str, str]) -> str:
-        head = f"void k_stage1({CONST}x,{CONST}y,{CONST}c,double*restrict w,double*restrict maps,double*restrict dy){{k_kinematics(x,y,c,w);"
+        head = f"void k_stage1({STATE},double*restrict w,double*restrict maps,double*restrict dy){{k_kinematics(x,y,c,w);"
         if not self.parts:
             return f"{head}{self._coordinate_rates()}k_outward(c,w,{a['Y']},dy);}}"
         return head + f"k_outward(c,w,{a['Y']},dy);" + self._columns(a) + "}"

@@ -116,8 +116,8 @@ def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
     system, nn = sym.system, sum(len(e.needs) for e in parts)
     nrates = sum(e.joint.kind.nv for e in parts)
     sizes = Sizes(
-        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + system.neta) + nrates + 1, 0, (), system.neta, nn,
-        nrates, 0, 0, 0, 0,
+        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + system.neta) + nrates + 1, 0, (), system.neta,
+        nn, nrates, 0, 0, 0, 0,
     )
     return _complete(sym, None, parts, Code(loop.text, [loop.nc + 3, loop.nw, 0], loop.operations), sizes)
 

@@ -1,4 +1,4 @@
-"""Powers to be integrated beside the motion: friction of each joint, dampers, drives, applied loads. Their integrals are the audit."""
+"""Powers to be integrated beside the motion: friction of each joint, dampers, drives, loads. Their integrals are the audit."""
 
 from __future__ import annotations
 
@@ -65,10 +65,9 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
     """Elastic part of a stop's force."""
     out = SX(0)
     assert d.stop is not None
-    for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
+    for bound, flag in zip((d.stop.lower, d.stop.upper), d.stop.flags, strict=True):
         if bound is not None:
             out += m.sym.stop_flag(flag) * m.sym.leaf(d.stop.stiffness) * (m.sym.leaf(bound) - q)
-    del sign
     return out
 
 
@@ -76,14 +75,13 @@ def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX
     """Effort of the drive of freedom k on the outboard part: what the joint transmits along it, less friction and devices."""
     from engine.recursion.loads import device_force
 
-    f, t, s = on_outboard(m, acc, j, pick)
+    f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]
     total = SX(0)
     for a in j.kind.columns[k]:
         h = (step.Ein if a.side == "in" else step.Eout)[:, a.index]
         scale = m.sym.leaf(j.pitch) / (2 * ca.pi) if a.by_pitch and j.pitch is not None else SX(1)
         total += ca.dot(t, h) if a.rot else scale * ca.dot(f, h)
-    del s
     i = j.kind.coordinate_of(k)
     device = device_force(m.sym, j.devices[k], step.coordinates[i] if i >= 0 else None, step.rates[k])
     friction = SX(0)

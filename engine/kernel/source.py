@@ -100,8 +100,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         _ints("k_quat", quat), _ints("k_element", elements), _ints("k_slider", sliders),
     ])
     struct = (
-        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,k_active,k_row_kind,k_qkind,"
-        "k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_closure,k_events,k_qdot};\n"
+        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,k_active,k_row_kind,"
+        "k_qkind,k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_closure,k_events,k_qdot};\n"
     )
     return PREAMBLE + main.text + tables + struct
 

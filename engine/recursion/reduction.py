@@ -239,9 +239,9 @@ def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Acce
 
 
 def given(m: Model, qdd: SX, combine: SX) -> Accelerations:
-    """Ż and N of an unreduced model from known accelerations of the free rates (nv×1) and multipliers: outward by (14), and inward by
-    the balance of every body, N_i = M_i Ż_i − F_i + Σ Γᵀ N of the bodies it carries. The same N as (103), without articulated masses.
-    """
+    """Ż and N of an unreduced model from known accelerations of the free rates (nv×1) and multipliers: outward by (14), and inward
+    by the balance of every body, N_i = M_i Ż_i − F_i + Σ Γᵀ N of the bodies it carries. The same N as (103), without articulated
+    masses."""
     out = Accelerations([], [], [])
     base = ground_acceleration(m.sym)
     for i, step in enumerate(m.steps):

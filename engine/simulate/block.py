@@ -147,8 +147,8 @@ class Block:
 
     def configure(self, s: Settings) -> None:
         """Set tolerances and method."""
-        c = _Settings(s.rtol, s.max_step, 0.0, s.step, self.numbers.length, self.numbers.rate, METHODS[s.method], s.project, s.locate,
-                      s.max_steps)
+        scales = (self.numbers.length, self.numbers.rate)
+        c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps)
         self.lib.tr_configure(self.at, ctypes.addressof(c))
 
     def assemble(self, t: float = 0.0) -> int:
@@ -179,7 +179,8 @@ class Block:
 
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
         """(ẏ, multipliers) at the present state."""
-        dy, z = np.zeros(self.ny + self.kernel.sizes["nquad"] + 4), np.zeros(self.kernel.sizes["active"] + self.kernel.sizes["neta"] + 1)
+        sizes = self.kernel.sizes
+        dy, z = np.zeros(self.ny + sizes["nquad"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
             raise RuntimeError("no multipliers")
         return dy[: self.ny], z[:-1]

@@ -14,9 +14,9 @@ NAMES = {
     15: "singular",
 }
 ADVICE = {
-    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint named",
-    "step_underflow": "the motion becomes singular or far stiffer than the tolerance allows here: try method rosenbrock, a looser rtol, "
-    "or look at the mechanism's configuration at this time",
+    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint",
+    "step_underflow": "the motion becomes singular or far stiffer than the tolerance allows here: try method rosenbrock, a looser "
+    "rtol, or look at the mechanism's configuration at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
     "Painlevé); lengthen the guide (half_length), lower mu or radius, or bring the load closer",
     "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on",

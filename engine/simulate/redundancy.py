@@ -42,4 +42,5 @@ def redundancy_notes(r: Redundancy) -> list[str]:
     if r.count == 0:
         return []
     times = "once" if r.count == 1 else f"{r.count} times"
-    return [f"the loops are redundant {times}: the motion is unique, the reactions of {', '.join(r.joints)} are not (smallest reported)"]
+    joints = ", ".join(r.joints)
+    return [f"the loops are redundant {times}: the motion is unique, the reactions of {joints} are not (smallest reported)"]

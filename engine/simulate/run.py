@@ -101,8 +101,8 @@ def simulate(
     scene: a Scene, a file, or a bundled model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0: every
     step). rtol: relative tolerance of positions and velocities (also absolute, in the scene's own scales). method: auto, rk5, rk8,
     rosenbrock. overrides: {"joints.ball.friction.mu": 0.5, …}. outputs: patterns of columns. step: fixed step instead of error
-    control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a Result
-    with what it has and a named outcome.
+    control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a
+    Result with what it has and a named outcome.
     """
     from engine.scene import load_scene
     from engine.scene.overrides import apply
@@ -138,83 +138,107 @@ def _check_settings(until: float, every: float, s: bl.Settings) -> None:
 
 def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:
     """Assemble, start, step to the end; keep everything up to a failure."""
-    started = time.perf_counter()
-    block, system = model.block, model.system
-    block.configure(settings)
-    notes, opened = _assemble(model)
-    setup = time.perf_counter() - started + model.setup_seconds
-    first = np.zeros(block.width)
-    parts: list[np.ndarray] = []
-    events: list[Event] = []
-    open_reactions = Redundancy(0)
-    if opened:
-        outcome = opened
-    else:
-        begun = time.perf_counter()
-        status = model.begin(settings, 0.0, until, every, first)
-        block = model.block
-        parts.append(first[None, :])
-        if status == bl.OK:
-            open_reactions = redundancy(block)
-            notes += redundancy_notes(open_reactions)
-        begun = time.perf_counter()
-        outcome = _stepping_or_stopped(model, until, every, parts, events, progress) if status == bl.OK else _failure(model, status)
-        started = begun
-    wall = time.perf_counter() - started
-    data = np.concatenate(parts) if parts else np.zeros((0, block.width))
-    counters = block.statistics()
-    stats = Stats(wall, model.build_seconds, setup, counters["steps"], counters["rejected"], counters["rhs_evaluations"],
-                  counters["jacobians"], counters["events"], counters)
-    used = dict(until=until, every=every, rtol=settings.rtol, method=settings.method, step=settings.step)
-    log.info("%s: %s", model.built.scene.name, outcome)
-    return Result(model.built.scene, data, tuple(model.columns), tuple(events), outcome, stats, used, tuple(notes), open_reactions)
+    return _Run(model, until, every, settings, progress).result()
 
 
-def _assemble(model: Model) -> tuple[list[str], Outcome | None]:
-    """Close the loops; say what was moved; an outcome when they cannot be closed."""
-    from engine.simulate.assembly import moved_notes
+class _Run:
+    """One run: rows and events as they come, and the times of its parts."""
 
-    code = model.block.assemble()
-    if code == 1:
-        return moved_notes(model.built, model.block), None
-    what = "positions" if code == 0 else "velocities"
-    advice = f"the start {what} of the loops through {', '.join(j.name for j in model.system.cuts)} cannot be made to agree: check "
-    advice += "lengths and start values" if code == 0 else "the drives and start rates"
-    return [], Outcome("open_loop", 0.0, model.system.cuts[0].name if model.system.cuts else "", advice)
+    def __init__(self, model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None):
+        self.model, self.until, self.every, self.settings, self.progress = model, until, every, settings, progress
+        self.rows: list[np.ndarray] = []
+        self.events: list[Event] = []
+        self.notes: list[str] = []
+        self.open_reactions = Redundancy(0)
+        self.build = self.setup = self.wall = 0.0
 
+    def result(self) -> Result:
+        """Carry it out."""
+        started = time.perf_counter()
+        outcome = self._begin()
+        self.setup = time.perf_counter() - started + self.model.setup_seconds
+        if outcome is None:
+            outcome = self._stepping_or_stopped()
+        block = self.model.block
+        data = np.concatenate(self.rows) if self.rows else np.zeros((0, block.width))
+        c = block.statistics()
+        stats = Stats(self.wall, self.model.build_seconds + self.build, self.setup, c["steps"], c["rejected"], c["rhs_evaluations"],
+                      c["jacobians"], c["events"], c)
+        s = self.settings
+        used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
+        scene = self.model.built.scene
+        log.info("%s: %s", scene.name, outcome)
+        return Result(scene, data, tuple(self.model.columns), tuple(self.events), outcome, stats, used, tuple(self.notes),
+                      self.open_reactions)
 
-def _stepping_or_stopped(model: Model, until: float, every: float, parts: list[np.ndarray], events: list[Event], progress) -> Outcome:
-    """Advance to the end, or to the interrupt (Ctrl-C): what there is by then is kept."""
-    try:
-        return _stepping(model, until, every, parts, events, progress)
-    except KeyboardInterrupt:
-        return Outcome("stopped", model.block.time, "", ADVICE["stopped"])
+    def _begin(self) -> Outcome | None:
+        """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
+        from engine.simulate.assembly import moved_notes
 
-
-def _stepping(model: Model, until: float, every: float, parts: list[np.ndarray], events: list[Event], progress) -> Outcome:
-    """Advance to the end in chunks."""
-    block = model.block
-    rows = np.empty((CHUNK_ROWS, block.width))
-    told = time.perf_counter()
-    while True:
-        status, count = block.advance(until, CHUNK_STEPS, rows)
-        if count:
-            parts.append(rows[:count].copy())
-        events += decode(model.system, block.take_events())
-        if status == bl.DONE:
-            break
-        if status == bl.NEED_JACOBIAN:
-            block.attach_jacobian()
-        elif status not in (bl.MORE, bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
+        model = self.model
+        model.block.configure(self.settings)
+        code = model.block.assemble()
+        if code != 1:
+            return _open_loop(model, code)
+        self.notes += moved_notes(model.built, model.block)
+        first = np.zeros(model.block.width)
+        status = model.begin(self.settings, 0.0, self.until, self.every, first)
+        if status != bl.OK:
             return _failure(model, status)
-        if progress and time.perf_counter() - told > 0.1:
-            told = time.perf_counter()
-            progress(block.time, until)
-    if every > 0.0 and until - parts[-1][-1, 0] > 1e-9 * until:
-        last = np.zeros(block.width)
-        block.row(last)
-        parts.append(last[None, :])
-    return Outcome(DONE, until)
+        self.rows.append(first[None, :])
+        self.open_reactions = redundancy(model.block)
+        self.notes += redundancy_notes(self.open_reactions)
+        return None
+
+    def _stepping_or_stopped(self) -> Outcome:
+        """Advance to the end, or to the interrupt (Ctrl-C): what there is by then is kept."""
+        started = time.perf_counter()
+        try:
+            return self._stepping()
+        except KeyboardInterrupt:
+            return Outcome("stopped", self.model.block.time, "", ADVICE["stopped"])
+        finally:
+            self.wall = time.perf_counter() - started - self.build
+
+    def _stepping(self) -> Outcome:
+        """Advance to the end in chunks."""
+        block = self.model.block
+        buffer = np.empty((CHUNK_ROWS, block.width))
+        told = time.perf_counter()
+        while True:
+            status, count = block.advance(self.until, CHUNK_STEPS, buffer)
+            if count:
+                self.rows.append(buffer[:count].copy())
+            self.events += decode(self.model.system, block.take_events())
+            if status == bl.DONE:
+                break
+            if status == bl.NEED_JACOBIAN:
+                self._attach_jacobian()
+            elif status not in (bl.MORE, bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
+                return _failure(self.model, status)
+            if self.progress and time.perf_counter() - told > 0.1:
+                told = time.perf_counter()
+                self.progress(block.time, self.until)
+        if self.every > 0.0 and self.until - self.rows[-1][-1, 0] > 1e-9 * self.until:
+            last = np.zeros(block.width)
+            block.row(last)
+            self.rows.append(last[None, :])
+        return Outcome(DONE, self.until)
+
+    def _attach_jacobian(self) -> None:
+        """Building the unit is building, not stepping."""
+        started = time.perf_counter()
+        self.model.block.attach_jacobian()
+        self.build += time.perf_counter() - started
+
+
+def _open_loop(model: Model, code: int) -> Outcome:
+    """Start values that cannot close the loops (0: positions, −1: velocities)."""
+    what = "positions" if code == 0 else "velocities"
+    through = ", ".join(j.name for j in model.system.cuts)
+    advice = f"the start {what} of the loops through {through} cannot be made to agree: check "
+    advice += "lengths and start values" if code == 0 else "the drives and start rates"
+    return Outcome("open_loop", 0.0, model.system.cuts[0].name if model.system.cuts else "", advice)
 
 
 def _failure(model: Model, status: int) -> Outcome:

@@ -109,10 +109,9 @@ class _Maker:
         points = tuple((n, self.relative(name, self.named(name, n), p)) for n, p in b.points.items())
         j = self.scene.joints[joint]
         parent = self.point(j.inboard)[0] if self.point(j.outboard)[0] == name else self.point(j.outboard)[0]
-        return Body(
-            name, self.table.scalar(f"bodies.{name}.mass", m, "kg"),
-            self.relative(name, f"bodies.{name}.center", tuple(float(c) for c in center)), leaves, shaped, points, i, self.index[parent],
-        )
+        mass = self.table.scalar(f"bodies.{name}.mass", m, "kg")
+        middle = self.relative(name, f"bodies.{name}.center", tuple(float(c) for c in center))
+        return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
 
     def joint(self, name: str) -> Joint:
         """One joint without its offsets."""

@@ -30,7 +30,8 @@ def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) ->
 def _spring(maker: _Maker, name: str, f: sm.SpringDamper) -> Load:
     s = maker.table.scalar
     ends = [maker.point(b) for b in f.between]
-    leaves = tuple(maker.relative(b, maker.label(side, f"bodies.{b}.origin"), p) for side, (b, p) in zip(f.between, ends, strict=True))
+    labels = [maker.label(side, f"bodies.{b}.origin") for side, (b, _) in zip(f.between, ends, strict=True)]
+    leaves = tuple(maker.relative(b, label, p) for label, (b, p) in zip(labels, ends, strict=True))
     numbers = (
         s(f"forces.{name}.stiffness", f.stiffness, "N/m"), s(f"forces.{name}.damping", f.damping, "N*s/m"),
         s(f"forces.{name}.length", f.length, "m"),

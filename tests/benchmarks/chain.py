@@ -1,6 +1,6 @@
 """One evaluation of a chain of N revolute joints (axes alternately y, z; unit rods of 1 kg): ns per body.
 
-Accelerations; accelerations with the reactions of all joints; and the frictional chain (journals, affine maps and complement solve).
+Accelerations; accelerations with the reactions of all joints; and the frictional chain (journals, maps and complement solve).
 Measured inside C, without call overhead. Pinocchio's ABA (accelerations only) through its Python package when installed.
 """
 

@@ -1,4 +1,4 @@
-"""Every bundled model at rtol 1e-6: stepping time of each method and of the automatic choice (which should be within twice the best)."""
+"""Every bundled model at rtol 1e-6: stepping time of each method and of the automatic choice (to be within twice the best)."""
 
 from __future__ import annotations
 
