@@ -38,10 +38,14 @@ def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[f
 
     between: the part of the run to show, s.
     """
+    shown = window(result, between) if between else result
+    return page(shown, sections(shown, joints), between)
+
+
+def page(result: Result, parts: list[Section], between: tuple[float, float] | None = None) -> Figure:
+    """Sections of panels as one page."""
     from matplotlib.figure import Figure
 
-    result = window(result, between) if between else result
-    parts = sections(result, joints)
     count = sum(len(s.panels) for s in parts)
     columns = 1 if count < 2 else 2 if sum(-(-len(s.panels) // 2) for s in parts) <= TALL else 3
     height, places = _layout(parts, columns)

@@ -20,11 +20,11 @@ _METADATA: dict[str, dict[str, str | None]] = {
 }
 
 
-def save_figure(fig: Figure, path: str | os.PathLike[str]) -> Path:
+def save_figure(fig: Figure, path: str | os.PathLike[str], dpi: int = DPI) -> Path:
     """Write the figure in the format its suffix names. SceneError for another suffix or an unwritable folder."""
     import matplotlib as mpl
 
     with writing(path, SUFFIXES) as work, mpl.rc_context({"svg.hashsalt": "trunnion", "svg.fonttype": "none"}):
         suffix = work.suffix.lower()
-        fig.savefig(work, format=suffix[1:], dpi=DPI, metadata=_METADATA[suffix])
+        fig.savefig(work, format=suffix[1:], dpi=dpi, metadata=_METADATA[suffix])
     return Path(path)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.plots.motion import NEEDED, arrow_scale, bounds, first_view, motion, rails, round_force
+from engine.plots.labels import label
+from engine.plots.motion import NEEDED, VIEW, arrow_scale, bounds, first_view, motion, rails, round_force
 from engine.plots.palette import ARROW, GRID, INK, JOINT, OPEN, STATES
 from engine.plots.scenery import Scenery, scenery
 
@@ -27,30 +28,36 @@ SIZE = (8.4, 6.0)
 """Inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
+COILS, WIDTH = 9, 0.05
+"""Corners of a spring's zigzag, its half width as a part of its length."""
 SOON = 1e-3
 """To see the start of a scene it is run for this part of its end time."""
 
 
-def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True) -> Figure:
-    """A picture of the mechanism at ``time``, s (the nearest row of a result; a scene is simulated up to there)."""
+def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, aside: tuple[float, float] = VIEW) -> Figure:
+    """A picture of the mechanism at ``time``, s (the nearest row of a result; a scene is simulated up to there).
+
+    aside: degrees the viewer stands to the left and above of facing the motion.
+    """
     from matplotlib.figure import Figure
 
     result = _result(source, time)
     scene = scenery(result.scene)
     moved = motion(result, [p.name for p in scene.parts])
     row = int(np.argmin(np.abs(result.time - time)))
-    view = first_view(scene.up, *bounds(scene, moved))
+    view = first_view(scene.up, *bounds(scene, moved), aside)
     fig = Figure(figsize=(SIZE[0], SIZE[1]), facecolor="white")
     axes = fig.add_axes((0.0, 0.0, 1.0, 0.89))
     axes.axis("off")
     seen = [_faces(axes, view, scene, moved, row)]
     _rails(axes, view, scene, moved, result, row)
+    _springs(axes, view, scene, moved, row, seen)
     scale = arrow_scale(result, scene)
     states = _contacts(axes, view, scene, moved, result, row, seen)
     _frame(axes, np.concatenate(seen))
     _grid(axes, view, scene, np.concatenate(seen))
     if labels:
-        _labels(axes, view, scene, moved, row)
+        label(axes, view, scene, moved, row)
     _captions(fig, result, row, states)
     if states:
         _arrow_legend(axes, scale, round_force(scale, scene.size))
@@ -96,7 +103,7 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
     foot = np.array([seen[:, 0].mean(), seen[:, 1].min() - 0.06 * scene.size, 0.0]) @ view
     width = axes.get_xlim()[1] - axes.get_xlim()[0]
     step = min((k * 10.0 ** np.floor(np.log10(width)) for k in (0.1, 0.2, 0.5, 1.0)), key=lambda s: abs(s - width / 7))
-    count = 24
+    count = 48
     lines = []
     for along, across in ((a, b), (b, a)):
         center = foot - ((foot @ across) % step) * across
@@ -155,6 +162,18 @@ def _rails(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, result: 
         axes.plot(line[:, 0], line[:, 1], "-.", color=JOINT, lw=0.8, zorder=0.9)
 
 
+def _springs(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int, seen: list[np.ndarray]) -> None:
+    """Springs and dampers between points, as zigzags."""
+    for ends in scene.springs:
+        p, q = (((r @ point + x) @ view.T)[:2] for (x, r), point in ((moved.pose(part, row), point) for part, point in ends))
+        across = np.array([p[1] - q[1], q[0] - p[0]]) / max(float(np.linalg.norm(q - p)), 1e-12)
+        along = np.array([0.0, 0.15, *np.linspace(0.19, 0.81, COILS), 0.85, 1.0])[:, None]
+        aside = np.array([0.0, 0.0, *(WIDTH * np.linalg.norm(q - p) * (-1.0) ** np.arange(COILS)), 0.0, 0.0])[:, None]
+        line = p + along * (q - p) + aside * across
+        axes.plot(line[:, 0], line[:, 1], color=INK, lw=1.1, zorder=2)
+        seen.append(line)
+
+
 def contact_places(scene: Scenery, moved: Motion, result: Result, row: int) -> list[tuple[str, np.ndarray, np.ndarray, float, int]]:
     """(columns, point, outward normal, normal force, friction state) of every touching contact, in the world."""
     out = []
@@ -196,16 +215,6 @@ def _arrow_legend(axes: Axes, scale: float, force: float) -> None:
     axes.annotate("", xy=(x + force * scale, y), xytext=(x, y), arrowprops=look)
     words = f"normal force on the pin: {force:g} N"
     axes.text(x, y + 0.015 * (y1 - y0), words, size=8, color=ARROW, ha="left", va="bottom")
-
-
-def _labels(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> None:
-    for i, part in enumerate(scene.parts):
-        x = moved.pose(i, row)[0] @ view.T
-        axes.text(x[0], x[1], part.name, size=8, color=INK, ha="center", va="center", zorder=6)
-    for j in scene.joints:
-        p, r = moved.pose(j.parts[1], row)
-        at = (p + r @ j.points[1]) @ view.T
-        axes.annotate(j.name, at[:2], xytext=(7, 9), textcoords="offset points", size=7, color="#555555", zorder=6)
 
 
 def _captions(fig: Figure, result: Result, row: int, states: set[int]) -> None:

@@ -13,6 +13,8 @@ from engine.simulate.result import Result
 NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
 """Patterns of the columns a moving picture draws from."""
 SLIDING = ("prismatic", "cylindrical")
+VIEW = (24.0, 16.0)
+"""How far the viewer stands to the left and above, degrees."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tu
     return (low + high) / 2 @ view, np.maximum(high - low, 1e-9)[:2], np.maximum(near, 1e-9)[:2]
 
 
-def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[float, float] = VIEW) -> np.ndarray:
     """Rows right, up, towards the viewer: along the motion's thinnest level direction, a little from the side and above."""
     level = [k for k in range(3) if abs(up[k]) < 0.9]
     thin = min(level, key=lambda k: high[k] - low[k])
@@ -104,7 +106,7 @@ def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     right = np.cross(up, toward)
     if right[int(np.argmax(np.abs(right)))] < 0:
         toward, right = -toward, -right
-    a, e = np.radians(24.0), np.radians(16.0)
+    a, e = np.radians(aside)
     toward, right = np.cos(a) * toward - np.sin(a) * right, np.cos(a) * right + np.sin(a) * toward
     return np.array([right, np.cos(e) * up - np.sin(e) * toward, np.cos(e) * toward + np.sin(e) * up])
 

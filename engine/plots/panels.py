@@ -91,10 +91,10 @@ def _panel(
     if curves:
         unit = result.units[curves[0].label]
         unit = unit.replace("rad", "°", 1) if degrees else unit
-        yield Panel(title, quantity, _pretty(unit), tuple(curves), tuple(events), (), hidden)
+        yield Panel(title, quantity, pretty(unit), tuple(curves), tuple(events), (), hidden)
 
 
-def _pretty(unit: str) -> str:
+def pretty(unit: str) -> str:
     return unit.replace("^2", "²").replace("^3", "³").replace("*", " ")
 
 

@@ -59,12 +59,16 @@ class JointMark:
 
 @dataclass(frozen=True)
 class Scenery:
-    """All parts and joints of a scene; size: length of a typical body, m; up: unit vector against gravity."""
+    """All parts, joints and springs of a scene; size: length of a typical body, m; up: unit vector against gravity.
+
+    springs: for each its two ends, (part, point measured from the part's mass centre).
+    """
 
     parts: tuple[Part, ...]
     joints: tuple[JointMark, ...]
     size: float
     up: np.ndarray
+    springs: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
 
 
 def scenery(scene: sm.Scene) -> Scenery:
@@ -75,7 +79,8 @@ def scenery(scene: sm.Scene) -> Scenery:
     joints = tuple(_joint(scene, name, j, index, size) for name, j in scene.joints.items())
     g = np.array(scene.gravity, float)
     up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
-    return Scenery(parts, joints, size, up)
+    springs = [f.between for f in scene.forces.values() if isinstance(f, sm.SpringDamper)]
+    return Scenery(parts, joints, size, up, tuple(tuple((index[body_of(e)], _point(scene, e)) for e in s) for s in springs))
 
 
 def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:

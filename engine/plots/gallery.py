@@ -1,0 +1,221 @@
+"""The pictures of the bundled models: ``python -m engine.plots.gallery [MODEL...]`` draws ``mechanism.png`` and ``curves.png`` into
+each model's folder. The same kernel and libraries give the same bytes."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.plots.curves import page, window
+from engine.plots.files import save_figure
+from engine.plots.mechanism import mechanism
+from engine.plots.motion import VIEW
+from engine.plots.panels import Panel, Section, family, pretty, sections
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from engine.simulate.result import Result
+
+MECHANISM, CURVES = "mechanism.png", "curves.png"
+DPI = {MECHANISM: 100, CURVES: 88}
+"""Dots an inch: wide enough for a README, well under 150 kB each."""
+RTOL = 1e-8
+"""Tolerance of the runs drawn: what it leaves cannot be seen."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A panel of columns of one unit; degrees: angles are shown in degrees."""
+
+    title: str
+    quantity: str
+    columns: tuple[str, ...]
+    degrees: bool = False
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to draw of a model.
+
+    at: instant of the mechanism's picture, s. says: the line above the curves. curves: panels, by the titles they have in
+    ``figure``, or of one's own. until, every: of the run (none: the scene's). around: the part of it whose extent decides
+    from where the mechanism is seen, s. aside: where the viewer stands (see ``mechanism``). changes: overrides of the scene.
+    """
+
+    at: float
+    says: str
+    curves: tuple[str | Plot, ...]
+    until: float | None = None
+    every: float | None = None
+    around: tuple[float, float] | None = None
+    aside: tuple[float, float] = VIEW
+    changes: dict[str, Any] = field(default_factory=dict)
+
+
+LAW = {"friction.law": "regularized", "friction.v_eps": 1e-4}
+CHOICES: dict[str, Choice] = {
+    "andrews": Choice(
+        0.0072,
+        "The motor spins the crank up; the squeezed linkage swings against the spring at every turn",
+        (
+            Plot("Crank (beta)", "angle", ("beta.q[1]",), True),
+            Plot("Linkage", "angle", tuple(f"{n}.q[1]" for n in ("gamma", "Phi", "delta", "epsilon")), True),
+        ),
+        aside=(0.0, 70.0),
+    ),
+    "bricard": Choice(
+        0.45,
+        "One freedom: the three angles j0, j2, j4 are equal, and so are j1, j3, j5",
+        (
+            Plot("Point P3", "position", tuple(f"bar3.end.position[{k}]" for k in (1, 2, 3))),
+            Plot("Joint angles", "angle", ("j0.q[1]", "j2.q[1]", "j4.q[1]", "j1.q[1]", "j3.q[1]"), True),
+        ),
+        aside=(30.0, 20.0),
+    ),
+    "cart_pole": Choice(
+        0.35,
+        "The mass falls freely; as the pole passes the vertical the cart whips past under it",
+        ("Joint angles", "Angular rates of the joints"),
+        until=4.0,
+        every=0.0,
+        aside=(15.0, 12.0),
+    ),
+    "crank_slider": Choice(
+        0.05,
+        "Twice a turn the rod turns back: friction changes sign, and the contact normals jump by 33°",
+        (
+            "Friction torque of slider_pin",
+            "Accelerations",
+            "Where pin and bearing touch in slider_pin",
+            "Normal contact forces in slider_pin",
+        ),
+        until=1.3,
+        every=0.001,
+        aside=(35.0, 18.0),
+        changes=LAW,
+    ),
+    "crank_slider_free": Choice(
+        0.3,
+        "Launched at 10 rad/s and left alone: gravity and the moving masses change the crank's speed",
+        ("Angular rates of the joints", "Joint travels"),
+        until=4.0,
+        aside=(20.0, 14.0),
+    ),
+    "double_pendulum": Choice(
+        0.58,
+        "Sliding stops near 13.75 m; until then the two contacts of the shaft press very differently",
+        ("Joint travels", "Friction force of guide", "Where pin and bearing touch in guide", "Normal contact forces in guide"),
+        until=6.0,
+        aside=(20.0, 14.0),
+        changes=LAW,
+    ),
+    "governor": Choice(
+        1.1116,
+        "Balls and slider nod once a second; the fastest motion in the equations decays a thousand times faster",
+        (
+            Plot("Slider on the shaft", "height", ("guide.q[1]",)),
+            Plot("Spin of the shaft", "angular rate", ("spin.qd[1]",)),
+        ),
+        until=5.0,
+        every=0.0004,
+        around=(1.1, 1.12),
+        aside=(12.0, 12.0),
+    ),
+    "n_four_bar": Choice(
+        4.7,
+        "Five turns in 10 s, ten times through the singular horizontal, and the cranks stay parallel",
+        (
+            Plot("Tip of the first crank", "position", ("crank0.tip.position[1]", "crank0.tip.position[2]")),
+            Plot("Rates of the cranks", "angular rate", tuple(f"pivot{k}.qd[1]" for k in (0, 1, 2))),
+        ),
+        aside=(20.0, 14.0),
+    ),
+    "simple_pendulum": Choice(
+        0.4,
+        "From the horizontal to the horizontal and back in 2.3678 s",
+        (
+            Plot("Position of the bob", "position", ("bob.position[1]", "bob.position[2]")),
+            Plot("Velocity of the bob", "velocity", ("bob.velocity[1]", "bob.velocity[2]")),
+        ),
+        aside=(20.0, 14.0),
+    ),
+    "spatial_slider_crank": Choice(
+        0.15,
+        "Slider and rod give their energy to the crank and take it back: it turns at 5 to 25 rad/s",
+        (
+            Plot("Slider", "travel", ("guide.q[1]",)),
+            Plot("Crank", "angular rate", ("crank_pivot.qd[1]",)),
+        ),
+        until=2.0,
+        aside=(50.0, 22.0),
+    ),
+    "spherical_pendulum": Choice(
+        0.6,
+        "At every stop friction turns round, and the contact point jumps by 58°: a possible impact",
+        (
+            "Friction torque of ball",
+            "Angular acceleration of ball",
+            "Where pin and bearing touch in ball",
+            "Normal contact forces in ball",
+        ),
+        aside=(20.0, 14.0),
+        changes=LAW,
+    ),
+}
+
+
+def run(name: str) -> Result:
+    """The run that is drawn."""
+    from engine.simulate.run import simulate
+
+    c = CHOICES[name]
+    return simulate(name, until=c.until, every=c.every, rtol=RTOL, overrides=c.changes, outputs=["*"])
+
+
+def pictures(name: str) -> dict[str, Figure]:
+    """Both pictures of a model by the names of their files."""
+    c, result = CHOICES[name], run(name)
+    seen = window(result, c.around) if c.around else result
+    section = Section(c.says, tuple(_panel(result, p) for p in c.curves))
+    return {MECHANISM: mechanism(seen, c.at, aside=c.aside), CURVES: page(result, [section])}
+
+
+def _panel(result: Result, chosen: str | Plot) -> Panel:
+    """A panel of ``figure`` by its title, or one of columns."""
+    if isinstance(chosen, str):
+        return next(p for s in sections(result) for p in s.panels if p.title == chosen)
+    curves, hidden = family(result, chosen.columns, float(np.degrees(1.0)) if chosen.degrees else 1.0)
+    unit = "°" if chosen.degrees else pretty(result.units[curves[0].label])
+    return Panel(chosen.title, chosen.quantity, unit, tuple(curves), hidden=hidden)
+
+
+def draw(name: str, folder: Path) -> list[Path]:
+    """Write the pictures of a model into a folder; their paths."""
+    return [save_figure(fig, folder / file, DPI[file]) for file, fig in pictures(name).items()]
+
+
+def main(words: list[str]) -> int:
+    """Draw the models named, or all."""
+    from engine.scene.library import models_dir
+
+    try:
+        unknown = [w for w in words if w not in CHOICES]
+        if unknown:
+            raise SceneError([Problem(w, "the gallery has no such model", f"one of {', '.join(CHOICES)}") for w in unknown])
+        for name in words or CHOICES:
+            for path in draw(name, models_dir() / name):
+                print(f"{path} ({path.stat().st_size // 1000} kB)")
+    except SceneError as e:
+        print(e, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
