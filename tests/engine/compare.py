@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from tests.reference.kinematics import State
-from tests.reference.random_scenes import Case
-from tests.reference.rotation import matrix_from_quaternion
 
 from engine.simulate.evaluate import evaluate
 from engine.simulate.run import Model
+from tests.reference.kinematics import State
+from tests.reference.random_scenes import Case
+from tests.reference.rotation import matrix_from_quaternion
 
 Table = dict[tuple[str, str], np.ndarray]
 

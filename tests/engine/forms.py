@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import casadi as ca
 import numpy as np
-from tests.reference import contacts as ct
-from tests.reference.laws import Law as ReferenceLaw
 
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact import Wrench
 from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
+from tests.reference import contacts as ct
+from tests.reference.laws import Law as ReferenceLaw
 
 NUMBERS = {
     "journal": ("radius", "half_length", "thrust_radius"),
@@ -76,8 +76,16 @@ def random_states(element: str, law: str, n: int, seed: int = 0) -> States:
     size = 10 ** rng.uniform(-2, 3, n)
     wrench = np.vstack([rng.normal(size=(3, n)) * size, rng.normal(size=(3, n)) * size * 0.2])
     names = (*NUMBERS[element], *LAW_NUMBERS[law])
-    ranges = {"mu": (0.05, 0.9), "v_eps": (1e-4, 0.2), "viscosity": (0.01, 3.0), "radius": (0.005, 0.08), "half_length": (0.05, 0.4),
-              "thrust_radius": (0.0, 0.03), "half_width": (0.01, 0.1), "half_height": (0.01, 0.1)}
+    ranges = {
+        "mu": (0.05, 0.9),
+        "v_eps": (1e-4, 0.2),
+        "viscosity": (0.01, 3.0),
+        "radius": (0.005, 0.08),
+        "half_length": (0.05, 0.4),
+        "thrust_radius": (0.0, 0.03),
+        "half_width": (0.01, 0.1),
+        "half_height": (0.01, 0.1),
+    }
     numbers = np.array([rng.uniform(*ranges[k.partition("[")[0]], n) for k in names])
     rates = rng.normal(size=(RATES[element], n)) * 10 ** rng.uniform(-2, 1, n)
     return States(element, law, wrench, rates, numbers)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from tests.reference import forward
-from tests.reference.bodies import GROUND, part
-from tests.reference.equations import Equations
-from tests.reference.random_scenes import Case
 
 from engine.scene import load_scene
 from engine.scene import model as sm
 from engine.simulate.run import simulate
+from tests.reference import forward
+from tests.reference.bodies import GROUND, part
+from tests.reference.equations import Equations
+from tests.reference.random_scenes import Case
 
 
 def four_bar(law: str = "regularized") -> sm.Scene:
@@ -44,7 +44,7 @@ def moving(scene: sm.Scene, at: float, tree: tuple[str, ...]) -> Case:
 
 @cache
 def case_of(which: str) -> Case:
-    """"bricard", or a four-bar by its law."""
+    """ "bricard", or a four-bar by its law."""
     if which == "bricard":
         return moving(load_scene("bricard"), 0.7, ("j0", "j1", "j2", "j3", "j4"))
     return moving(four_bar(which), 0.05, ("a", "b", "d"))

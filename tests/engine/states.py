@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from tests.reference.random_scenes import Case
 
 from engine.scene import Scene
 from engine.simulate import block as bl
 from engine.simulate.run import Model
 from engine.system.structure import state_coordinates
+from tests.reference.random_scenes import Case
 
 
 def block_at(case: Case, outputs: tuple[str, ...] = ("*",)) -> bl.Block:

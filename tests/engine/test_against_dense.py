@@ -7,13 +7,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+
+from engine.system.spanning import span
 from tests.engine.compare import engine_row, motion, reference_motion, results, worst
 from tests.reference import solve
 from tests.reference.random_parts import RUBBING_TYPES
 from tests.reference.random_scenes import ALL_TYPES, Case, random_loop, random_tree
 from tests.reference.values import table
-
-from engine.system.spanning import span
 
 TIME = 0.3
 """At this time ramps, tables and harmonic signals all have a value, a rate and an acceleration."""
@@ -21,8 +21,23 @@ TOLERANCE = 1e-10
 """Both sides solve to about 1e-14 times the condition of the mechanism (largest difference seen: 8e-13); one dropped velocity term
 or a wrong sign shows at 1e-3 and more."""
 TREES = tuple((seed, 0) for seed in (*range(19), 62))
-LOOPS = ((42, 2), (1, 2), (111, 2), (93, 1), (109, 2), (106, 2), (70, 2), (3, 2), (34, 2), (12, 1), (18, 1), (31, 1), (58, 2), (88, 1),
-         (25, 1))
+LOOPS = (
+    (42, 2),
+    (1, 2),
+    (111, 2),
+    (93, 1),
+    (109, 2),
+    (106, 2),
+    (70, 2),
+    (3, 2),
+    (34, 2),
+    (12, 1),
+    (18, 1),
+    (31, 1),
+    (58, 2),
+    (88, 1),
+    (25, 1),
+)
 """(seed, loops); these cut a joint of every type that can be cut, those that rub with every law and the pin on either part."""
 CASES = (*TREES, *LOOPS)
 WITHOUT = ("angular_acceleration",)
@@ -65,7 +80,9 @@ def test_random_cases_hold_everything_a_scene_can_say() -> None:
     assert {j.type for j in cuts} == set(ALL_TYPES) - {"screw"}  # a screw is never cut
     for some in (rubbing, [j for j in cuts if j.friction]):
         assert {j.type for j in some} == set(RUBBING_TYPES)
-        assert {(j.friction.law, j.friction.normal_force) for j in some} == set(product(("regularized", "viscous"), (None, "adams")))
+        assert {(j.friction.law, j.friction.normal_force) for j in some} == set(
+            product(("regularized", "viscous"), (None, "adams"))
+        )
         assert {j.pin for j in some} == {"inboard", "outboard"}
     assert {(j.type, j.pin) for j in rubbing} == set(product(RUBBING_TYPES, ("inboard", "outboard")))
     assert any(j.friction.thrust_radius for j in rubbing)
@@ -74,7 +91,11 @@ def test_random_cases_hold_everything_a_scene_can_say() -> None:
         assert device == "drive" or any(getattr(j, device) is not None for j in cuts), device  # driven joints are never cut
     drives = [d for j in joints for d in (j.drive if isinstance(j.drive, tuple) else (j.drive,)) if d is not None]
     assert {k for d in drives for k in ("constant", "ramp", "harmonic", "table") if getattr(d, k) is not None} == {
-        "constant", "ramp", "harmonic", "table"}
+        "constant",
+        "ramp",
+        "harmonic",
+        "table",
+    }
     assert {f.type for s in scenes for f in s.forces.values()} == {"force", "torque", "spring_damper"}
     assert {f.frame for s in scenes for f in s.forces.values() if f.type != "spring_damper"} == {"world", "body"}
 
@@ -86,8 +107,11 @@ def test_some_stops_press_and_some_sliding_is_in_the_linear_zone() -> None:
         for name, j in case.scene.joints.items():
             stops = j.stops if isinstance(j.stops, tuple) else (j.stops,)
             q = np.atleast_1d(case.state().q[name])
-            pressed += sum(s is not None and ((s.lower is not None and q[k] < s.lower) or (s.upper is not None and q[k] > s.upper))
-                           for k, s in enumerate(stops) if k < len(q))
+            pressed += sum(
+                s is not None and ((s.lower is not None and q[k] < s.lower) or (s.upper is not None and q[k] > s.upper))
+                for k, s in enumerate(stops)
+                if k < len(q)
+            )
             if j.type in ("prismatic", "revolute") and j.friction and j.friction.law == "regularized":
                 arm = 1.0 if j.type == "prismatic" else j.friction.radius
                 slow = abs(arm * case.qd[name][0]) < j.friction.v_eps

@@ -6,12 +6,14 @@ from itertools import product
 
 import numpy as np
 import pytest
+
 from tests.engine.forms import ELEMENTS, States, evaluated, functions, modes, random_states, reference
 
 STATES = 300
 """Random states for each of the 40 combinations: 12,000 in all."""
 ROOT = 1e-11
-"""The reference's ball is a bracketed root to 1e-15 of a function that is flat near spin along the load; the others are one solve."""
+"""The reference's ball is a bracketed root to 1e-15 of a function that is flat near spin along the load; the others are one
+solve."""
 FORMS = list(product(ELEMENTS, ("regularized", "viscous"), (False, True), (1, -1)))
 
 
@@ -25,7 +27,10 @@ def test_closed_forms_are_the_roots_of_the_contact_equations(element: str, law: 
         assert np.abs(friction[:, i] - expected).max() <= ROOT * size, i
         for n, c in enumerate(touching):
             force, vector = contacts[4 * n, i], contacts[4 * n + 1 : 4 * n + 4, i]
-            assert abs(force - c.normal_force) <= ROOT * size / (s.number("half_length")[i] if element == "sleeve" else 0.01), (i, n)
+            assert abs(force - c.normal_force) <= ROOT * size / (s.number("half_length")[i] if element == "sleeve" else 0.01), (
+                i,
+                n,
+            )
             if not np.isnan(c.normal).any():
                 assert np.abs(vector / np.linalg.norm(vector) - c.normal).max() <= 1e-9, (i, n)
 

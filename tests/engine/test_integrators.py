@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import dop853_coefficients as dop
 from scipy.integrate._ivp.rk import RK45
 from scipy.special import ellipj, ellipk
-from tests.engine.states import rate
 
 from engine.integrators import RK5, RK8, RODAS5P
 from engine.scene import model as sm
 from engine.simulate import block as bl
 from engine.simulate.run import Model, simulate
+from tests.engine.states import rate
 
 UNTIL = 1.5
 STEPS = {"rk5": (40, 80, 160, 320), "rk8": (40, 56, 80, 112), "rosenbrock": (40, 80, 160, 320)}
@@ -103,8 +103,15 @@ def exact():
     block = Model(smooth(), ("*",)).block
     block.configure(bl.Settings())
     assert block.assemble() == 1
-    return solve_ivp(lambda t, y: rate(block, y, t)[: block.ny], (0, UNTIL), block.y[: block.ny].copy(), "DOP853", rtol=1e-13, atol=1e-13,
-                     dense_output=True)
+    return solve_ivp(
+        lambda t, y: rate(block, y, t)[: block.ny],
+        (0, UNTIL),
+        block.y[: block.ny].copy(),
+        "DOP853",
+        rtol=1e-13,
+        atol=1e-13,
+        dense_output=True,
+    )
 
 
 def error(method: str, steps: int, every: float) -> float:
@@ -152,8 +159,10 @@ def test_the_error_follows_the_tolerance(method: str) -> None:
 
 def test_tighter_tolerances_take_steps_by_the_order() -> None:
     """h ∝ rtol^(1/p): a method of order 8 pays 10^(1/8) a decade."""
-    steps = {m: [simulate("simple_pendulum", until=10.0, every=10.0, rtol=r, method=m).stats.steps for r in (1e-6, 1e-10)]
-             for m in ("rk5", "rk8", "rosenbrock")}
+    steps = {
+        m: [simulate("simple_pendulum", until=10.0, every=10.0, rtol=r, method=m).stats.steps for r in (1e-6, 1e-10)]
+        for m in ("rk5", "rk8", "rosenbrock")
+    }
     for method, (few, many) in steps.items():
         p = ORDERS[method][0]
         assert 4 / p * 0.7 <= np.log10(many / few) <= 4 / p * 1.5, method

@@ -7,15 +7,15 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+
+from engine.system.build import build
+from engine.system.spanning import span
 from tests.engine.compare import engine_table, worst
 from tests.reference.random_scenes import ALL_TYPES, Case, random_loop, random_tree
 from tests.reference.reversal import reversed_joint
 from tests.reference.transforms import reframed, rotated, shuffled
 from tests.reference.units import rescaled
 from tests.reference.values import Moved
-
-from engine.system.build import build
-from engine.system.spanning import span
 
 TOLERANCE = 1e-10
 """Round-off of both tellings times the condition of the mechanism: 1e-12 at most here."""

@@ -8,23 +8,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engine.redundant import case_of as redundant_case
-from tests.engine.states import block_after, block_at, differences, rate, time_differences
-from tests.reference.random_scenes import Case, random_loop, random_tree
 
 from engine.kernel import cache, compiler, jacobian_unit
 from engine.kernel.library import RUNTIME
 from engine.kernel.source import jacobian_source
 from engine.scene import load_scene, model_names
 from engine.simulate.block import Block
+from tests.engine.redundant import case_of as redundant_case
+from tests.engine.states import block_after, block_at, differences, rate, time_differences
+from tests.reference.random_scenes import Case, random_loop, random_tree
 
 TOLERANCE = 1e-8
-"""Of the largest entry of a row, or 1: differences of fourth order with steps of 1e-5 lose 11 of 16 digits, and more where a sliding
-speed of millimetres a second is differenced. A missing term is wrong by percents."""
+"""Of the largest entry of a row, or 1: differences of fourth order with steps of 1e-5 lose 11 of 16 digits, and more where a
+sliding speed of millimetres a second is differenced. A missing term is wrong by percents."""
 TIMES = {"andrews": 0.01, "cart_pole": 0.1}
 """Where a model is looked at, s; the others at 0.37 s."""
-CASES = {"ball and cross on a loop": (9, 1), "shaft on a loop": (18, 1), "driven": (5, 0), "ball and crosses": (19, 0), "table": (62, 0),
-         "large": (15, 0)}
+CASES = {
+    "ball and cross on a loop": (9, 1),
+    "shaft on a loop": (18, 1),
+    "driven": (5, 0),
+    "ball and crosses": (19, 0),
+    "table": (62, 0),
+    "large": (15, 0),
+}
 
 
 @lru_cache(maxsize=16)

@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from engine.simulate.run import simulate
+from engine.system.spanning import span
 from tests.engine.compare import engine_row, engine_table, results, worst
 from tests.engine.redundant import case_of, open_reactions, smallest
 from tests.reference.reversal import reversed_joint
@@ -14,9 +17,6 @@ from tests.reference.rubbing import Rubbing, reaction
 from tests.reference.transforms import reframed, rotated, shuffled
 from tests.reference.units import rescaled
 from tests.reference.values import Moved
-
-from engine.simulate.run import simulate
-from engine.system.spanning import span
 
 TOLERANCE = 1e-10
 """Round-off times condition is 1e-13 here; reactions chosen in another metric differ by tens of percent."""
@@ -51,12 +51,15 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
             assert mine[name, "normal_force"] == pytest.approx([c.normal_force for c in contacts], rel=TOLERANCE)
 
 
-NOISE = pytest.mark.xfail(strict=True, reason="tr_scale_rows: where all turn rows of a plane loop are round-off, they are scaled up to 1")
+NOISE = pytest.mark.xfail(strict=True, reason="tr_scale_rows scales turn rows up that are all round-off")
 
 
 @pytest.mark.parametrize(
     ("which", "way"),
-    [*(("bricard", w) for w in WAYS), *(pytest.param("regularized", w, marks=[NOISE] * (w in ("world axes", "body frames"))) for w in WAYS)],
+    [
+        *(("bricard", w) for w in WAYS),
+        *(pytest.param("regularized", w, marks=[NOISE] * (w in ("world axes", "body frames"))) for w in WAYS),
+    ],
 )
 def test_open_reactions_do_not_depend_on(which: str, way: str) -> None:
     case = case_of(which)

@@ -1,0 +1,50 @@
+"""Wrong use is refused with words, before anything runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.basics.problems import SceneError, SimulationError
+from engine.scene import load_scene
+from engine.simulate.evaluate import evaluate
+from engine.simulate.run import Model, simulate
+
+
+def test_every_wrong_setting_is_said_at_once() -> None:
+    with pytest.raises(SceneError) as caught:
+        simulate("simple_pendulum", until=-1.0, every=-0.1, rtol=1.0, method="euler", step=-1e-3)
+    assert [p.where for p in caught.value.problems] == ["until", "every", "rtol", "method", "step"]
+    assert all(p.what and p.hint for p in caught.value.problems)
+
+
+NOT_REFUSED = pytest.mark.xfail(strict=True, reason="_check_settings lets NaN and infinity through (until=inf never returns)")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("until", np.nan),
+        ("rtol", np.nan),
+        pytest.param("every", np.nan, marks=NOT_REFUSED),
+        pytest.param("step", np.nan, marks=NOT_REFUSED),
+        pytest.param("until", np.inf, marks=NOT_REFUSED),
+        pytest.param("rtol", 0.0, marks=NOT_REFUSED),
+    ],
+)
+def test_settings_that_are_no_numbers_are_refused(name: str, value: float) -> None:
+    with pytest.raises(SceneError):
+        simulate("simple_pendulum", **({"until": 0.1, "max_steps": 20} | {name: value}))
+
+
+def test_a_state_that_cannot_be_evaluated_says_so() -> None:
+    model = Model(load_scene("simple_pendulum"), ("pivot*",))
+    with pytest.raises(SimulationError):
+        evaluate(model, {"pivot": [np.nan]}, {})
+
+
+@pytest.mark.xfail(strict=True, reason="evaluate ignores joints it does not know and coordinates too many")
+@pytest.mark.parametrize("q", [{"pivott": [1.0]}, {"pivot": [1.0, 2.0]}])
+def test_a_state_of_other_joints_is_refused(q: dict) -> None:
+    with pytest.raises((KeyError, ValueError)):
+        evaluate(Model(load_scene("simple_pendulum"), ("pivot*",)), q, {})
