@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from engine.basics.problems import Problem, SceneError, SimulationError
     from engine.scene import Scene, load_scene, models_dir
-    from engine.simulate.result import Event, Result
-    from engine.simulate.run import simulate
+    from engine.simulation.result import Event, Result
+    from engine.simulation.run import simulate
 
 _HOMES = {
     "Problem": "engine.basics.problems",
@@ -22,9 +22,9 @@ _HOMES = {
     "Scene": "engine.scene",
     "load_scene": "engine.scene",
     "models_dir": "engine.scene",
-    "Event": "engine.simulate.result",
-    "Result": "engine.simulate.result",
-    "simulate": "engine.simulate.run",
+    "Event": "engine.simulation.result",
+    "Result": "engine.simulation.result",
+    "simulate": "engine.simulation.run",
 }
 __all__ = ["Event", "Problem", "Result", "Scene", "SceneError", "SimulationError", "load_scene", "models_dir", "simulate"]
 

@@ -50,7 +50,7 @@ def _bare(line: str) -> str:
 def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
     """(report as plain data, all columns) of a scene; its kernel is built, so that the first run finds it ready."""
     from engine.kernel.columns import columns
-    from engine.simulate.run import Model
+    from engine.simulation.run import Model
 
     model = Model(scene)
     every = columns(model.system)
@@ -99,8 +99,8 @@ def _joint(j: Any, scene: Scene) -> dict[str, Any]:
 
 def _start(model: Any) -> dict[str, Any]:
     """What assembling and starting the scene says: outcome, notes (values moved, redundant loops), freedoms left."""
-    from engine.simulate.block import Settings
-    from engine.simulate.run import run
+    from engine.simulation.block import Settings
+    from engine.simulation.run import run
 
     soon = 1e-9 * float(model.built.scene.simulation.until)
     sim = model.built.scene.simulation

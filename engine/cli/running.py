@@ -108,6 +108,6 @@ def error_lines(lines: Iterable[str]) -> None:
 
 def print_json(data: object) -> None:
     """One JSON document on standard output."""
-    from engine.simulate.tables import finite
+    from engine.simulation.tables import finite
 
     print(json.dumps(finite(data), ensure_ascii=False, indent=2))

@@ -17,7 +17,7 @@ from engine.cli.running import DONE, FAILED, print_json
 
 if TYPE_CHECKING:
     from engine.scene.model import Scene
-    from engine.simulate.result import Result
+    from engine.simulation.result import Result
 
 TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".html", ".htm")
 KNOWN = (
@@ -75,7 +75,7 @@ def simulate_command(wish: Wish) -> int:
     result = simulated(job)
     files, late = write_files(result, job)
     if wish.as_json:
-        from engine.simulate.summary import document
+        from engine.simulation.summary import document
 
         end = {"exit_code": DONE if result.outcome.ok and not late else FAILED}
         print_json(end | document(kept(result, job.patterns)) | {"files": files, "problems": [p.as_dict() for p in late]})
@@ -95,7 +95,7 @@ def talk(verbose: bool) -> None:
 
 def understood(wish: Wish) -> Job:
     """Values of all options; SceneError with every problem there is."""
-    from engine.simulate.block import METHODS
+    from engine.simulation.block import METHODS
 
     found = Findings()
     source = options.one_scene(wish.scene, KNOWN, found)
@@ -162,7 +162,7 @@ def pattern_problems(scene: Scene, patterns: Sequence[str]) -> list[Problem]:
 def simulated(job: Job) -> Result:
     """Run with a progress bar; the columns a moving picture needs are added to those asked for."""
     from engine.cli.progress import Watch
-    from engine.simulate.run import simulate
+    from engine.simulation.run import simulate
 
     patterns = [p for p in job.patterns if p != "time"]
     if "animation" in job.files and "*" not in patterns:
@@ -187,7 +187,7 @@ def kept(result: Result, patterns: Sequence[str]) -> Result:
 
 def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]]:
     """Write what was asked for, also from a run that failed; files written, and what stood in the way of others."""
-    from engine.simulate.summary import started
+    from engine.simulation.summary import started
 
     found = Findings()
     written = {}

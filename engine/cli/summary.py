@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from engine.basics.problems import Problem
 from engine.cli.running import problem_lines
-from engine.simulate.summary import counted, ranges
+from engine.simulation.summary import counted, ranges
 
 if TYPE_CHECKING:
-    from engine.simulate.result import Result
+    from engine.simulation.result import Result
 
 FIRST_EVENTS = 6
 GREEN, RED, BOLD, DIM, PLAIN = "\033[32m", "\033[31m", "\033[1m", "\033[2m", "\033[0m"

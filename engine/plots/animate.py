@@ -9,8 +9,8 @@ from pathlib import Path
 
 from engine.basics.files import writing
 from engine.plots.playback import content
-from engine.simulate.result import Result
-from engine.simulate.tables import finite
+from engine.simulation.result import Result
+from engine.simulation.tables import finite
 
 SUFFIXES = (".html", ".htm")
 VIEWER = Path(__file__).with_name("viewer")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from engine.simulate.result import Event, Result
+from engine.simulation.result import Event, Result
 
 
 def caption(result: Result) -> str:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from engine.simulate.result import Result
+    from engine.simulation.result import Result
 
 WIDTH, HEIGHT = 5.2, 2.05
 """Inches of one panel."""

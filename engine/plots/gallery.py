@@ -20,7 +20,7 @@ from engine.plots.panels import Panel, Section, family, pretty, sections
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from engine.simulate.result import Result
+    from engine.simulation.result import Result
 
 MECHANISM, CURVES = "mechanism.png", "curves.png"
 DPI = {MECHANISM: 100, CURVES: 88}
@@ -172,7 +172,7 @@ CHOICES: dict[str, Choice] = {
 
 def run(name: str) -> Result:
     """The run that is drawn."""
-    from engine.simulate.run import simulate
+    from engine.simulation.run import simulate
 
     c = CHOICES[name]
     return simulate(name, until=c.until, every=c.every, rtol=RTOL, overrides=c.changes, outputs=["*"])

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from engine.plots.meshes import Mesh
     from engine.plots.motion import Motion
     from engine.scene.model import Scene
-    from engine.simulate.result import Result
+    from engine.simulation.result import Result
 
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Where light comes from, in the picture's axes (right, up, towards the viewer)."""
@@ -65,8 +65,8 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
 
 
 def _result(source: Scene | Result, time: float) -> Result:
-    from engine.simulate.result import Result
-    from engine.simulate.run import simulate
+    from engine.simulation.result import Result
+    from engine.simulation.run import simulate
 
     if isinstance(source, Result):
         return source

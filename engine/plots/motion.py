@@ -8,7 +8,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.plots.scenery import ON_GROUND, Scenery
-from engine.simulate.result import Result
+from engine.simulation.result import Result
 
 NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
 """Patterns of the columns a moving picture draws from."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from engine.plots.angles import broken, rotation_vector
-from engine.simulate.result import Event, Result
+from engine.simulation.result import Event, Result
 
 NEGLIGIBLE = 1e-7
 """A component this much smaller than the largest of its family is not drawn: in plane motion most of them are."""

@@ -13,7 +13,7 @@ from engine.plots.captions import caption, event_text
 from engine.plots.meshes import Mesh
 from engine.plots.motion import Motion, arrow_scale, bounds, first_view, motion, rails, reach, round_force
 from engine.plots.scenery import JointMark, Scenery, scenery
-from engine.simulate.result import Result
+from engine.simulation.result import Result
 
 MOST_BYTES = 1_800_000
 """Bytes of rows before they are written as text (a third longer)."""

@@ -31,10 +31,7 @@ class Built:
 
     def hides(self, f: Finding) -> bool:
         """Whether a finding may be no more than a consequence of what was set aside."""
-        for b in self.broken:
-            if f.path[: len(b)] == b or any(a[: len(b)] == b or b[: len(a)] == a for a in f.about):
-                return True
-        return False
+        return any(f.path[: len(b)] == b or any(a[: len(b)] == b or b[: len(a)] == a for a in f.about) for b in self.broken)
 
 
 @cache

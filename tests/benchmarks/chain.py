@@ -23,8 +23,8 @@ from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.scene import model as sm
 from engine.scene.generate import revolute_chain
-from engine.simulate.block import Block, Settings
-from engine.simulate.run import Model
+from engine.simulation.block import Block, Settings
+from engine.simulation.run import Model
 from engine.system.build import build
 from tests.benchmarks.timing import clocked, pin
 

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from engine import load_scene
-from engine.simulate.block import Settings
-from engine.simulate.run import Model, run
+from engine.simulation.block import Settings
+from engine.simulation.run import Model, run
 from tests.benchmarks.timing import pin, repeat
 
 G, R, L, RHO = 9.81, 0.5, 1.0, 7801.0

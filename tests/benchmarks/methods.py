@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from engine import load_scene
 from engine.scene.library import model_names
-from engine.simulate.block import Settings
-from engine.simulate.run import Model, run
+from engine.simulation.block import Settings
+from engine.simulation.run import Model, run
 from tests.benchmarks.timing import pin, repeat
 
 METHODS = ("rk5", "rk8", "rosenbrock", "auto")

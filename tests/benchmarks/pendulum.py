@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 
 from engine import load_scene
 from engine.scene.overrides import apply
-from engine.simulate.block import Settings
-from engine.simulate.run import Model, run
+from engine.simulation.block import Settings
+from engine.simulation.run import Model, run
 from tests.benchmarks.timing import pin, repeat
 
 M, L, G, R, MU, V_EPS = 78.0, 0.5, 9.81, 0.05, 0.6, 1e-4

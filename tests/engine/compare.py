@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from engine.simulate.evaluate import evaluate
-from engine.simulate.run import Model
+from engine.simulation.evaluate import evaluate
+from engine.simulation.run import Model
 from tests.reference.kinematics import State
 from tests.reference.random_scenes import Case
 from tests.reference.rotation import matrix_from_quaternion

@@ -8,7 +8,7 @@ import numpy as np
 
 from engine.scene import load_scene
 from engine.scene import model as sm
-from engine.simulate.run import simulate
+from engine.simulation.run import simulate
 from tests.reference import forward
 from tests.reference.bodies import GROUND, part
 from tests.reference.equations import Equations

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from engine.scene import Scene
-from engine.simulate import block as bl
-from engine.simulate.run import Model
+from engine.simulation import block as bl
+from engine.simulation.run import Model
 from engine.system.structure import state_coordinates
 from tests.reference.random_scenes import Case
 

@@ -17,7 +17,7 @@ from engine.kernel.columns import columns, select
 from engine.kernel.library import RUNTIME, kernel_key
 from engine.scene import Scene, load_scene
 from engine.scene.overrides import apply
-from engine.simulate.run import Model, simulate
+from engine.simulation.run import Model, simulate
 from engine.system.build import build
 
 ROOT = Path(__file__).parents[2]
@@ -88,7 +88,7 @@ def test_two_processes_may_build_the_same_kernel_at_once(home: Path) -> None:
     """Both wait for a signal, then build; both get the result, one copy stays."""
     script = (
         "import sys, time, pathlib\n"
-        "from engine.simulate.run import simulate\n"
+        "from engine.simulation.run import simulate\n"
         "import casadi\n"
         "pathlib.Path(sys.argv[2]).touch()\n"
         "while not pathlib.Path(sys.argv[1]).exists(): time.sleep(0.001)\n"
@@ -194,7 +194,7 @@ def test_other_columns_are_another_kernel_and_the_order_of_the_file_is_not() -> 
 def test_a_warm_start_needs_neither_the_symbolic_library_nor_the_compiler() -> None:
     simulate("simple_pendulum", until=0.1)
     script = (
-        "import sys; from engine.simulate.run import simulate\n"
+        "import sys; from engine.simulation.run import simulate\n"
         "r = simulate('simple_pendulum', until=0.1); print('casadi' in sys.modules, len(r))"
     )
     env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))

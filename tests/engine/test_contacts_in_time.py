@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from engine.scene import model as sm
-from engine.simulate.result import Result
-from engine.simulate.run import simulate
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
 
 PUSH = 4.0
 

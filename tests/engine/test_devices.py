@@ -9,8 +9,8 @@ import pytest
 
 from engine.scene import model as sm
 from engine.scene.overrides import apply
-from engine.simulate.result import Result
-from engine.simulate.run import simulate
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
 
 RTOL = 1e-10
 ERROR = 1e-7

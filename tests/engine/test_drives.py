@@ -10,8 +10,8 @@ from scipy.integrate import cumulative_simpson
 from scipy.interpolate import CubicSpline
 
 from engine.scene import model as sm
-from engine.simulate.result import Result
-from engine.simulate.run import simulate
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
 
 LINK = sm.Body(box=(0.3, 0.1, 0.1), mass=2.0, center=(0.15, 0.0, 0.0), points={"e": (0.3, 0.0, 0.0)})
 CONSTANT = sm.Constant(rate=0.5, start=-0.2)

@@ -9,9 +9,9 @@ import pytest
 
 from engine.scene import load_scene
 from engine.scene.overrides import apply
-from engine.simulate import block as bl
-from engine.simulate.result import Result
-from engine.simulate.run import Model, run
+from engine.simulation import block as bl
+from engine.simulation.result import Result
+from engine.simulation.run import Model, run
 from tests.engine.planar import pendulum_run
 
 NORMAL_TURNS = {1: 58.897, 5: 57.610}

@@ -9,9 +9,9 @@ import pytest
 
 from engine.scene import load_scene
 from engine.scene.overrides import apply
-from engine.simulate.evaluate import evaluate
-from engine.simulate.result import Result
-from engine.simulate.run import Model, simulate
+from engine.simulation.evaluate import evaluate
+from engine.simulation.result import Result
+from engine.simulation.run import Model, simulate
 from tests.engine.planar import pendulum_run, slider_crank
 
 

@@ -14,8 +14,8 @@ from scipy.special import ellipj, ellipk
 
 from engine.integrators import RK5, RK8, RODAS5P
 from engine.scene import model as sm
-from engine.simulate import block as bl
-from engine.simulate.run import Model, simulate
+from engine.simulation import block as bl
+from engine.simulation.run import Model, simulate
 from tests.engine.states import rate
 
 UNTIL = 1.5

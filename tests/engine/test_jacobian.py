@@ -13,7 +13,7 @@ from engine.kernel import cache, compiler, jacobian_unit
 from engine.kernel.library import RUNTIME
 from engine.kernel.source import jacobian_source
 from engine.scene import load_scene, model_names
-from engine.simulate.block import Block
+from engine.simulation.block import Block
 from tests.engine.redundant import case_of as redundant_case
 from tests.engine.states import block_after, block_at, differences, rate, time_differences
 from tests.reference.random_scenes import Case, random_loop, random_tree

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from engine.scene import Scene, load_scene
 from engine.scene import model as sm
 from engine.scene.generate import n_four_bar
-from engine.simulate.run import simulate
+from engine.simulation.run import simulate
 from tests.engine.planar import slider_crank
 
 CLOSURE = 1e-9

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from engine.scene import model as sm
-from engine.simulate.result import Result
-from engine.simulate.run import simulate
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
 from tests.reference.joint_rows import FREE_DIRECTIONS
 from tests.reference.random_scenes import random_loop, random_tree
 

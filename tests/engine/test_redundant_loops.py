@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine.simulate.run import simulate
+from engine.simulation.run import simulate
 from engine.system.spanning import span
 from tests.engine.compare import engine_row, engine_table, results, worst
 from tests.engine.redundant import case_of, open_reactions, smallest

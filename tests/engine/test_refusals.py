@@ -7,8 +7,8 @@ import pytest
 
 from engine.basics.problems import SceneError, SimulationError
 from engine.scene import load_scene
-from engine.simulate.evaluate import evaluate
-from engine.simulate.run import Model, simulate
+from engine.simulation.evaluate import evaluate
+from engine.simulation.run import Model, simulate
 
 
 def test_every_wrong_setting_is_said_at_once() -> None:

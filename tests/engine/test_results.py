@@ -11,10 +11,10 @@ import pytest
 from engine.basics.problems import SceneError
 from engine.scene import Scene, load_scene
 from engine.scene import model as sm
-from engine.simulate import block as bl
-from engine.simulate import run as running
-from engine.simulate.result import Result
-from engine.simulate.run import Model, simulate
+from engine.simulation import block as bl
+from engine.simulation import run as running
+from engine.simulation.result import Result
+from engine.simulation.run import Model, simulate
 
 
 @cache

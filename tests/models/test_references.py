@@ -11,7 +11,7 @@ from engine.scene import load_scene
 from engine.scene.expected import columns_of, evaluate, expected
 from engine.scene.library import model_names
 from engine.scene.overrides import apply
-from engine.simulate.run import simulate
+from engine.simulation.run import simulate
 
 CASES = [(m, i) for m in model_names() for i, e in enumerate(expected(m)) if not e.compute]
 AVAILABLE = ("regularized", "viscous")

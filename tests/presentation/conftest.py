@@ -8,9 +8,9 @@ import pytest
 from engine.kernel.columns import columns
 from engine.scene import load_scene
 from engine.scene.model import Scene
-from engine.simulate.outcome import DONE, Outcome
-from engine.simulate.result import Event, Result, Stats
-from engine.simulate.run import simulate
+from engine.simulation.outcome import DONE, Outcome
+from engine.simulation.result import Event, Result, Stats
+from engine.simulation.run import simulate
 from engine.system.build import build
 
 REVERSALS = (1.0, 2.5)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from engine.cli import main
-from engine.simulate.tables import load_result_table
+from engine.simulation.tables import load_result_table
 
 SHORT = ["simulate", "spherical_pendulum", "--until", "500 ms", "--every", "10 ms"]
 
@@ -174,7 +174,7 @@ def test_a_defect_is_told_without_a_traceback(monkeypatch: pytest.MonkeyPatch, c
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr("engine.simulate.run.simulate", broken)
+    monkeypatch.setattr("engine.simulation.run.simulate", broken)
     assert main(SHORT) == 1
     err = capsys.readouterr().err
     assert "defect of Trunnion" in err

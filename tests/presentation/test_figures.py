@@ -13,7 +13,7 @@ from engine.plots import figure, mechanism, save_figure
 from engine.plots.angles import broken, rotation_vector
 from engine.plots.curves import thousands, ylabel
 from engine.plots.panels import Curve, Panel, sections
-from engine.simulate.result import Result
+from engine.simulation.result import Result
 
 
 def axes_of(result: Result) -> dict:

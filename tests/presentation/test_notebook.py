@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree
 
-from engine.simulate.outcome import Outcome
-from engine.simulate.result import Result
+from engine.simulation.outcome import Outcome
+from engine.simulation.result import Result
 
 
 def test_it_shows_outcome_curves_and_events(pendulum: Result) -> None:

@@ -12,7 +12,7 @@ from engine.plots.meshes import Mesh
 from engine.plots.motion import arrow_scale, motion, round_force
 from engine.plots.scenery import scenery
 from engine.scene import load_scene, model_names
-from engine.simulate.result import Result
+from engine.simulation.result import Result
 
 
 def volume(mesh: Mesh) -> float:

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from engine.basics.problems import SceneError
-from engine.simulate.result import Result
-from engine.simulate.tables import load_result_table, to_arrow
+from engine.simulation.result import Result
+from engine.simulation.tables import load_result_table, to_arrow
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])

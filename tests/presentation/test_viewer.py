@@ -18,7 +18,7 @@ from engine.basics.problems import SceneError
 from engine.plots import animate
 from engine.plots.animate import page
 from engine.plots.playback import MOST_BYTES, MOST_ROWS, content, thinned
-from engine.simulate.result import Result
+from engine.simulation.result import Result
 
 
 def test_the_page_fetches_nothing(swing: Result) -> None:

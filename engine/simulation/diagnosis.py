@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from engine.simulate.run import Model
+    from engine.simulation.run import Model
 
 
 def suspect(model: Model, status: int) -> str:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.kernel.columns import Column
-from engine.simulate.outcome import Outcome
-from engine.simulate.redundancy import Redundancy
+from engine.simulation.outcome import Outcome
+from engine.simulation.redundancy import Redundancy
 
 if TYPE_CHECKING:
     import pandas
@@ -113,7 +113,7 @@ class Result:
 
     def to_arrow(self) -> pyarrow.Table:
         """An Arrow table with units and metadata in its schema."""
-        from engine.simulate.tables import to_arrow
+        from engine.simulation.tables import to_arrow
 
         return to_arrow(self)
 
@@ -127,7 +127,7 @@ class Result:
 
     def save(self, path: str | Path) -> Path:
         """Write CSV or Parquet (by suffix) with metadata: scene, settings, version, outcome, events."""
-        from engine.simulate.tables import save
+        from engine.simulation.tables import save
 
         return save(self, Path(path))
 
@@ -136,6 +136,6 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Notebook display: outcome, events, and a picture of the main curves."""
-        from engine.simulate.notebook import html
+        from engine.simulation.notebook import html
 
         return html(self)

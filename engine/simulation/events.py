@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine.simulate.result import Event
+from engine.simulation.result import Event
 from engine.system.structure import System
 
 KINDS = {1: "reversal", 2: "stop", 3: "slip", 4: "separation", 5: "turn", 6: "stop_on", 7: "stop_off", 8: "switch"}

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from engine.simulate.result import Result
-from engine.simulate.summary import counted, main_columns
+from engine.simulation.result import Result
+from engine.simulation.summary import counted, main_columns
 
 WIDTH, HEIGHT = 300, 84
 MOST_POINTS = 300

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.simulate.block import Block
+from engine.simulation.block import Block
 
 SHARE = 1e-6
 """A joint takes part in an open direction when its share of that (unit) direction exceeds this; round-off is 1e-12 at most."""

@@ -13,11 +13,11 @@ from engine.basics.problems import Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
 from engine.scene.model import Scene
-from engine.simulate import block as bl
-from engine.simulate.events import decode
-from engine.simulate.outcome import ADVICE, DONE, Outcome, from_status
-from engine.simulate.redundancy import Redundancy, redundancy, redundancy_notes
-from engine.simulate.result import Event, Result, Stats
+from engine.simulation import block as bl
+from engine.simulation.events import decode
+from engine.simulation.outcome import ADVICE, DONE, Outcome, from_status
+from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
+from engine.simulation.result import Event, Result, Stats
 from engine.system.build import Built, build
 from engine.system.structure import System
 
@@ -173,7 +173,7 @@ class _Run:
 
     def _begin(self) -> Outcome | None:
         """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
-        from engine.simulate.assembly import moved_notes
+        from engine.simulation.assembly import moved_notes
 
         model = self.model
         model.block.configure(self.settings)
@@ -243,6 +243,6 @@ def _open_loop(model: Model, code: int) -> Outcome:
 
 def _failure(model: Model, status: int) -> Outcome:
     """Named outcome, with the joint it is about."""
-    from engine.simulate.diagnosis import suspect
+    from engine.simulation.diagnosis import suspect
 
     return from_status(status, model.block.time, suspect(model, status))

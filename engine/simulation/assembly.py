@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine.simulate.block import Block
+from engine.simulation.block import Block
 from engine.system.build import Built
 from engine.system.structure import state_coordinates
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.simulate.result import Event, Result
+from engine.simulation.result import Event, Result
 
 NEGLIGIBLE = 1e-9
 """A component this much smaller than the largest of its kind in the same joint is not a main column."""

@@ -22,8 +22,8 @@ import numpy as np
 from engine.basics.files import writing
 from engine.basics.problems import Problem, SceneError
 from engine.basics.version import version
-from engine.simulate.outcome import Outcome
-from engine.simulate.result import Event, Result
+from engine.simulation.outcome import Outcome
+from engine.simulation.result import Event, Result
 
 if TYPE_CHECKING:
     import pyarrow

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from engine.basics.problems import SimulationError
-from engine.simulate import block as bl
-from engine.simulate.run import Model
+from engine.simulation import block as bl
+from engine.simulation.run import Model
 from engine.system.structure import state_coordinates
 
 
