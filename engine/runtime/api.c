@@ -208,3 +208,4 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
   return 1;
 }
 #include "communicate.c"
+#include "linearize.c"

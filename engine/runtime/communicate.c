@@ -69,3 +69,11 @@ int tr_resume(tr_sim *s, int anew) {
   tr_set_parameters(s);
   return tr_start_modes(s) ? TR_OK : (s->status = TR_FAIL_MULTIPLIERS);
 }
+
+/* Where an external input is kept (see tr_input_signal), and its value and derivatives at t. */
+double *tr_input_record(tr_sim *s, int input) {
+  double *T = TR_A(s, tables);
+  return T + (int)T[input];
+}
+
+void tr_input_value(const double *record, double t, double *value) { tr_input_signal(record, t, value); }
