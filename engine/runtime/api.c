@@ -3,6 +3,7 @@
 #include <string.h>
 #include "tr.h"
 #include "linalg.h"
+#include "least.c"
 #include "multipliers.c"
 #include "rhs.c"
 #include "explicit.c"
@@ -32,6 +33,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(smin, k->nsliders); TR_PLACE(smax, k->nsliders); TR_PLACE(lin0, TR_ZONE * k->nsliders);
   TR_PLACE(h_res, 2 * rows); TR_PLACE(ev, TR_EVENT * s->ev_capacity); TR_PLACE(breaks, s->nbreaks); TR_PLACE(tables, ntable);
   TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
+  TR_PLACE(gram, tr_least_size(rows));
   int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
@@ -175,7 +177,9 @@ int tr_redundancy(tr_sim *s, double *out) {
   if (k->active == 0) s->rank_now = 0;
   tr_full_multipliers(s, TR_A(s, y), z, 0);
   if (k->active == k->rows && s->rank_now == k->active) return 0;
-  return tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
+  int count = tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
+  tr_orthonormal(m, count, out);
+  return count;
 }
 
 const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }

@@ -30,7 +30,8 @@ static void tr_solve_S(tr_sim *s, const double *b, double *x) {
   tr_cholesky_solve(s->k->active, s->rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
 }
 
-/* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind. */
+/* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind, and a kind that has
+ * nothing but round-off (the turns of a planar loop, unless its axes are the world's) what the other amounts to over the length. */
 static void tr_scale_rows(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *S = TR_A(s, maps);
@@ -40,6 +41,9 @@ static void tr_scale_rows(tr_sim *s) {
     int kind = k->row_kind[k->active_rows[i]];
     if (S[i + i * n] > big[kind]) big[kind] = S[i + i * n];
   }
+  double turn = big[0] / (s->length * s->length), travel = big[1] * s->length * s->length;
+  if (big[1] < 1e-12 * turn) big[1] = turn;
+  else if (big[0] < 1e-12 * travel) big[0] = travel;
   for (int i = 0; i < n; ++i) {
     double m = S[i + i * n], b = big[k->row_kind[k->active_rows[i]]];
     if (!(m > 1e-9 * b)) m = b;
@@ -65,30 +69,22 @@ static int tr_null_space(tr_sim *s, double *V) {
   const double *S = TR_A(s, maps);
   double b[a + 1];
   for (int q = 0; q < r; ++q) {
-    int out = perm[s->rank_now + q];
-    for (int i = 0; i < a; ++i) b[i] = -S[i + out * a];
-    tr_solve_S(s, b, V + q * a);
+    int out = perm[s->rank_now + q], empty = 1;
+    for (int i = 0; i < a; ++i) b[i] = -S[i + out * a], empty &= b[i] == 0.0;
+    if (empty) memset(V + q * a, 0, sizeof(double) * a);
+    else tr_solve_S(s, b, V + q * a);
     V[out + q * a] = 1.0;
   }
   return r;
 }
 
-/* Orthonormalise the directions N (m×r) and carry the combinations V (a×r) along; dependent ones become zero. */
-static void tr_orthonormal(int m, int a, int r, double *N, double *V) {
-  for (int q = 0; q < r; ++q) {
-    double *n = N + m * q, *v = V + a * q, len0 = 0.0, len = 0.0;
-    for (int i = 0; i < m; ++i) len0 += n[i] * n[i];
-    for (int pass = 0; pass < 2; ++pass)
-      for (int p = 0; p < q; ++p) {
-        double dot = 0.0, *np = N + m * p;
-        for (int i = 0; i < m; ++i) dot += n[i] * np[i];
-        for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
-        for (int i = 0; i < a; ++i) v[i] -= dot * V[i + a * p];
-      }
-    for (int i = 0; i < m; ++i) len += n[i] * n[i];
-    double inv = len > 1e-20 * len0 && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
-    for (int i = 0; i < m; ++i) n[i] *= inv;
-    for (int i = 0; i < a; ++i) v[i] *= inv;
+/* y (m) += sign · A x, A m×n; absent columns are skipped. */
+static void tr_add_columns(int m, int n, const double *A, const double *x, double sign, double *y) {
+  for (int j = 0; j < n; ++j) {
+    const double *col = A + (size_t)j * m;
+    double f = sign * x[j];
+    if (f != 0.0)
+      for (int i = 0; i < m; ++i) y[i] += col[i] * f;
   }
 }
 
@@ -98,28 +94,18 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, m = k->nkappa, r = a - s->rank_now;
   if (m == 0 || r <= 0) return;
-  double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m];
+  double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m], x[r];
   const double *k0 = map_kappa(k, TR_A(s, maps)), *kl = k0 + m, *ke = kl + m * a;
   tr_null_space(s, V);
-  for (int q = 0; q < r; ++q)
-    for (int i = 0; i < m; ++i) {
-      double sum = 0.0;
-      for (int j = 0; j < a; ++j) sum += kl[i + j * m] * V[j + q * a];
-      Q[i + q * m] = sum;
-    }
-  tr_orthonormal(m, a, r, Q, V);
+  memset(Q, 0, sizeof(double) * m * r);
+  for (int q = 0; q < r; ++q) tr_add_columns(m, a, kl, V + q * a, 1.0, Q + q * m);
+  tr_least least = tr_least_of(m, r, Q, TR_A(s, gram));
   for (int col = 0; col <= e; ++col) { /* column 0: lam0 with κ0; column j: −T_j with κe_j */
     double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
-    const double *base = col == 0 ? k0 : ke + (col - 1) * m;
-    for (int i = 0; i < m; ++i) {
-      kap[i] = base[i];
-      for (int j = 0; j < a; ++j) kap[i] += sign * kl[i + j * m] * lam[j];
-    }
-    for (int q = 0; q < r; ++q) {
-      double dot = 0.0;
-      for (int i = 0; i < m; ++i) dot += Q[i + q * m] * kap[i];
-      for (int j = 0; j < a; ++j) lam[j] -= sign * dot * V[j + q * a];
-    }
+    memcpy(kap, col == 0 ? k0 : ke + (col - 1) * m, sizeof kap);
+    tr_add_columns(m, a, kl, lam, sign, kap);
+    tr_least_solve(&least, kap, x);
+    tr_add_columns(a, r, V, x, sign, lam);
   }
 }
 

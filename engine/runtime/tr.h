@@ -100,7 +100,7 @@ typedef struct tr_sim {
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
-      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, jp, W, Wlu, Wt, wperm, lin0, held, kap, nul, cand, weight, kstep;
+      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, jp, W, Wlu, Wt, wperm, lin0, held, kap, nul, gram, cand, weight, kstep;
   int ny, nz, nrows;
 } tr_sim;
 
