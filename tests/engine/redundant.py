@@ -1,5 +1,5 @@
-"""Redundant loops at a moving state: Bricard's mechanism, and four-bars of spatial revolutes under oblique gravity, one that rubs, one
-of several loops."""
+"""Redundant loops at a moving state: Bricard's mechanism, and four-bars of spatial revolutes under oblique gravity, one that rubs and
+one of several loops."""
 
 from __future__ import annotations
 
