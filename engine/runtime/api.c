@@ -196,6 +196,9 @@ void tr_configure(tr_sim *s, const tr_settings *o) {
   s->method = o->method, s->project = o->project, s->locate = o->locate, s->max_steps_total = o->max_steps;
 }
 
+/* What the works asked for are compared with, J: mass · (length · rate)². Without it they are not under error control. */
+void tr_set_energy(tr_sim *s, double joule) { s->energy_unit = joule; }
+
 /* Move a running simulation into a larger block laid out with the Jacobian unit: everything before its arrays is the same. */
 int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int ntable) {
   if (j->abi != TR_ABI) return 0;

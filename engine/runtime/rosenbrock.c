@@ -126,7 +126,7 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
   for (int p = 0; p < TR_ROS_STAGES; ++p)
     for (int i = 0; i < ny + nquad; ++i) ynew[i] += tr_ros_b[p] * K[(p + 1) * n + i];
   if (s->hfixed > 0.0) return 0.0;
-  return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew) / ny);
+  return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew, tr_work_unit(s, h, y)));
 }
 
 /* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */

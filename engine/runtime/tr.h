@@ -94,7 +94,7 @@ typedef struct tr_sim {
   long row_index;
   int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch;
   int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
-  double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, eta_scale, solve_error;
+  double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
   double jac_t;
   int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
   tr_stats stats;

@@ -1,5 +1,4 @@
-"""Redundant loops at a moving state: Bricard's mechanism, and four-bars of spatial revolutes under oblique gravity, one that rubs and
-one of several loops."""
+"""Redundant loops in motion, under oblique gravity: Bricard's mechanism, a four-bar that rubs, a four-bar of several loops."""
 
 from __future__ import annotations
 
