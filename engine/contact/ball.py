@@ -65,8 +65,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
-    """Contact normal of a ball that turns inside its friction cone: n = ∓ω̂, against the force, so that nothing slides ("cone-stick",
-    ``stick.md``, closed form 4)."""
+    """Contact normal of a ball that turns inside its friction cone: n = ∓ω̂, against the force, so that nothing slides."""
     f = [w["f1"], w["f2"], w["f3"]]
     omega = [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     size = ca.sqrt(_dot(omega, omega) + TINY)

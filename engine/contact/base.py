@@ -42,9 +42,9 @@ class Contact:
 
 @dataclass(frozen=True)
 class Hold:
-    """What a pair at rest can hold: the friction force at the surface it can carry in the asked direction (N), the size of the asked
-    friction as such a force (N; the friction ratio is size/capacity), and the part of it no friction can carry (N; a point contact
-    holds no torque about the force)."""
+    """What a pair at rest can hold: the friction force at the surface it can carry in the asked direction (N), the size of the
+    asked friction as such a force (N; the friction ratio is size/capacity), and the part of it no friction can carry (N; a point
+    contact holds no torque about the force)."""
 
     capacity: SX
     size: SX
@@ -52,8 +52,8 @@ class Hold:
 
 
 def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
-    """|k| of a pair at rest from the friction it carries: k · load(k) = size, by Newton's method (the left side is monotone and smooth
-    up to the limit of sticking)."""
+    """|k| of a pair at rest from the friction it carries: k · load(k) = size, by Newton's method (the left side is monotone and
+    smooth up to the limit of sticking)."""
     k = SX.sym("k")
     residual = k * load(k) - size
     step = k - residual / (ca.jacobian(residual, k) + TINY)

@@ -173,7 +173,8 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
         blocks += rates
         if any_sets(system):
             held = ca.vertcat(*[acceleration_rows(m, acc, e.joint) for e in parts])
-            blocks += [ca.densify(held[:, 0]), ca.vec(ca.densify(held[:, 1 : 1 + nl][:, active])), ca.vec(ca.densify(held[:, 1 + nl :]))]
+            lam = held[:, 1 : 1 + nl][:, active]
+            blocks += [ca.densify(held[:, 0]), ca.vec(ca.densify(lam)), ca.vec(ca.densify(held[:, 1 + nl :]))]
         if redundant:
             kappa = scaled_reactions(m, acc)
             nkappa = kappa.size1()
@@ -273,19 +274,22 @@ def _laws(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def _held(sym: Symbols, parts: list[Element]) -> Code:
-    """What pairs at rest hold, 3 numbers a pair: capacity, size of the friction u and what no friction carries (see ``Hold``), and the
-    derivative of the capacity by N (a row per pair, in order, of its element's components)."""
+    """What pairs at rest hold, 3 numbers a pair: capacity, size of the friction u and what no friction carries (see ``Hold``), and
+    the derivative of the capacity by N (a row per pair, in order, of its element's components)."""
     nn = sum(len(e.needs) for e in parts)
     N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
     values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))
     rows: list[SX] = []
     for e in parts:
-        mine = N[e.n0 : e.n0 + len(e.needs)]
-        found = e.contact.held(wrench(e, mine), [u[i] for i in e.eta], laws(sym, e), numbers(sym, e), e.friction.adams) if e.sets else []
+        mine, found = N[e.n0 : e.n0 + len(e.needs)], []
+        if e.sets:
+            asked, adams = [u[i] for i in e.eta], e.friction.adams
+            found = e.contact.held(wrench(e, mine), asked, laws(sym, e), numbers(sym, e), adams)
         for n, s in enumerate(e.friction.sliders):
+            capacity = found[n].capacity if found else SX(0)
             if found:
-                values[3 * s.flag : 3 * s.flag + 3] = [SX(found[n].capacity), SX(found[n].size), SX(found[n].beyond)]
-            rows.append(ca.vec(ca.densify(ca.jacobian(found[n].capacity, mine) if found else SX.zeros(1, len(e.needs)))))
+                values[3 * s.flag : 3 * s.flag + 3] = [capacity, found[n].size, SX(found[n].beyond)]
+            rows.append(ca.vec(ca.densify(ca.jacobian(capacity, mine))))
     stages = [
         Stage("k_prepare_held", f"{CONST}p,double*restrict c", "c"),
         Stage("k_held", f"{CONST}N,{CONST}u,{CONST}x,{CONST}c,double*restrict hold,double*restrict dN", ""),

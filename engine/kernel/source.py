@@ -80,7 +80,8 @@ def element_table(main: MainUnit) -> tuple[list[int], list[int], int]:
         for s in pairs:
             first = min(s.eta) - e.eta[0]
             own = [first + k for k in range(len(s.eta))]
-            v0 = -1 if e.joint.cut or any(k not in e.joint.free for k in own) else e.joint.v0 + e.joint.free.index(first)
+            mine = not e.joint.cut and all(k in e.joint.free for k in own)
+            v0 = e.joint.v0 + e.joint.free.index(first) if mine else -1
             cone = int(e.contact.cone is not None and not e.friction.adams)
             sliders += [number, s.eta[0], len(s.eta), e.rate0 + first, len(s.eta), e.law_kind, contact, each, v0, cone]
             contact += each
@@ -102,8 +103,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         _ints("k_quat", quat), _ints("k_element", elements), _ints("k_slider", sliders),
     ])
     struct = (
-        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,K_C_HELD,k_active,k_row_kind,"
-        "k_qkind,k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_held,k_closure,k_events,k_qdot};\n"
+        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,K_C_HELD,k_active,"
+        "k_row_kind,k_qkind,k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_held,k_closure,k_events,k_qdot};\n"
     )
     return PREAMBLE + main.text + tables + struct
 
