@@ -245,7 +245,7 @@ static void tr_finish_whole(tr_sim *s) {
 /* Complete a step that ends where a pair with a set-valued law changes its mode. */
 static int tr_finish_set(tr_sim *s) {
   double te = s->p_t, *ye = TR_A(s, cand);
-  s->capture = -1;
+  s->capture = s->missed = -1;
   tr_dense_eval(s, s->p_theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   int code = tr_settle(s, te, ye, s->p_which);

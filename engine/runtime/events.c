@@ -105,7 +105,9 @@ static double tr_event_at(tr_sim *s, double theta, int which) {
   const double *r = tr_slider_rates(s, which), *m = tr_mode(s, which), *arm = TR_A(s, arm) + tr_slider(s, which)[1];
   double along = 0.0;
   for (int j = 0; j < tr_slider(s, which)[4]; ++j) along += r[j] * m[1 + j] * arm[j] * arm[j];
-  return along < 0.0 && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s) ? 3.0 : theta;
+  if (!(along < 0.0 && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s))) return theta;
+  s->missed = which;
+  return 3.0;
 }
 
 /* Look for an event in the step just made (end state evaluated in ynew, K[end]). Returns θ of the first one, or 2. */
@@ -260,7 +262,7 @@ static int tr_start_modes(tr_sim *s) {
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = 0.0;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? 1.0 : 0.0;
-  s->still = s->shares = s->aside = 0, s->capture = -1;
+  s->still = s->shares = s->aside = 0, s->capture = s->missed = -1;
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode(s, i), 0, sizeof(double) * TR_MODE), tr_zone(s, i)[0] = 0.0;
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));

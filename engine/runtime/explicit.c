@@ -24,18 +24,19 @@ static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad)
 
 #define DIRECTION_ERROR 1e-3
 
-/* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e|/(0.001 |v|))², worst
- * pair. */
+/* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(0.001 |v|))²,
+ * worst pair. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew) {
   double worst = 0.0, least = 1e-9 * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     const int *sl = tr_slider(s, i);
     if (!tr_is_set(s, i) || sl[4] == 1 || sl[8] < 0 || tr_is_stuck(s, i)) continue;
-    double size = 0.0, error = 0.0;
+    double size = 0.0, error = 0.0, along = 0.0;
     for (int j = 0; j < sl[4]; ++j) {
       double arm = TR_A(s, arm)[sl[1] + j], v = arm * ynew[s->k->nq + sl[8] + j], d = arm * e[s->k->nq + sl[8] + j];
-      size += v * v, error += d * d;
+      size += v * v, error += d * d, along += v * d;
     }
+    if (size > 0.0) error = fmax(error - along * along / size, 0.0);
     worst = fmax(worst, error / fmax(size, least * least));
   }
   return worst / (DIRECTION_ERROR * DIRECTION_ERROR);

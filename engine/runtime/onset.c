@@ -12,6 +12,7 @@
 #define TR_FROZEN 1e126
 #define FAINT 1e-7     /* of length · rate²: an acceleration this small has no direction; friction keeps the one it had while holding */
 #define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen */
+#define SAME_DIRECTION 1e-9
 #define ONSET_STEP 0.3 /* of √rtol / rate: the direction's own drift over it is below the tolerance */
 
 /* Surface acceleration of pair i at the solution in place. */
@@ -99,7 +100,7 @@ static int tr_turning_slope(tr_sim *s, int i, const double *d, double t[2][3], c
   return 1;
 }
 
-enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS };
+enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
 /* What the direction d, brought to a solution, is. */
 static int tr_onset_kind(tr_sim *s, int i, const double *d, const double *dir, double t[2][3], const double *f) {
@@ -107,7 +108,8 @@ static int tr_onset_kind(tr_sim *s, int i, const double *d, const double *dir, d
   double J[2][2], here[3];
   if (!(tr_dot(d, dir, n) > 0.0) || !tr_turning_slope(s, i, d, t, f, J)) return TR_ONSET_NONE;
   if (!tr_accelerates(s, i, d, here)) return TR_ONSET_NONE;
-  int attracts = n == 2 ? J[0][0] <= 0.0 : J[0][0] + J[1][1] <= 0.0 && J[0][0] * J[1][1] >= J[0][1] * J[1][0];
+  if (J[0][0] == 0.0 && (n == 2 || J[1][1] == 0.0)) return TR_ONSET_FAINT;
+  int attracts = n == 2 ? J[0][0] < 0.0 : J[0][0] + J[1][1] < 0.0 && J[0][0] * J[1][1] > J[0][1] * J[1][0];
   return attracts ? TR_ONSET_ATTRACTS : TR_ONSET_REPELS;
 }
 
@@ -143,7 +145,7 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
 }
 
 /* Make pair i slide from rest; its mode holds a first guess of the direction (rates). A direction that repels is taken only when there is
- * no other. */
+ * no other, or when it is exactly the guess: what is symmetric (a ball swinging in a plane) stays so. */
 static int tr_onset(tr_sim *s, int i) {
   const int *sl = tr_slider(s, i);
   int n = sl[4], found = 0;
@@ -159,7 +161,15 @@ static int tr_onset(tr_sim *s, int i) {
       d[0] = c % 3 - 1, d[1] = c / 3 % 3 - 1, d[2] = c / 9 - 1;
       tr_unit(3, d);
     }
+    double first[3], moved = 0.0;
+    memcpy(first, d, sizeof first);
     int kind = tr_onset_from(s, i, d);
+    for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
+    if (kind == TR_ONSET_FAINT) return 1;
+    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* it goes on along a line: nothing turns */
+      for (int j = 0; j < 3; ++j) tr_mode(s, i)[1 + j] /= TR_FROZEN;
+      return 1;
+    }
     if (kind == TR_ONSET_ATTRACTS) return 1;
     if (kind == TR_ONSET_REPELS && !found) memcpy(other, d, sizeof other), found = 1;
   }

@@ -72,12 +72,13 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   return TR_OK;
 }
 
-/* Pair of several components that will be at rest within a distance that does not count; −1 when there is none. After an accepted step,
- * its end evaluated. */
+/* Whether the pair of several components whose turning has cut the steps will be at rest within a distance that does not count: then
+ * the pair, else −1. (One that stops along a line passes through zero and is located as any other.) After an accepted step, its end
+ * evaluated. */
 static int tr_ends_sliding(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *rates = map_rates(k, TR_A(s, maps)), *z = TR_A(s, z);
-  for (int i = 0; i < k->nsliders; ++i) {
+  for (int i = s->missed; i >= 0 && i < k->nsliders; i = k->nsliders) {
     const int *sl = tr_slider(s, i);
     double *least = TR_A(s, vmin) + i;
     if (!tr_is_set(s, i) || tr_is_stuck(s, i) || sl[4] == 1) continue;

@@ -102,8 +102,8 @@ typedef struct tr_sim {
   double jac_t;
   int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
   double capture_h, capture_dec;
-  int still, shares, capture, aside; /* pairs held at rest; whether some of them share their load as a group; pair about to
-                                 come to rest */
+  int still, shares, capture, aside, missed; /* pairs held at rest; whether some of them share their load as a group; pair about to
+                                 come to rest; pair that has turned too fast for a step (-1: none) */
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
