@@ -13,6 +13,7 @@ from engine.scene import model as sm
 from engine.scene.generate import n_four_bar
 from engine.simulation.run import simulate
 from tests.engine.planar import slider_crank
+from tests.laws import PAPER
 
 CLOSURE = 1e-9
 """Lengths per length scale, radians. Projection leaves round-off (4e-15); without it 1000 s drift far beyond this."""
@@ -42,7 +43,7 @@ def test_redundant_rows_cost_no_steps_at_loose_tolerance(rtol: float) -> None:
 
 def test_the_closure_reported_is_the_gap_in_the_loop() -> None:
     """Recomputed from where the bodies are: rod end on the slider, and both on the guide."""
-    r = simulate("crank_slider", until=3.0, every=0.05)
+    r = simulate("crank_slider", until=3.0, every=0.05, overrides=PAPER)
     gap = [r[f"rod.end.position[{k}]"] - r[f"slider.position[{k}]"] for k in (1, 2, 3)]
     pin = [r[f"crank.pin.position[{k}]"] + r[f"rod.end.position[{k}]"] - 2 * r[f"rod.position[{k}]"] for k in (1, 2, 3)]
     assert np.abs([*gap, *pin]).max() <= 1e-13
