@@ -9,8 +9,13 @@
 #include "explicit.c"
 static int tr_prepare_dense(tr_sim *s);
 static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
+static int tr_settle(tr_sim *s, double t, double *y, int which);
 #include "manifold.c"
+#include "coulomb.c"
+#include "onset.c"
+#include "decide.c"
 #include "events.c"
+#include "settle.c"
 #include "output.c"
 #include "assemble.c"
 #include "rosenbrock.c"
@@ -34,6 +39,8 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(h_res, 2 * rows); TR_PLACE(ev, TR_EVENT * s->ev_capacity); TR_PLACE(breaks, s->nbreaks); TR_PLACE(tables, ntable);
   TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
   TR_PLACE(gram, tr_least_size(rows));
+  TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 3 * e); TR_PLACE(share, e); TR_PLACE(hold, 3 * k->nsliders);
+  TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, k->nsliders);
   int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
@@ -119,7 +126,8 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   }
   tr_shift(s, t, TR_A(s, y));
   if (k->neta && k->loop_friction && k->nkappa == 0 && (k->coupled || (k->active && s->rank < k->active))) return TR_NEED_REDUNDANT;
-  if (!tr_start_modes(s)) return s->status = TR_FAIL_MULTIPLIERS;
+  int modes = tr_start_modes(s);
+  if (modes != TR_OK) return s->status = modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->status = TR_FAIL_MULTIPLIERS;
   for (int i = 0; i < s->ny; ++i)
     if (!isfinite(TR_A(s, dy)[i])) {

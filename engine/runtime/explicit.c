@@ -22,6 +22,25 @@ static const tr_erk *tr_erk_of(int method) { return method == TR_RK5 ? &TR_ERK5 
 
 static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
 
+#define DIRECTION_ERROR 1e-3
+
+/* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e|/(0.001 |v|))², worst
+ * pair. */
+static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew) {
+  double worst = 0.0, least = 1e-9 * tr_speed_unit(s);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    if (!tr_is_set(s, i) || sl[4] == 1 || sl[8] < 0 || tr_is_stuck(s, i)) continue;
+    double size = 0.0, error = 0.0;
+    for (int j = 0; j < sl[4]; ++j) {
+      double arm = TR_A(s, arm)[sl[1] + j], v = arm * ynew[s->k->nq + sl[8] + j], d = arm * e[s->k->nq + sl[8] + j];
+      size += v * v, error += d * d;
+    }
+    worst = fmax(worst, error / fmax(size, least * least));
+  }
+  return worst / (DIRECTION_ERROR * DIRECTION_ERROR);
+}
+
 /* The least a work is measured by, J; this step's share of the works counts, so that they are not 0 at the start. */
 static double tr_work_unit(const tr_sim *s, double h, const double *y) {
   double most = 0.0;
@@ -46,7 +65,8 @@ static double tr_norm2(const tr_sim *s, const double *e, const double *y, const 
       sum += q * q;
     }
   int count = s->ny ? s->ny : s->k->nquad + 1;
-  return sum / (s->rtol * s->rtol * count);
+  sum /= s->rtol * s->rtol * count;
+  return s->k->sets ? sum + tr_direction_error(s, e, ynew) : sum;
 }
 
 /* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
