@@ -17,6 +17,7 @@ from engine.scene import model as sm
 from engine.simulation import block as bl
 from engine.simulation.run import Model, simulate
 from tests.engine.states import rate
+from tests.laws import PAPER
 
 UNTIL = 1.5
 STEPS = {"rk5": (40, 80, 160, 320), "rk8": (40, 56, 80, 112), "rosenbrock": (40, 80, 160, 320)}
@@ -176,10 +177,9 @@ def test_an_unstable_fixed_step_does_not_end_as_done() -> None:
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
     """Friction beside a drive, whose normal force nearly vanishes twice a turn: nothing of it shows in the motion."""
-    changes = {"friction.law": "regularized", "friction.v_eps": 1e-4}
 
     def work(rtol: float) -> np.ndarray:
-        r = simulate("crank_slider", until=2.0, every=0.02, rtol=rtol, overrides=changes, outputs=["*.work", "energy.dissipated"])
+        r = simulate("crank_slider", until=2.0, every=0.02, rtol=rtol, overrides=PAPER, outputs=["*.work", "energy.dissipated"])
         return r["slider_pin.friction.work"]
 
     fine = work(1e-12)
