@@ -18,10 +18,10 @@ OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
 EVENT_NUMBERS = {name: number for number, name in KINDS.items()} | {"stick": 2}
 DEFAULTS = (
-    "final:*.q[*]",
     "max:*.contact[*].normal_force",
     "max:*.friction.torque[*]",
     "min:*.friction.torque[*]",
+    "final:*.q[*]",
     "count:any",
     "first:any",
 )

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
 from service.api.documents import JobDocument, JobList, State, job_document
@@ -99,6 +100,20 @@ def jobs(
     """Jobs, newest first, a page at a time."""
     found, after = s.store.page(state, scene, label, cursor, limit)
     return Json({"jobs": [job_document(j) for j in found], "next": after})
+
+
+class JobFacts(BaseModel):
+    """What a request would make."""
+
+    cases: int
+    columns: list[str]
+
+
+@router.post("/check", response_model=JobFacts, responses=documented(413))
+def check(request: Annotated[JobRequest, Body(openapi_examples=EXAMPLES)], caller: Reader, s: Here) -> Response:
+    """What a request would make, or every problem it has; nothing is submitted."""
+    made = plan_of_request(request, s.settings.limits)
+    return Json({"cases": made.cases.count, "columns": made.schema.names})
 
 
 def found(s: Service, job: str) -> Job:

@@ -24,6 +24,7 @@ from service.api.service import Service, service
 from service.settings import is_loopback
 from service.store.rows import Key
 
+COOKIE = "trunnion_key"
 ROLES = ("read", "submit", "admin")
 """Each may do what those before it may."""
 bearer = HTTPBearer(auto_error=False, scheme_name="bearer", description="An API key.")
@@ -66,7 +67,8 @@ def need(role: str) -> Callable[..., Caller]:
         token: Annotated[HTTPAuthorizationCredentials | None, Security(bearer)] = None,
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
-        found = _caller(s, token.credentials if token else named)
+        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # what a page's links and pictures can send
+        found = _caller(s, token.credentials if token else named or cookie)
         address = request.client.host if request.client else "unknown"
         _count(s, request, found.id if found.id != "local" else address)
         if ROLES.index(found.role) < ROLES.index(role):
