@@ -1,6 +1,7 @@
 """Trunnion's engine: a scene in, motion and joint contacts out.
 
 ``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``.
+``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table.
 Names are loaded when first used, so that importing the package costs nothing.
 """
 
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from engine.basics.problems import Problem, SceneError, SimulationError
+    from engine.batch.sweeping import Sweep, sweep
     from engine.scene import Scene, load_scene, models_dir
     from engine.simulation.result import Event, Result
     from engine.simulation.run import simulate
@@ -25,8 +27,13 @@ _HOMES = {
     "Event": "engine.simulation.result",
     "Result": "engine.simulation.result",
     "simulate": "engine.simulation.run",
+    "Sweep": "engine.batch.sweeping",
+    "sweep": "engine.batch.sweeping",
 }
-__all__ = ["Event", "Problem", "Result", "Scene", "SceneError", "SimulationError", "load_scene", "models_dir", "simulate"]
+__all__ = [
+    "Event", "Problem", "Result", "Scene", "SceneError", "SimulationError", "Sweep", "load_scene", "models_dir", "simulate",
+    "sweep",
+]
 
 
 def __getattr__(name: str) -> Any:

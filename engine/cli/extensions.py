@@ -18,7 +18,6 @@ EXTRAS = {
     "jobs": ("service", "submit and follow jobs on a server"),
     "chart": ("bench", "chart accuracy against cost of the methods"),
     "advise": ("bench", "find settings for an error wanted"),
-    "sweep": ("service", "run a scene over ranges of parameters"),
 }
 """Commands that come with an extra: name → (extra, what it does)."""
 

@@ -222,3 +222,5 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
   j->prepare(TR_A(to, p), TR_A(to, cj));
   return 1;
 }
+
+#include "batch.c"

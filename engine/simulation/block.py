@@ -95,12 +95,12 @@ def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.nd
 class Block:
     """A simulation block. Arrays are views into it; nothing is copied."""
 
-    def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray):
+    def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray, event_capacity: int = EVENT_CAPACITY):
         self.kernel, self.numbers, self.lib = kernel, numbers, _library()
         tables = table_block(numbers.tables)
         breaks = np.array(numbers.breaks, float)
         k, o = kernel.address("kernel"), kernel.address("outputs")
-        self._sizes = (len(breaks), len(tables), EVENT_CAPACITY)
+        self._sizes = (len(breaks), len(tables), event_capacity)
         self._has_jacobian = False
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
@@ -125,7 +125,7 @@ class Block:
         self.parameters = self._view(0, s["np"])
         self.y = self._view(1, self.ny + s["nquad"])
         self.x = self._view(2, s["nx"])
-        self.events = self._view(5, EVENT * EVENT_CAPACITY).reshape(EVENT_CAPACITY, EVENT)
+        self.events = self._view(5, EVENT * self._sizes[2]).reshape(self._sizes[2], EVENT)
 
     def attach_jacobian(self) -> None:
         """Give the block the Jacobian unit (built now if need be); the run goes on where it was."""
