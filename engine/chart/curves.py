@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from engine.chart.points import OURS, Point
 from engine.chart.study import Study
 
+USABLE = 0.1
+"""Errors beyond this are no solutions, and no times are compared there."""
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -44,7 +47,10 @@ def verdict(study: Study) -> list[str]:
     """For every peer: how much faster ours is at each error it reaches (worst and best), or where it is not."""
     out = []
     for program in dict.fromkeys(p.program for p in study.theirs()):
-        theirs = [p for p in study.theirs() if p.program == program and p.ok and p.error == p.error]
+        finished = [p for p in study.theirs() if p.program == program and p.ok and p.error == p.error]
+        theirs = [p for p in finished if p.error <= USABLE]
+        if finished and not theirs:
+            out.append(f"{program}: never within {USABLE:.0%} (at best {_least(finished):.2g}): {finished[0].leaves_out}")
         ratios = [r for p in theirs if (r := _advantage(study, p))]
         if not ratios:
             continue

@@ -30,7 +30,7 @@ def figure(study: Study) -> Figure:
     if len({p.variant for p in study.ours()}) > 1:
         panels.append(("friction laws, against " + str(study.exact), _laws(study), True))
     if study.theirs():
-        panels.append(("other programs", _peers(study), False))
+        panels.append(("other programs, the best of each", _peers(study), False))
     fig = Figure(figsize=(PANEL[0] * len(panels), PANEL[1] + 1.3), facecolor="white")
     for k, (title, chosen, model) in enumerate(panels):
         axes = fig.add_axes(((k + 0.13) / len(panels), 0.155, 0.84 / len(panels), 0.66))
@@ -50,13 +50,18 @@ def _laws(study: Study) -> list[Curve]:
 
 
 def _peers(study: Study) -> list[Curve]:
-    """Our best in every law a peer solves, then the peers."""
+    """Our best in every law a peer solves, then the best of every peer (the page has all of them)."""
     out = []
     for v in dict.fromkeys(p.variant for p in study.theirs()):
         best = front(p for p in study.ours() if p.variant == v)
         name = "trunnion, best of all" + (f" ({v})" if v.law else "")
         out.append(Curve("", name, v.law, v.v_eps, False, tuple(best)))
-    return out + curves(study.theirs())
+    for program in dict.fromkeys(p.program for p in study.theirs()):
+        mine = [p for p in study.theirs() if p.program == program]
+        best = [p for p in front(mine) if p.error < 10]
+        bad = [p for p in mine if not p.ok]
+        out.append(Curve(program, "", mine[0].law, mine[0].v_eps, False, tuple(best + bad)))
+    return out
 
 
 def _panel(axes: Axes, title: str, chosen: Iterable[Curve], model: bool, study: Study) -> None:

@@ -85,7 +85,7 @@ def scaling(repeats: int = 7, largest: int = 64, tell: Tell = lambda *_: None) -
         done += 1
         return _stepped(n, scene, repeats)
 
-    each = "one step of rk5 (6 evaluations and what goes with them)"
+    each = "one step of rk5 (6 evaluations, all that goes with them)"
     return [
         Family("bodies", f"chain of revolutes: {each}", tuple(stepped(n, revolute_chain(n)) for n in bodies)),
         Family("friction joints", f"{CHAIN} bodies, n joints rub: {each}", tuple(stepped(n, rubbing_chain(n)) for n in rubbing)),
@@ -171,20 +171,23 @@ def figure(families: Sequence[Family]) -> Figure:
     fig.suptitle("cost against size", x=0.06, ha="left", size=13, weight="bold", color=INK)
     fig.text(0.06, 0.935, f"{describe()['processor']}, one core, minimum of the repeats", size=8, color="#555555")
     for k, f in enumerate(families):
-        axes = fig.add_axes((0.08 + 0.5 * (k % 2), 0.56 - 0.48 * (k // 2), 0.4, 0.33))
+        axes = fig.add_axes((0.075 + 0.5 * (k % 2), 0.56 - 0.48 * (k // 2), 0.35, 0.33))
         _panel(axes, f)
     return fig
 
 
 def _panel(axes: Axes, f: Family) -> None:
+    from matplotlib.ticker import FuncFormatter
+
     n = [s.n for s in f.sizes]
     axes.loglog(n, [1e6 * s.minimum for s in f.sizes], "o-", ms=4, color=color(0), label=f"cost, ∝ n^{f.exponent:.2f}")
     axes.set_ylabel("µs", size=8.5)
     if any(s.build > 0 for s in f.sizes):
         other = axes.twinx()
-        other.loglog(n, [s.build for s in f.sizes], "s--", ms=3.5, lw=1, color=color(1))
+        other.semilogx(n, [s.build for s in f.sizes], "s--", ms=3.5, lw=1, color=color(1))
         other.set_ylabel("s, to build once", size=8.5, color=color(1))
         other.tick_params(which="both", labelsize=8)
+        other.set_ylim(bottom=0)
         axes.plot([], [], "s--", ms=3.5, lw=1, color=color(1), label=f"building, ∝ n^{f.build_exponent:.2f}")
     axes.set_title(f.name, size=10, loc="left", color=INK)
     axes.set_xlabel("n\n" + f.what, size=8)
@@ -192,4 +195,5 @@ def _panel(axes: Axes, f: Family) -> None:
     axes.tick_params(which="both", labelsize=8)
     axes.set_xticks(n, [str(x) for x in n])
     axes.minorticks_off()
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda t, _: f"{t:g}"))
     axes.legend(fontsize=7.5, loc="upper left")
