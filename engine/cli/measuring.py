@@ -1,4 +1,4 @@
-"""The commands that measure: ``chart``. Their work is in modules of their own, imported when they are invoked."""
+"""The commands that measure: ``chart``, ``sensitivity``. Their work is in modules of their own, imported when they are invoked."""
 
 from __future__ import annotations
 
@@ -41,3 +41,26 @@ def chart(
     wish = ChartWish(_words(scene, ctx), folder, until, changes or [], law or [], v_eps or [], method or [], rtol or [],
                      output or [], norm, repeat, samples, fixed, peers, scaling, as_json, verbose)  # fmt: skip
     raise typer.Exit(chart_command(wish))
+
+
+@app.command(context_settings=OPEN)
+def sensitivity(
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
+    to: Annotated[list[str] | None, typer.Option("--to", metavar="PATH", help="Parameter (repeatable), as for --set.")] = None,
+    output: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Output, such as 'ball.*' (repeatable).")] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
+    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows (default: a hundredth).")] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
+    rtol: Annotated[str | None, typer.Option(metavar="R", help="Tolerance of the run underneath (default 1e-9).")] = None,
+    save: Annotated[str | None, typer.Option("-o", "--file", metavar="FILE", help="Write .csv.")] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """Derivatives of outputs by parameters through a run, exact across its events."""
+    from engine.cli.sensing import SensitivityWish, sensitivity_command
+
+    words = _words(scene, ctx)
+    wish = SensitivityWish(words, to or [], output or [], until, every, changes or [], law, rtol, save, as_json, verbose)
+    raise typer.Exit(sensitivity_command(wish))
