@@ -51,6 +51,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_array.argtypes, lib.tr_array.restype = [p, i], p
     lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
     lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
+    lib.tr_set_energy.argtypes, lib.tr_set_energy.restype = [p, d], None
     lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
     lib.tr_start.argtypes, lib.tr_start.restype = [p, d, d, d, p], i
     lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
@@ -150,6 +151,7 @@ class Block:
         scales = (self.numbers.length, self.numbers.rate)
         c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps)
         self.lib.tr_configure(self.at, ctypes.addressof(c))
+        self.lib.tr_set_energy(self.at, self.numbers.energy)
 
     def assemble(self, t: float = 0.0) -> int:
         """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""

@@ -57,7 +57,7 @@ def test_friction_takes_the_spin_that_its_torque_says() -> None:
 
 
 def test_the_sliding_state_is_the_sign_of_the_rate_beyond_the_kink_and_zero_within() -> None:
-    r = simulate("crank_slider", until=1.0, every=0.0007, rtol=1e-9)
+    r = simulate("crank_slider", until=1.0, every=0.0007, rtol=1e-9, overrides={"friction.law": "regularized"})
     speed = 0.01 * r["slider_pin.qd[1]"]
     expected = np.where(np.abs(speed) > 1e-4, np.sign(speed), 0.0)
     assert np.array_equal(r["slider_pin.friction.state[1]"], expected)
@@ -65,7 +65,7 @@ def test_the_sliding_state_is_the_sign_of_the_rate_beyond_the_kink_and_zero_with
 
 
 def test_each_journal_of_a_cross_has_a_state_of_its_own() -> None:
-    r = simulate("double_pendulum", until=0.5, every=0.002, rtol=1e-9)
+    r = simulate("double_pendulum", until=0.5, every=0.002, rtol=1e-9, overrides={"friction.law": "regularized"})
     for k in (1, 2):
         speed = 0.01 * r[f"cross.qd[{k}]"]
         clear = np.abs(np.abs(speed) - 1e-4) > 1e-9
@@ -75,7 +75,7 @@ def test_each_journal_of_a_cross_has_a_state_of_its_own() -> None:
 
 
 def test_work_by_joint_adds_up_to_what_was_dissipated() -> None:
-    r = simulate("double_pendulum", until=1.0, every=0.01)
+    r = simulate("double_pendulum", until=1.0, every=0.01, overrides={"friction.law": "regularized"})
     work = r["guide.friction.work"] + r["cross.friction.work"]
     assert work == pytest.approx(-r["energy.dissipated"], abs=1e-9)
     for joint in ("guide", "cross"):
