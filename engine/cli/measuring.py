@@ -1,4 +1,4 @@
-"""The commands that measure: ``chart``, ``sensitivity``. Their work is in modules of their own, imported when they are invoked."""
+"""The commands that measure: ``chart``, ``sensitivity``, ``advise``. Their work is in modules imported when they are invoked."""
 
 from __future__ import annotations
 
@@ -64,3 +64,24 @@ def sensitivity(
     words = _words(scene, ctx)
     wish = SensitivityWish(words, to or [], output or [], until, every, changes or [], law, rtol, save, as_json, verbose)
     raise typer.Exit(sensitivity_command(wish))
+
+
+@app.command(context_settings=OPEN)
+def advise(
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
+    error: Annotated[str | None, typer.Option(metavar="E", help="Relative error the outputs may have: 1e-3.")] = None,
+    output: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What must be right (repeatable).")] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    norm: Annotated[str | None, typer.Option(metavar="N", help="rms, or max.")] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Repeats of each timed run.")] = 7,
+    save: Annotated[str | None, typer.Option("-o", "--file", metavar="FILE", help="Write the reduced scene: .yaml.")] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """The least model, method and tolerance that are good enough, with the evidence."""
+    from engine.cli.advising import AdviseWish, advise_command
+
+    wish = AdviseWish(_words(scene, ctx), error, output or [], until, changes or [], norm, repeat, save, as_json, verbose)
+    raise typer.Exit(advise_command(wish))

@@ -67,10 +67,10 @@ def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
     """Friction ratio − 1 of every pair of a set-valued law, as if at rest; −1 for other laws."""
     out: list[SX] = [SX(-1)] * len(m.sym.system.sliders)
     for e in elements(m.sym.system):
-        if not getattr(e, "sets", False):
+        if not e.sets:
             continue
         w = wrench(e, reaction_rows(m, acc, e, pick))
-        found = e.contact.held(w, [m.sym.eta[i] for i in e.eta], laws(m.sym, e), numbers(m.sym, e), e.friction.adams)  # type: ignore[attr-defined]
+        found = e.contact.held(w, [m.sym.eta[i] for i in e.eta], laws(m.sym, e), numbers(m.sym, e), e.friction.adams)
         for s, hold in zip(e.friction.sliders, found, strict=True):
             out[s.flag] = hold.size / hold.capacity - 1
     return out

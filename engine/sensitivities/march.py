@@ -67,7 +67,7 @@ class March:
         offset = len(x) - 4 * len(system.sliders)
         for j in system.frictional:
             assert j.friction is not None
-            if j.cut or len(j.free) != j.kind.nv or not getattr(LAWS[j.friction.law], "sets", False):
+            if j.cut or len(j.free) != j.kind.nv or not LAWS[j.friction.law].sets:
                 continue
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
