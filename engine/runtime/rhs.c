@@ -1,13 +1,27 @@
 /* ẏ(t, y): signals, stage 1, multipliers, stage 2. */
 #include "tr.h"
 
-/* Tables: [count | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
+/* An external input from its communication point on: D = [2, followed, t0, u, u̇, ü, e, ė, ω]. A motion that follows it starts where
+ * it was (off by e, ė) and closes the gap critically damped: q = u + (e + (ė + ω e) τ) exp(−ω τ). out: value, three derivatives. */
+static void tr_input_signal(const double *D, double t, double *out) {
+  double tau = t - D[2], w = D[8];
+  out[0] = D[3] + tau * (D[4] + 0.5 * tau * D[5]), out[1] = D[4] + tau * D[5], out[2] = D[5], out[3] = 0.0;
+  if (D[1] == 0.0 || (D[6] == 0.0 && D[7] == 0.0)) return;
+  double c = D[7] + w * D[6], a = D[6] + c * tau, f = exp(-w * tau);
+  out[0] += a * f, out[1] += (c - w * a) * f, out[2] += w * (w * a - 2.0 * c) * f, out[3] += w * w * (3.0 * c - w * a) * f;
+}
+
+/* Tables: [offset | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
 static void tr_signals(tr_sim *s, double t) {
   const tr_kernel *k = s->k;
   const double *T = TR_A(s, tables);
   double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2 + k->ninputs;
   for (int i = 0; i < k->ntables; ++i, out += TR_TABLE) {
     const double *D = T + (int)T[i];
+    if (D[0] == 2.0) {
+      tr_input_signal(D, t, out);
+      continue;
+    }
     int spline = (int)D[0], n = (int)D[1], lo = 0, hi = n - 1;
     const double *tt = D + 2, *v = tt + n, *m = v + n;
     double last = tt[n - 1], first = tt[0];

@@ -82,11 +82,15 @@ def spline_moments(t: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.ndarray:
-    """All tables as the runtime reads them: offsets, then kind, n, t, v, second derivatives of each."""
+    """All tables as the runtime reads them: offsets, then kind, n, t, v, second derivatives of each; of an input: kind 2, whether a
+    motion follows it, t0, value and two derivatives there, offset and rate of the motion from it, bandwidth."""
     data: list[float] = []
     offsets = []
     for kind, t, v in tables:
         offsets.append(len(tables) + len(data))
+        if kind in ("input", "tracked"):
+            data += [2.0, float(kind == "tracked"), 0.0, *v, 0.0, 0.0, 0.0, 0.0, *t]
+            continue
         m = spline_moments(t, v) if kind == "spline" else np.zeros(len(t))
         data += [float(kind == "spline"), float(len(t)), *t, *v, *m]
     return np.array([*offsets, *data], float)
@@ -110,7 +114,6 @@ class Block:
         self._view(3, len(breaks))[:] = breaks
         self._view(4, len(tables))[:] = tables
         self.parameters[:] = parameters
-        self.x[2 : 2 + len(numbers.inputs)] = numbers.inputs
         self.width = 1 + ctypes.c_int.from_address(o + 4).value
         self.prepare()
 
