@@ -80,6 +80,46 @@ def simulate(
 
 
 @app.command(context_settings=OPEN)
+def sweep(
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH=VALUES", help="Values of a number: first:last:count, or a,b,c (repeatable: every combination)."),
+    ] = None,
+    sample: Annotated[list[str] | None, typer.Option(metavar="PATH=LOW:HIGH", help="Range to sample from (repeatable).")] = None,
+    count: Annotated[int, typer.Option(metavar="N", help="How many cases to sample.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="S", help="Seed of the sample.")] = 0,
+    sampling: Annotated[str, typer.Option(metavar="HOW", help="latin or random.")] = "latin",
+    reduce: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KIND:WHAT", help="max, min, mean, final of a column pattern; first, count of an event (repeatable)."),
+    ] = None,
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
+    ] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
+    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows that are reduced.")] = None,
+    rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
+    method: Annotated[str | None, typer.Option(metavar="M", help="auto, rk5, rk8, rosenbrock.")] = None,
+    law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")] = None,
+    workers: Annotated[int | None, typer.Option(metavar="N", help="Threads (default: one a core).")] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """Run a scene over many values of its numbers: one row a case."""
+    from engine.cli.sweeping import SweepWish, sweep_command
+
+    words = _words(scene, ctx)
+    wish = SweepWish(
+        words, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), until, every, rtol, method, law, save,
+        workers, as_json, verbose,
+    )  # fmt: skip
+    raise typer.Exit(sweep_command(wish))
+
+
+@app.command(context_settings=OPEN)
 def check(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,

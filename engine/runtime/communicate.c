@@ -67,7 +67,9 @@ int tr_resume(tr_sim *s, int anew) {
   s->have_k1 = s->have_jac = s->have_dense = 0;
   if (!anew) return TR_OK;
   tr_set_parameters(s);
-  return tr_start_modes(s) ? TR_OK : (s->status = TR_FAIL_MULTIPLIERS);
+  int code = tr_start_modes(s);
+  if (code != TR_OK) s->status = code;
+  return code;
 }
 
 /* Where an external input is kept (see tr_input_signal), and its value and derivatives at t. */

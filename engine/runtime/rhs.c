@@ -57,11 +57,22 @@ static void tr_set_time(tr_sim *s, double t) {
   if (s->k->ntables) tr_signals(s, t);
 }
 
-/* Record the extremes of (signed sliding speed − kink speed) of every pair over the stages of a step. */
+static double tr_set_violation(tr_sim *s, int i);
+static void tr_holding(tr_sim *s);
+static void tr_set_time(tr_sim *s, double t);
+static void tr_keep_still(const tr_sim *s, double *v);
+
+/* Record the extremes of (signed sliding speed − kink speed) of every pair over the stages of a step; of a pair with a set-valued law
+ * how far it has come from its mode. */
 static void tr_watch(tr_sim *s) {
   const double *v = TR_A(s, speed);
   double *lo = TR_A(s, smin), *hi = TR_A(s, smax);
+  if (s->still) tr_holding(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
+    if (tr_is_set(s, i)) {
+      hi[i] = fmax(hi[i], tr_set_violation(s, i));
+      continue;
+    }
     double g = v[2 * i] - v[2 * i + 1], b = -v[2 * i] - v[2 * i + 1];
     if (g < lo[i]) lo[i] = g;
     if (fmax(g, b) > hi[i]) hi[i] = fmax(g, b);
@@ -80,5 +91,6 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   if (!tr_multipliers(s)) return 0;
   if (s->watch) tr_watch(s);
   k->stage2(x, y, c, w, TR_A(s, z), dy);
+  if (s->still) tr_keep_still(s, dy);
   return 1;
 }

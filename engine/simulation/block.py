@@ -51,6 +51,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_array.argtypes, lib.tr_array.restype = [p, i], p
     lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
     lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
+    lib.tr_set_energy.argtypes, lib.tr_set_energy.restype = [p, d], None
     lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
     lib.tr_start.argtypes, lib.tr_start.restype = [p, d, d, d, p], i
     lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
@@ -98,12 +99,12 @@ def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.nd
 class Block:
     """A simulation block. Arrays are views into it; nothing is copied."""
 
-    def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray):
+    def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray, event_capacity: int = EVENT_CAPACITY):
         self.kernel, self.numbers, self.lib = kernel, numbers, _library()
         tables = table_block(numbers.tables)
         breaks = np.array(numbers.breaks, float)
         k, o = kernel.address("kernel"), kernel.address("outputs")
-        self._sizes = (len(breaks), len(tables), EVENT_CAPACITY)
+        self._sizes = (len(breaks), len(tables), event_capacity)
         self._has_jacobian = False
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
@@ -127,7 +128,7 @@ class Block:
         self.parameters = self._view(0, s["np"])
         self.y = self._view(1, self.ny + s["nquad"])
         self.x = self._view(2, s["nx"])
-        self.events = self._view(5, EVENT * EVENT_CAPACITY).reshape(EVENT_CAPACITY, EVENT)
+        self.events = self._view(5, EVENT * self._sizes[2]).reshape(self._sizes[2], EVENT)
 
     def attach_jacobian(self) -> None:
         """Give the block the Jacobian unit (built now if need be); the run goes on where it was."""
@@ -153,6 +154,7 @@ class Block:
         scales = (self.numbers.length, self.numbers.rate)
         c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps)
         self.lib.tr_configure(self.at, ctypes.addressof(c))
+        self.lib.tr_set_energy(self.at, self.numbers.energy)
 
     def assemble(self, t: float = 0.0) -> int:
         """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""

@@ -115,12 +115,13 @@ def simulate(
     if every is None:
         every = float(sim.every) if sim.every is not None else until / 1000.0
     settings = bl.Settings(rtol=float(rtol or sim.rtol), method=method or sim.method, step=step, max_steps=max_steps)
-    _check_settings(until, every, settings)
+    check_settings(until, every, settings)
     model = Model(loaded, outputs)
     return run(model, until, every, settings, progress)
 
 
-def _check_settings(until: float, every: float, s: bl.Settings) -> None:
+def check_settings(until: float, every: float, s: bl.Settings) -> None:
+    """SceneError with everything that is wrong with these."""
     problems = []
     if not until > 0.0:
         problems.append(Problem("until", f"{until:g} s is not after the start", "give a positive end time"))
@@ -179,12 +180,12 @@ class _Run:
         model.block.configure(self.settings)
         code = model.block.assemble()
         if code != 1:
-            return _open_loop(model, code)
+            return open_loop(model, code)
         self.notes += moved_notes(model.built, model.block)
         first = np.zeros(model.block.width)
         status = model.begin(self.settings, 0.0, self.until, self.every, first)
         if status != bl.OK:
-            return _failure(model, status)
+            return failure(model, status)
         self.rows.append(first[None, :])
         self.open_reactions = redundancy(model.block)
         self.notes += redundancy_notes(self.open_reactions)
@@ -215,7 +216,7 @@ class _Run:
             if status == bl.NEED_JACOBIAN:
                 self._attach_jacobian()
             elif status not in (bl.MORE, bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
-                return _failure(self.model, status)
+                return failure(self.model, status)
             if self.progress and time.perf_counter() - told > 0.1:
                 told = time.perf_counter()
                 self.progress(block.time, self.until)
@@ -232,7 +233,7 @@ class _Run:
         self.build += time.perf_counter() - started
 
 
-def _open_loop(model: Model, code: int) -> Outcome:
+def open_loop(model: Model, code: int) -> Outcome:
     """Start values that cannot close the loops (0: positions, −1: velocities)."""
     what = "positions" if code == 0 else "velocities"
     through = ", ".join(j.name for j in model.system.cuts)
@@ -241,7 +242,7 @@ def _open_loop(model: Model, code: int) -> Outcome:
     return Outcome("open_loop", 0.0, model.system.cuts[0].name if model.system.cuts else "", advice)
 
 
-def _failure(model: Model, status: int) -> Outcome:
+def failure(model: Model, status: int) -> Outcome:
     """Named outcome, with the joint it is about."""
     from engine.simulation.diagnosis import suspect
 

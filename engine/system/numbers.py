@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.scene import model as sm
+from engine.scene.mass import mass_properties
 from engine.system.devices import Builder
 from engine.system.frames import direction
 from engine.system.structure import System, state_coordinates
@@ -26,6 +27,8 @@ class Numbers:
     breaks: tuple[float, ...]
     length: float
     rate: float
+    energy: float
+    """Mass of all bodies · (length · rate)², J."""
     inputs: np.ndarray
     ignored: tuple[str, ...]
     """Start values that are not used, and why."""
@@ -61,7 +64,9 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     tables = tuple((kind, *_table(t)) for kind, t in devices.tables)
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
-    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate_scale(scene, v, length), inputs, ignored, by_rate)
+    rate = rate_scale(scene, v, length)
+    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (length * rate) ** 2
+    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
 
 
 def _table(t: sm.Table | sm.Input) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,209 @@
+"""Which cases: a grid, a list, or a seeded sample of numbers of a scene; any case by its index, the same everywhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.scene.finding import dotted, parse_path
+from engine.scene.model import Scene
+from engine.scene.overrides import apply, list_parameters
+
+SAMPLINGS = ("latin", "random")
+MOST_VALUES = 1_000_000
+"""Most values one axis may list."""
+
+
+@dataclass(frozen=True)
+class Cases:
+    """paths: what varies; units: theirs; count: how many; values(start, stop): numbers (stop − start × paths), SI."""
+
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    count: int
+    values: Callable[[int, int], np.ndarray] = field(compare=False)
+
+    def changes(self, index: int) -> dict[str, float]:
+        """One case as overrides of the scene."""
+        row = self.values(index, index + 1)[0]
+        return dict(zip(self.paths, map(float, row), strict=True))
+
+
+def grid(scene: Scene, over: Mapping[str, Any], where: str = "over") -> Cases:
+    """Every combination, the last path varying fastest. A path's values: a list, or "first:last:count" (ends with units)."""
+    problems: list[Problem] = []
+    axes: list[np.ndarray] = []
+    units: list[str] = []
+    for path, given in over.items():
+        reader = _Reader(scene, path, f"{where}.{path}", problems)
+        axes.append(_axis(reader, given))
+        units.append(reader.unit)
+    _end(problems, over, where)
+    shape = tuple(len(a) for a in axes)
+
+    def values(start: int, stop: int) -> np.ndarray:
+        places = np.unravel_index(np.arange(start, stop), shape)
+        return np.column_stack([a[p] for a, p in zip(axes, places, strict=True)])
+
+    return Cases(tuple(over), tuple(units), math.prod(shape), values)
+
+
+def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
+    """The cases as given, each {path: value}; all name the same paths."""
+    problems: list[Problem] = []
+    paths = tuple(cases[0]) if cases else ()
+    for i, case in enumerate(cases):
+        if set(case) != set(paths) and len(problems) < 20:
+            problems.append(
+                Problem(f"{where}[{i + 1}]", f"names {', '.join(case) or 'nothing'}", f"every case names {', '.join(paths)}")
+            )
+    _end(problems, paths, where)
+    readers = [_Reader(scene, p, f"{where}.{p}", problems) for p in paths]
+    table = np.column_stack([[r.number(c[r.path]) for c in cases] for r in readers])
+    _end(problems, paths, where)
+    return Cases(paths, tuple(r.unit for r in readers), len(cases), lambda start, stop: table[start:stop])
+
+
+def sampled(
+    scene: Scene, ranges: Mapping[str, Sequence[Any]], count: int, seed: int = 0, method: str = "latin", where: str = "sample"
+) -> Cases:
+    """``count`` cases spread over the ranges {path: (low, high)}: "latin" (each range cut into ``count`` strips, one case in every
+    strip) or "random" (independent, uniform). The same seed gives the same cases."""
+    problems: list[Problem] = []
+    if count < 1:
+        problems.append(Problem(f"{where}.count", f"{count} cases are none", "give a positive number"))
+    if seed < 0:
+        problems.append(Problem(f"{where}.seed", f"{seed} is negative", "give a whole number from 0"))
+    if method not in SAMPLINGS:
+        problems.append(Problem(f"{where}.method", f"{method!r} is unknown", f"one of {', '.join(SAMPLINGS)}"))
+    ends, units = [], []
+    for path, given in ranges.items():
+        reader = _Reader(scene, path, f"{where}.{path}", problems)
+        if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
+            problems.append(Problem(reader.where, "a range has two ends", "for example [0.1, 0.6]"))
+            continue
+        ends.append((reader.number(given[0]), reader.number(given[1])))
+        units.append(reader.unit)
+    _end(problems, ranges, where)
+
+    def values(start: int, stop: int) -> np.ndarray:
+        unit = _uniform(count, len(ends), seed, method)[start:stop]
+        return np.column_stack([low + (high - low) * unit[:, k] for k, (low, high) in enumerate(ends)])
+
+    return Cases(tuple(ranges), tuple(units), count, values)
+
+
+@lru_cache(maxsize=4)
+def _uniform(count: int, axes: int, seed: int, method: str) -> np.ndarray:
+    """Numbers in [0, 1), count × axes."""
+    out = np.empty((count, axes))
+    for k in range(axes):
+        generator = np.random.Generator(np.random.PCG64([seed, k]))
+        strip = generator.permutation(count) if method == "latin" else None
+        inside = generator.random(count)
+        out[:, k] = inside if strip is None else (strip + inside) / count
+    return out
+
+
+def _end(problems: list[Problem], paths: Any, where: str) -> None:
+    if not paths and not problems:
+        problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
+    if problems:
+        raise SceneError(problems)
+
+
+def _axis(reader: _Reader, given: Any) -> np.ndarray:
+    """Values of one path of a grid."""
+    if isinstance(given, str) and ":" in given:
+        return _span(reader, given)
+    if isinstance(given, str):
+        given = [part.strip() for part in given.split(",")]
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        given = [given]
+    if not isinstance(given, Sequence) or not len(given):
+        reader.complain("has no values", 'give a list, or "first:last:count" such as "0.1:0.6:26"')
+        return np.zeros(1)
+    if len(given) > MOST_VALUES:
+        reader.complain(f"lists {len(given)} values", f"at most {MOST_VALUES}")
+        return np.zeros(1)
+    return np.array([reader.number(v) for v in given])
+
+
+def _span(reader: _Reader, text: str) -> np.ndarray:
+    """``first:last:count``."""
+    parts = [p.strip() for p in text.split(":")]
+    if len(parts) != 3 or not parts[2].isascii() or not parts[2].isdigit() or not 1 <= int(parts[2][:12]) <= MOST_VALUES:
+        reader.complain(f"{text!r} is not first:last:count", 'such as "0.1:0.6:26" or "0 deg:90 deg:91"')
+        return np.zeros(1)
+    return np.linspace(reader.number(parts[0]), reader.number(parts[1]), int(parts[2]))
+
+
+class _Reader:
+    """Turns values as written for one path into SI numbers; mistakes go on the list."""
+
+    def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
+        self.scene, self.path, self.where, self.problems = scene, path, where, problems
+        self.unit = ""
+        self.wrong = 0
+
+    def complain(self, what: str, hint: str = "") -> None:
+        """One more mistake."""
+        self.wrong += 1
+        if self.wrong <= 5:
+            self.problems.append(Problem(self.where, what, hint))
+
+    def number(self, value: Any) -> float:
+        """SI value; plain numbers are SI already. A plain number the scene refuses will be a case that fails."""
+        value = _plain(value)
+        if isinstance(value, bool) or not isinstance(value, float | str):
+            self.complain(f"{value!r} is not a number")
+            return math.nan
+        if isinstance(value, float) and not math.isfinite(value):
+            self.complain("is not finite")
+            return math.nan
+        if isinstance(value, float) and (self.unit or self.wrong):
+            return value
+        try:
+            found = number_at(apply(self.scene, {self.path: value}), self.path)
+        except SceneError as e:
+            found = number_at(self.scene, self.path)
+            if isinstance(value, float) and found is not None:
+                self.unit = found[1]
+                return value
+            for p in e.problems:
+                self.complain(f"{p.where}: {p.what}" if p.where != self.path else p.what, p.hint)
+            return math.nan
+        if found is None:
+            self.complain("is not a single number of the scene", "give the path of a number, such as joints.ball.friction.mu")
+            return math.nan
+        self.unit = self.unit or found[1]
+        return found[0]
+
+
+def _plain(value: Any) -> Any:
+    """A float of a number, or of a text that is one; anything else as it is."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        return value
+    except OverflowError:
+        return math.inf
+
+
+def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
+    """(value, unit) of a number of a scene; None when the path does not lead to one."""
+    place = parse_path(path)
+    if place is None:
+        return None
+    names = {dotted(place)}
+    if place and place[-1] == 0:
+        names.add(dotted(place[:-1]))
+    return next(((p.value, p.unit) for p in list_parameters(scene) if p.path in names), None)

@@ -1,0 +1,212 @@
+"""The C loop over cases, driven through ctypes: blocks, buffers, and what the loop asks for on its way."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from engine.batch.preparing import Rows
+from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
+from engine.kernel.columns import needs_quadratures
+from engine.kernel.library import Kernel, kernel
+from engine.simulation import block as bl
+from engine.simulation.outcome import DONE, Outcome
+from engine.simulation.run import Model, failure, open_loop
+
+KINDS = 16
+STATUS, TIME, ROWS, STEPS, DETAIL, COUNT = range(6)
+FIRST = COUNT + KINDS
+COLUMNS = FIRST + KINDS
+OF_COLUMN = {"max": 0, "min": 1, "final": 2, "mean": 3}
+REDUCED = 5
+CAPACITY = 256
+CASE_FAILED = 20
+CLOSURE = 13
+CALL_SECONDS = 0.02
+"""A call into C is sized to last about this long: under the 50 ms after which progress, cancelling and Ctrl-C must be served."""
+Tick = Callable[[int], bool]
+"""tick(cases done of these rows) → go on?"""
+
+
+class _Variant(ctypes.Structure):
+    _fields_ = (
+        ("fresh", ctypes.c_void_p),
+        ("plain", ctypes.c_void_p),
+        ("full", ctypes.c_void_p),
+        ("j", ctypes.c_void_p),
+        ("full_bytes", ctypes.c_size_t),
+    )
+
+
+class _Batch(ctypes.Structure):
+    _fields_ = (
+        ("variant", _Variant * 2),
+        ("settings", bl._Settings),
+        *((n, ctypes.c_long) for n in ("ncases", "at", "capacity")),
+        *((n, ctypes.c_int) for n in ("ntable", "width", "running", "which", "reported")),
+        *((n, ctypes.c_void_p) for n in ("p", "y", "given", "inputs", "set", "rows", "scratch", "out", "now")),
+        ("last", ctypes.c_double),
+    )
+
+
+@lru_cache(maxsize=1)
+def _library() -> ctypes.CDLL:
+    lib = bl._library()
+    lib.tr_batch_run.argtypes, lib.tr_batch_run.restype = [ctypes.c_void_p, ctypes.c_long], ctypes.c_int
+    lib.tr_batch_size.argtypes, lib.tr_batch_size.restype = [], ctypes.c_size_t
+    if lib.tr_batch_size() != ctypes.sizeof(_Batch):
+        raise RuntimeError("batch loop and runtime do not fit each other (cache of another version?)")
+    return lib
+
+
+class Stopped(Exception):
+    """The caller's tick said no."""
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """What became of some cases. index: which (n); numbers (n × reductions); outcomes and steps (n); seconds: stepping."""
+
+    index: np.ndarray
+    numbers: np.ndarray
+    outcomes: list[Outcome]
+    steps: np.ndarray
+    seconds: float
+
+
+class Loop:
+    """Runs rows of one structure. Make it once, use it for many chunks, from one thread at a time."""
+
+    def __init__(self, rows: Rows, chosen: Sequence[Reduction], method: str | None):
+        self.lib = _library()
+        self.chosen = tuple(chosen)
+        self.model = Model(rows.built.scene, wanted_columns(chosen))
+        self.build_seconds = self.model.build_seconds
+        self.batch = _Batch()
+        self.memory: list[object] = []
+        self.blocks: list[bl.Block] = []
+        self._variant(self.model.kernel)
+        sim = rows.built.scene.simulation
+        self.batch.settings = bl._Settings(1e-6, np.inf, 0.0, 0.0, 1.0, 1.0, bl.METHODS[method or sim.method], 1, 1, 0)
+        self.width = self.blocks[0].width
+        self.batch.width, self.batch.capacity = self.width, CAPACITY
+        self.batch.ntable = self.blocks[0]._sizes[1]
+        sizes = self.model.kernel.sizes
+        loop_rows = sum(n for _, n in self.model.kernel.facts["loop_rows"])
+        self.batch.rows = self._buffer(8 * CAPACITY * self.width)
+        self.batch.scratch = self._buffer(8 * (sizes["rows"] + 1) * max(loop_rows, 1))
+        self.budget = 500
+
+    def _buffer(self, size: int) -> int:
+        """Memory that lives as long as the loop; zeroed."""
+        self.memory.append((ctypes.c_double * (size // 8 + 4))())
+        return ctypes.addressof(self.memory[-1])  # type: ignore[arg-type]
+
+    def _variant(self, made: Kernel) -> None:
+        """Blocks of the kernel, or of its redundant variant."""
+        s = made.sizes
+        events = 64 + 4 * (s["nsliders"] + s["nstops"])
+        numbers, table = self.model.built.numbers, self.model.built.parameters
+        block = bl.Block(made, numbers, np.array(table.values), events)
+        v = self.batch.variant[len(self.blocks)]
+        v.fresh, v.plain = block.at, self._buffer(block.bytes)
+        self.blocks.append(block)
+
+    def _redundant(self) -> None:
+        m = self.model
+        made = kernel(m.system, len(m.built.parameters.values), m.columns, needs_quadratures(m.columns), True)
+        self.build_seconds += made.build_seconds
+        self._variant(made)
+
+    def _jacobian(self) -> None:
+        """Give the variant that runs its Jacobian unit and a block with room for it."""
+        block, v = self.blocks[self.batch.which], self.batch.variant[self.batch.which]
+        started = time.perf_counter()
+        v.j = block.kernel.jacobian()
+        self.build_seconds += time.perf_counter() - started
+        k, o = block.kernel.address("kernel"), block.kernel.address("outputs")
+        v.full_bytes = self.lib.tr_size(k, o, v.j, *block._sizes)
+        v.full = self._buffer(v.full_bytes)
+
+    def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
+        """Run the cases. Stopped when ``tick`` says no."""
+        b, n = self.batch, len(rows.index)
+        out = np.zeros((n, COLUMNS + REDUCED * self.width))
+        inputs = rows.inputs if rows.inputs.size else np.zeros(1)
+        b.p, b.y, b.given = rows.p.ctypes.data, rows.y.ctypes.data, rows.given.ctypes.data
+        b.inputs, b.set, b.out = inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
+        b.ncases, b.at, b.running, b.reported = n, 0, 0, 0
+        failed: dict[int, Outcome] = {}
+        seconds = 0.0
+        while True:
+            began = time.perf_counter()
+            status = self.lib.tr_batch_run(ctypes.addressof(b), self.budget)
+            spent = time.perf_counter() - began
+            seconds += spent
+            if status == bl.DONE:
+                break
+            if status == CASE_FAILED:
+                failed[b.at] = self._outcome(out[b.at])
+            elif status == bl.NEED_REDUNDANT:
+                self._redundant()
+            elif status == bl.NEED_JACOBIAN:
+                self._jacobian()
+            else:
+                self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
+            if tick is not None and not tick(b.at):
+                raise Stopped
+        outcomes = [failed.get(i) or Outcome(DONE, float(out[i, TIME])) for i in range(n)]
+        return Reduced(rows.index, self._numbers(out), outcomes, out[:, STEPS].astype(np.int64), seconds)
+
+    def _outcome(self, out: np.ndarray) -> Outcome:
+        """Diagnosis of the case that just failed, while its block is at hand."""
+        seen = _Seen(self)
+        if int(out[STATUS]) == CLOSURE and out[ROWS] == 0.0 and seen.block.time == 0.0:
+            return open_loop(seen, int(out[DETAIL]))  # type: ignore[arg-type]
+        return failure(seen, int(out[STATUS]))  # type: ignore[arg-type]
+
+    def _numbers(self, out: np.ndarray) -> np.ndarray:
+        """The reductions asked for (cases × reductions); NaN where there is nothing to reduce."""
+        places = {"time": 0} | {c.name: i + 1 for i, c in enumerate(self.model.columns)}
+        columns = [np.zeros((len(out), 0))]
+        for r in self.chosen:
+            if r.kind in OF_COLUMNS:
+                columns.append(out[:, [COLUMNS + REDUCED * places[r.what] + OF_COLUMN[r.kind]]])
+                continue
+            first = COUNT if r.kind == "count" else FIRST
+            kinds = out[:, first : first + KINDS]
+            if r.what != "any":
+                columns.append(kinds[:, [EVENT_NUMBERS[r.what]]])
+            elif r.kind == "count":
+                columns.append(kinds.sum(axis=1, keepdims=True))
+            else:
+                columns.append(np.fmin.reduce(kinds, axis=1)[:, None])
+        return np.concatenate(columns, axis=1)
+
+
+class _Seen:
+    """The running case as the diagnosis looks at a model: its system, and its block's time and multipliers."""
+
+    def __init__(self, loop: Loop):
+        self.system, self.block, self._loop = loop.model.system, self, loop
+        self.time = float(loop.lib.tr_time(loop.batch.now))
+
+    def multipliers(self) -> np.ndarray:
+        """η as last solved."""
+        loop = self._loop
+        s = loop.blocks[loop.batch.which].kernel.sizes
+        n = s["active"] + s["neta"]
+        if not n:
+            return np.zeros(0)
+        address = loop.lib.tr_array(loop.batch.now, 6)
+        return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address))[s["active"] :]
+
+
+def invalid(where: Sequence[object]) -> Outcome:
+    """Outcome of a case whose numbers the scene refuses."""
+    return Outcome("invalid", 0.0, "", "; ".join(map(str, where)))

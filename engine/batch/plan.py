@@ -1,0 +1,167 @@
+"""A batch, understood: scene, cases, reductions, settings. Chunks of it can be run anywhere and give the same rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.batch.cases import Cases, grid, listed, sampled
+from engine.batch.loop import Loop, Stopped, invalid
+from engine.batch.preparing import Preparer, Rows, Run
+from engine.batch.reductions import Reduction, reductions
+from engine.batch.table import schema, table
+from engine.kernel.columns import columns
+from engine.scene.model import Scene
+from engine.simulation import block as bl
+from engine.simulation.outcome import Outcome
+from engine.simulation.run import check_settings
+from engine.system.build import build
+
+if TYPE_CHECKING:
+    import pyarrow
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a batch computes: ``scene`` (fixed changes made), its cases, the reductions kept, the settings given."""
+
+    scene: Scene
+    cases: Cases
+    reductions: tuple[Reduction, ...]
+    run: Run
+    about: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    @property
+    def schema(self) -> pyarrow.Schema:
+        """Of its table."""
+        return schema(self.cases.paths, self.cases.units, self.reductions, self.about)
+
+
+def plan(
+    scene: Scene,
+    over: Mapping[str, Any] | None = None,
+    cases: Sequence[Mapping[str, Any]] | None = None,
+    sample: Mapping[str, Sequence[Any]] | None = None,
+    *,
+    count: int = 0,
+    seed: int = 0,
+    sampling: str = "latin",
+    keep: Sequence[str] = (),
+    run: Run | None = None,
+    most: int | None = None,
+) -> Plan:
+    """Understand a batch: exactly one of ``over`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and ``seed``).
+
+    keep: reductions. most: largest number of cases allowed. SceneError with every problem found.
+    """
+    problems: list[Problem] = []
+    run = run or Run()
+    ways = [w for w in (over, cases, sample) if w is not None]
+    if len(ways) != 1:
+        what = "nothing says what varies" if not ways else "more than one way of saying what varies"
+        raise SceneError([Problem("over", what, "give exactly one of over (grid), cases (list) and sample (ranges)")])
+    chosen: tuple[Reduction, ...] = ()
+    found = None
+    try:
+        chosen = reductions(keep, columns(build(scene).system))
+    except SceneError as e:
+        problems += e.problems
+    try:
+        found = (
+            grid(scene, over)
+            if over is not None
+            else listed(scene, cases)
+            if cases is not None
+            else sampled(scene, sample or {}, count, seed, sampling)
+        )
+    except SceneError as e:
+        problems += e.problems
+    try:
+        until, every, rtol = run.of(scene)
+        unlimited = [
+            Problem(n, f"{v:g} is not finite") for n, v in (("until", until), ("every", every), ("rtol", rtol)) if not isfinite(v)
+        ]
+        if unlimited:
+            raise SceneError(unlimited)
+        check_settings(until, every, bl.Settings(rtol=rtol, method=run.method or scene.simulation.method))
+    except SceneError as e:
+        problems += e.problems
+    if found is not None and most is not None and found.count > most:
+        problems.append(
+            Problem("cases", f"{found.count} cases are more than the {most} allowed", "split the batch, or ask for a higher limit")
+        )
+    if problems or found is None:
+        raise SceneError(problems)
+    return Plan(scene, found, chosen, run)
+
+
+class Runner:
+    """Runs chunks of a plan; keeps what chunks share (kernels, blocks, built values). For one thread at a time."""
+
+    def __init__(self, plan: Plan):
+        self.plan = plan
+        self.preparer = Preparer(plan.scene, plan.cases.paths, plan.run)
+        self.loops: list[Loop] = []
+        self.seconds = 0.0
+
+    @property
+    def build_seconds(self) -> float:
+        """Symbolic build and compilation so far, s (0 from the cache)."""
+        return sum(x.build_seconds for x in self.loops)
+
+    def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
+        """Rows of the cases start … stop − 1. Stopped when ``tick`` (told how many are done) says no."""
+        values = self.plan.cases.values(start, stop)
+        n = stop - start
+        outcomes: list[Outcome] = [invalid(())] * n
+        steps, numbers = np.zeros(n, np.int64), np.full((n, len(self.plan.reductions)), np.nan)
+        rows, wrong = self.preparer.rows(values)
+        for i, error in wrong.items():
+            outcomes[i] = invalid(error.problems)
+        before = 0
+        for r in rows:
+            got = self._loop(r).run(r, None if tick is None else partial(_told, tick, before))
+            before += len(r.index)
+            self.seconds += got.seconds
+            numbers[r.index], steps[r.index] = got.numbers, got.steps
+            for i, o in zip(r.index, got.outcomes, strict=True):
+                outcomes[i] = o
+        return table(self.plan.schema, start, values, outcomes, steps, numbers)
+
+    def _loop(self, rows: Rows) -> Loop:
+        """The loop for this structure."""
+        for loop in self.loops:
+            if fits(loop, rows):
+                return loop
+        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run.method))
+        del self.loops[:-16]
+        return self.loops[-1]
+
+
+def _told(tick: Callable[[int], bool], before: int, done: int) -> bool:
+    """Tick for rows that come after others of the chunk."""
+    return tick(before + done)
+
+
+def fits(loop: Loop, rows: Rows) -> bool:
+    """Whether the loop's blocks are those of the rows: structure, tables, kinks."""
+    a, b = loop.model.built, rows.built
+    if a is b:
+        return True
+    tables = zip(a.numbers.tables, b.numbers.tables, strict=False)
+    return (
+        a.system == b.system
+        and a.parameters.paths == b.parameters.paths
+        and a.numbers.breaks == b.numbers.breaks
+        and all(k == m and np.array_equal(t, u) and np.array_equal(v, w) for (k, t, v), (m, u, w) in tables)
+        and a.scene.simulation.method == b.scene.simulation.method
+    )
+
+
+__all__ = ["Plan", "Run", "Runner", "Stopped", "plan"]

@@ -1,0 +1,204 @@
+"""Numbers of many cases, the same to the last bit as building each case's scene by itself, at a fraction of the cost.
+
+Paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. A group's values are built once each, alone, through
+the scene like any other run (so derived values follow the same rules), and the entries they change are put side by side. Where
+groups meet in an entry, and where a case is not of the same structure, every case is built by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.basics.problems import SceneError
+from engine.scene.model import Scene
+from engine.scene.overrides import apply
+from engine.system.build import Built, build
+
+MANY = 48
+"""New values of one path above which it is tried whether the path's number is simply copied."""
+MOST_KEPT = 200_000
+
+
+@dataclass(frozen=True)
+class Run:
+    """Settings the caller gives for all cases; None: the scene's own."""
+
+    until: float | None = None
+    every: float | None = None
+    rtol: float | None = None
+    method: str | None = None
+
+    def of(self, scene: Scene) -> tuple[float, float, float]:
+        """(until, every, rtol) of a scene, by the rules of ``engine.simulate``."""
+        sim = scene.simulation
+        until = float(sim.until if self.until is None else self.until)
+        every = self.every
+        if every is None:
+            every = float(sim.every) if sim.every is not None else until / 1000.0
+        return until, float(every), float(self.rtol or sim.rtol)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings (n × 5): rtol, length,
+    rate, until, every."""
+
+    built: Built
+    index: np.ndarray
+    p: np.ndarray
+    y: np.ndarray
+    given: np.ndarray
+    inputs: np.ndarray
+    settings: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """One built scene as flat numbers: [p | q v | inputs | until every rtol | length gravity]."""
+
+    built: Built
+    flat: np.ndarray
+
+
+class Preparer:
+    """Makes rows of values (cases × paths). Keeps what it has built; use it from one thread."""
+
+    def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
+        self.scene, self.paths, self.run = scene, tuple(paths), run
+        self.base = self._entry(build(scene))
+        owners = [owner(p) for p in paths]
+        self.groups = [[i for i, o in enumerate(owners) if o == own] for own in dict.fromkeys(owners)]
+        self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
+        self.sizing = len({o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p})
+
+    def rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
+        """(rows by structure, what is wrong with the cases that have none), by place in ``values``."""
+        n = len(values)
+        flat = np.repeat(self.base.flat[None, :], n, axis=0)
+        alone = np.zeros(n, bool)
+        touched = np.zeros(len(self.base.flat), int)
+        wrong: dict[int, SceneError] = {}
+        for g, columns in enumerate(self.groups):
+            self._group(g, values[:, columns], flat, alone, touched, wrong)
+        size = len(self.base.flat) - 2
+        if (touched[:size] > 1).any() or touched[size] > 1 or (touched[size] and self.sizing > 1):
+            alone[:] = True
+        out = [self._together(np.flatnonzero(~alone), flat[~alone])] if not alone.all() else []
+        return [r for r in out if len(r.index)] + self._singly(np.flatnonzero(alone), values, wrong), wrong
+
+    # -- groups -------------------------------------------------------------------------------------------------------------
+
+    def _group(self, g: int, values: np.ndarray, flat: np.ndarray, alone: np.ndarray, touched: np.ndarray, wrong: dict) -> None:
+        """Put one group's changes into ``flat``; cases that must be built alone are marked."""
+        distinct, inverse = np.unique(values, axis=0, return_inverse=True)
+        inverse = inverse.reshape(-1)
+        new = sum(v.tobytes() not in self.kept[g] for v in distinct)
+        place = self._copied(g, distinct) if len(self.groups[g]) == 1 and new > MANY else None
+        if place is not None:
+            odd = values[:, 0] == 0.0
+            flat[:, place] = values[:, :1]
+            alone |= odd
+            touched[place] += 1
+            return
+        entries = [self._built(g, v) for v in distinct]
+        good = np.array([isinstance(e, _Entry) and self._alike(e.built) for e in entries])
+        changed = np.array([e.flat if ok else self.base.flat for e, ok in zip(entries, good, strict=True)])  # type: ignore[union-attr]
+        differs = np.flatnonzero((changed.view(np.uint64) != self.base.flat.view(np.uint64)).any(axis=0))
+        flat[:, differs] = changed[np.ix_(inverse, differs)]
+        touched[differs] += 1
+        alone |= ~good[inverse]
+
+    def _built(self, g: int, values: np.ndarray) -> _Entry | SceneError:
+        """The scene with one group's values."""
+        key = values.tobytes()
+        kept = self.kept[g]
+        if key not in kept:
+            if len(kept) > MOST_KEPT:
+                kept.clear()
+            kept[key] = self._made({self.paths[i]: float(v) for i, v in zip(self.groups[g], values, strict=True)})
+        return kept[key]
+
+    def _copied(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
+        """Entries that are the path's number itself, tried at the ends and in between; None when it acts in another way."""
+        tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, 5).astype(int))]
+        tried = tried[tried[:, 0] != 0.0]
+        entries = [self._built(g, v) for v in tried]
+        if not all(isinstance(e, _Entry) and self._alike(e.built) for e in entries):
+            return None
+        rows = np.array([e.flat for e in entries])  # type: ignore[union-attr]
+        differs = np.flatnonzero((rows != self.base.flat).any(axis=0))
+        return differs if len(differs) and (rows[:, differs] == tried).all() else None
+
+    # -- entries ------------------------------------------------------------------------------------------------------------
+
+    def _made(self, changes: dict[str, float]) -> _Entry | SceneError:
+        try:
+            return self._entry(build(apply(self.scene, changes)))
+        except SceneError as e:
+            return e
+
+    def _entry(self, built: Built) -> _Entry:
+        n, (until, every, rtol) = built.numbers, self.run.of(built.scene)
+        pull = float(np.linalg.norm(np.array(built.scene.gravity, float)))
+        rest = [until, every, rtol, n.length, pull]
+        return _Entry(built, np.concatenate([built.parameters.values, n.q, n.v, n.inputs, rest]))
+
+    def _alike(self, built: Built) -> bool:
+        """Same structure, tables, kinks and given start values as the base."""
+        a, b = built.numbers, self.base.built.numbers
+        return (
+            built.system == self.base.built.system
+            and built.parameters.paths == self.base.built.parameters.paths
+            and a.breaks == b.breaks
+            and all(np.array_equal(x, y) for x, y in ((a.q_given_by_rate, b.q_given_by_rate), (a.v_given, b.v_given)))
+            and all(
+                k == m and np.array_equal(t, u) and np.array_equal(v, w)
+                for (k, t, v), (m, u, w) in zip(a.tables, b.tables, strict=True)
+            )
+        )
+
+    # -- rows ---------------------------------------------------------------------------------------------------------------
+
+    def _together(self, index: np.ndarray, flat: np.ndarray) -> Rows:
+        """Rows of cases of the base's structure."""
+        return _rows(self.base.built, index, flat)
+
+    def _singly(self, index: np.ndarray, values: np.ndarray, wrong: dict[int, SceneError]) -> list[Rows]:
+        """Rows of cases built one by one."""
+        same: list[tuple[int, np.ndarray]] = []
+        out = []
+        for i in index:
+            e = self._made(dict(zip(self.paths, map(float, values[i]), strict=True)))
+            if isinstance(e, SceneError):
+                wrong[int(i)] = e
+            elif self._alike(e.built):
+                same.append((int(i), e.flat))
+            else:
+                out.append(_rows(e.built, np.array([i]), e.flat[None, :]))
+        if same:
+            out.insert(0, _rows(self.base.built, np.array([i for i, _ in same]), np.array([f for _, f in same])))
+        return out
+
+
+def owner(path: str) -> tuple[str, ...]:
+    """What a path belongs to: paths of different owners do not act on the same numbers of the system."""
+    steps = path.replace("[", ".[").split(".")
+    if steps[0] in ("gravity", "simulation", "friction"):
+        return (steps[0],)
+    return ("joints", steps[1], "start") if steps[0] == "joints" and steps[2:3] == ["start"] else tuple(steps[:2])
+
+
+def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
+    """Split flat numbers; the rate scale follows from gravity, length and start rates as in ``engine.system.numbers``."""
+    n, s = built.numbers, built.system
+    ends = np.cumsum([len(built.parameters.values), s.nq + s.nv, len(n.inputs)])
+    p, y, inputs, rest = np.split(flat, ends, axis=1)
+    until, every, rtol, length, pull = rest.T
+    base = np.where(pull > 0.0, np.sqrt(pull / length), 1.0)
+    rate = np.maximum(base, np.abs(y[:, s.nq :]).max(axis=1, initial=0.0))
+    given = np.repeat(np.concatenate([n.q_given_by_rate, n.v_given])[None, :], len(flat), axis=0)
+    settings = np.column_stack([rtol, length, rate, until, every])
+    return Rows(built, index, *(np.ascontiguousarray(a) for a in (p, y, given, inputs, settings)))

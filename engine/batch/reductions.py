@@ -1,0 +1,97 @@
+"""What is kept of a case: reductions of columns over its output rows, and counts and first times of its events.
+
+Written ``kind:what``: ``max``, ``min``, ``mean`` and ``final`` of a column pattern (the first three over finite values), ``first``
+(time, s) and ``count`` of a kind of event, ``stick`` or ``any``. The name of the table's column is the same text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from engine.basics.problems import Problem, SceneError
+from engine.kernel.columns import Column, select
+from engine.simulation.events import KINDS
+
+OF_COLUMNS = ("max", "min", "final", "mean")
+OF_EVENTS = ("first", "count")
+EVENT_NUMBERS = {name: number for number, name in KINDS.items()} | {"stick": 2}
+DEFAULTS = (
+    "max:*.contact[*].normal_force",
+    "max:*.friction.torque[*]",
+    "min:*.friction.torque[*]",
+    "final:*.q[*]",
+    "count:any",
+    "first:any",
+)
+"""Patterns kept when none are asked for (those that match)."""
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """kind of OF_COLUMNS with the name of a column, or of OF_EVENTS with the name of a kind of event; unit and meaning."""
+
+    kind: str
+    what: str
+    unit: str
+    description: str
+
+    @property
+    def name(self) -> str:
+        """Its column in the table."""
+        return f"{self.kind}:{self.what}"
+
+
+def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = "reductions") -> tuple[Reduction, ...]:
+    """Reductions of texts, patterns spelled out; the defaults for none. SceneError names every text that means nothing."""
+    found: dict[str, Reduction] = {}
+    problems: list[Problem] = []
+    for text in texts or DEFAULTS:
+        kind, sign, what = text.partition(":")
+        if not sign or kind not in (*OF_COLUMNS, *OF_EVENTS) or not what:
+            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT"
+            problems.append(Problem(where, f"{text!r} is no reduction", hint))
+            continue
+        new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, everything)
+        if not new and texts:
+            problems.append(_unmatched(where, text, kind, what, everything))
+        found |= {r.name: r for r in new}
+    if problems:
+        raise SceneError(problems)
+    return tuple(found.values())
+
+
+def _of_event(kind: str, what: str) -> list[Reduction]:
+    if what != "any" and what not in EVENT_NUMBERS:
+        return []
+    text = what.replace("_", " ") if what != "any" else "event of any kind"
+    if kind == "first":
+        return [Reduction(kind, what, "s", f"time of the first {text}")]
+    return [Reduction(kind, what, "1", f"number of events: {text}")]
+
+
+def _of_columns(kind: str, pattern: str, everything: Sequence[Column]) -> list[Reduction]:
+    said = {"max": "largest", "min": "smallest", "final": "last", "mean": "mean"}[kind]
+    chosen = select(list(everything), (pattern,))
+    return [Reduction(kind, c.name, c.unit, f"{said} {c.description}") for c in chosen]
+
+
+def _unmatched(where: str, text: str, kind: str, what: str, everything: Sequence[Column]) -> Problem:
+    known = [*EVENT_NUMBERS, "any"] if kind in OF_EVENTS else [c.name for c in everything]
+    near = get_close_matches(what, known, 3, 0.4)
+    things = "kind of event" if kind in OF_EVENTS else "column"
+    hint = (
+        f"did you mean {', '.join(near)}?"
+        if near
+        else f"one of {', '.join(known)}"
+        if kind in OF_EVENTS
+        else "see `trunnion check SCENE --outputs`"
+    )
+    return Problem(where, f"{text!r} matches no {things}", hint)
+
+
+def wanted_columns(chosen: Sequence[Reduction]) -> tuple[str, ...]:
+    """Names of the columns a kernel must give; one at least."""
+    names = dict.fromkeys(r.what for r in chosen if r.kind in OF_COLUMNS)
+    return tuple(names) or ("events.count",)

@@ -1,0 +1,181 @@
+"""``engine.sweep``: many cases of a scene on this machine's cores, into one table."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from engine.basics.files import writing
+from engine.batch.plan import Plan, Run, Runner, Stopped, plan
+from engine.scene.model import Scene
+from engine.simulation.result import Result
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+
+CHUNK_SECONDS = 0.25
+FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
+SUFFIXES = (".csv", ".parquet")
+SweepProgress = Callable[[int, int], None]
+"""progress(cases done, cases), a few times a second."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A finished sweep: a row a case. counts: cases by outcome; wall_time, stepping_time (of all cores), build_time: s."""
+
+    plan: Plan
+    table: pyarrow.Table
+    wall_time: float
+    stepping_time: float
+    build_time: float
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return int(self.table.num_rows)
+
+    def to_arrow(self) -> pyarrow.Table:
+        """The table; units and descriptions in its fields' metadata."""
+        return self.table
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A frame indexed by case; units in ``frame.attrs["units"]``."""
+        frame = self.table.to_pandas().set_index("case")
+        frame.attrs["units"] = {f.name: f.metadata[b"unit"].decode() for f in self.table.schema}
+        return frame
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write CSV or Parquet, by suffix; whole or not at all. SceneError for another suffix or an unwritable folder."""
+        with writing(path, SUFFIXES) as work:
+            if work.suffix.lower() == ".csv":
+                from pyarrow import csv
+
+                csv.write_csv(self.table, work)
+            else:
+                import pyarrow.parquet as pq
+
+                pq.write_table(self.table, work, compression="zstd")
+        return Path(path)
+
+    def trajectory(self, case: int, outputs: Sequence[str] | None = None) -> Result:
+        """One case run again, with all its rows."""
+        return trajectory(self.plan, case, outputs)
+
+
+def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Result:
+    """One case of a plan as ``engine.simulate`` runs it."""
+    from engine.simulation.run import simulate
+
+    r = of.run
+    return simulate(of.scene, r.until, r.every, r.rtol, r.method, overrides=of.cases.changes(case), outputs=outputs)
+
+
+def sweep(
+    scene: Scene | str,
+    over: Mapping[str, Any] | None = None,
+    cases: Sequence[Mapping[str, Any]] | None = None,
+    sample: Mapping[str, Sequence[Any]] | None = None,
+    *,
+    count: int = 0,
+    seed: int = 0,
+    sampling: str = "latin",
+    reductions: Sequence[str] = (),
+    overrides: Mapping[str, Any] | None = None,
+    until: float | None = None,
+    every: float | None = None,
+    rtol: float | None = None,
+    method: str | None = None,
+    workers: int | None = None,
+    progress: SweepProgress | None = None,
+) -> Sweep:
+    """Run a scene over many values of its numbers.
+
+    scene: a Scene, a file, or a bundled model's name. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
+    combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
+    or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
+    until, every, rtol, method: as in ``simulate``; reductions are over its output rows. workers: threads (default: one a core).
+    A case that fails is a row with its outcome. Raises SceneError for wrong input.
+    """
+    from engine.scene import load_scene
+    from engine.scene.overrides import apply
+
+    loaded = load_scene(scene) if isinstance(scene, str) else scene
+    if overrides:
+        loaded = apply(loaded, overrides)
+    run = Run(until, every, rtol, method)
+    chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=reductions, run=run)
+    return run_plan(chosen, workers, progress)
+
+
+def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | None = None) -> Sweep:
+    """Run all of it on threads (the loop holds no lock of the interpreter while it steps)."""
+    started = time.perf_counter()
+    threads = max(1, min(workers or os.cpu_count() or 1, of.cases.count))
+    work = _Work(of, progress)
+    with ThreadPoolExecutor(threads) as pool:
+        waiting = [pool.submit(work.take) for _ in range(threads)]
+        try:
+            for w in waiting:
+                w.result()
+        except BaseException:
+            work.stopped = True
+            raise
+    return work.result(time.perf_counter() - started)
+
+
+class _Work:
+    """Chunks handed out in order, each sized from what the last ones cost; their tables, kept by first case."""
+
+    def __init__(self, of: Plan, progress: SweepProgress | None):
+        self.plan, self.progress = of, progress
+        self.lock = threading.Lock()
+        self.next = self.done = 0
+        self.tables: dict[int, Any] = {}
+        self.runners: list[Runner] = []
+        self.stopped = False
+        self.told = time.perf_counter()
+
+    def take(self) -> None:
+        """Run chunks until none is left (one thread)."""
+        runner, size = Runner(self.plan), FIRST_CHUNK
+        with self.lock:
+            self.runners.append(runner)
+        while not self.stopped:
+            with self.lock:
+                start, stop = self.next, min(self.next + size, self.plan.cases.count)
+                self.next = stop
+            if start == stop:
+                return
+            before, began = runner.seconds, time.perf_counter()
+            try:
+                got = runner.chunk(start, stop, lambda done: not self.stopped)
+            except Stopped:
+                return
+            spent = max(runner.seconds - before, 0.5 * (time.perf_counter() - began - runner.build_seconds), 1e-6)
+            size = int(min(max(1, (stop - start) * CHUNK_SECONDS / spent, 1), 4 * size, LARGEST_CHUNK))
+            self._finished(start, got)
+
+    def _finished(self, start: int, got: Any) -> None:
+        with self.lock:
+            self.tables[start] = got
+            self.done += got.num_rows
+            if self.progress and (time.perf_counter() - self.told > 0.1 or self.done == self.plan.cases.count):
+                self.told = time.perf_counter()
+                self.progress(self.done, self.plan.cases.count)
+
+    def result(self, wall: float) -> Sweep:
+        """All tables as one."""
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        table = pa.concat_tables([self.tables[k] for k in sorted(self.tables)])
+        counts = {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}
+        seconds = sum(r.seconds for r in self.runners)
+        return Sweep(self.plan, table, wall, seconds, max((r.build_seconds for r in self.runners), default=0.0), counts)

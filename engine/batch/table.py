@@ -1,0 +1,64 @@
+"""The table of a batch: one row a case, with its numbers, how it ended, and its reductions; Arrow with units."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine.basics.version import version
+from engine.batch.reductions import Reduction
+from engine.simulation.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pyarrow
+
+FORMAT = "trunnion sweep 1"
+HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "steps")
+"""Columns every table has, beside the paths and the reductions."""
+
+
+def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:
+    """Fields with ``unit`` and ``description`` in their metadata; where the table came from in the schema's."""
+    import pyarrow as pa
+
+    def field(name: str, kind: Any, unit: str, text: str) -> Any:
+        return pa.field(name, kind, nullable=kind == pa.float64(), metadata={"unit": unit, "description": text})
+
+    fields = [field("case", pa.int64(), "1", "number of the case, from 0")]
+    fields += [field(p, pa.float64(), u, "varied") for p, u in zip(paths, units, strict=True)]
+    fields += [
+        field("outcome", pa.string(), "", "done, or what went wrong"),
+        field("outcome.time", pa.float64(), "s", "time reached"),
+        field("outcome.joint", pa.string(), "", "joint it is about"),
+        field("outcome.advice", pa.string(), "", "what to try"),
+        field("steps", pa.int64(), "1", "steps taken"),
+    ]
+    fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
+    texts = {"format": FORMAT, "version": version()} | {k: json.dumps(v, ensure_ascii=False) for k, v in about.items()}
+    return pa.schema(fields, metadata=texts)
+
+
+def table(
+    shape: pyarrow.Schema, first: int, values: np.ndarray, outcomes: Sequence[Outcome], steps: np.ndarray, numbers: np.ndarray
+) -> pyarrow.Table:
+    """Rows of the cases first … first + n − 1. NaN (nothing to reduce) becomes null."""
+    import pyarrow as pa
+
+    def floats(a: np.ndarray) -> Any:
+        return pa.array(np.ascontiguousarray(a), mask=np.isnan(a))
+
+    n = len(outcomes)
+    arrays = [pa.array(np.arange(first, first + n))]
+    arrays += [floats(values[:, k]) for k in range(values.shape[1])]
+    arrays += [
+        pa.array([o.name for o in outcomes], pa.string()),
+        floats(np.array([o.time for o in outcomes], float)),
+        pa.array([o.joint for o in outcomes], pa.string()),
+        pa.array([o.advice for o in outcomes], pa.string()),
+        pa.array(steps.astype(np.int64)),
+    ]
+    arrays += [floats(numbers[:, k]) for k in range(numbers.shape[1])]
+    return pa.Table.from_arrays(arrays, schema=shape)

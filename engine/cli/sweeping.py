@@ -1,0 +1,166 @@
+"""``trunnion sweep``: words to a plan, the cases on all cores, a table, a summary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from engine.cli import options
+from engine.cli.options import Findings
+from engine.cli.running import DONE, FAILED, print_json
+from engine.cli.simulating import TABLES, loaded, talk
+
+if TYPE_CHECKING:
+    from engine.batch.plan import Plan
+    from engine.batch.sweeping import Sweep
+
+KNOWN = (
+    "--over",
+    "--sample",
+    "--count",
+    "--seed",
+    "--sampling",
+    "--reduce",
+    "--set",
+    "--until",
+    "--every",
+    "--rtol",
+    "--method",
+    "--law",
+    "--output",
+    "--workers",
+    "--json",
+    "--verbose",
+    "--help",
+)
+SHOWN = 12
+
+
+@dataclass(frozen=True)
+class SweepWish:
+    """The command line as it was written."""
+
+    scene: list[str]
+    over: Sequence[str] = ()
+    sample: Sequence[str] = ()
+    count: int = 0
+    seed: int = 0
+    sampling: str = "latin"
+    reduce: Sequence[str] = ()
+    changes: Sequence[str] = ()
+    until: str | None = None
+    every: str | None = None
+    rtol: str | None = None
+    method: str | None = None
+    law: str | None = None
+    save: str | None = None
+    workers: int | None = None
+    as_json: bool = False
+    verbose: bool = False
+
+
+def sweep_command(wish: SweepWish) -> int:
+    """Run it; the exit code (1 when no case could be run to its end)."""
+    from engine.batch.sweeping import run_plan
+    from engine.cli.progress import Watch
+
+    talk(wish.verbose)
+    found = Findings()
+    place = options.destination(wish.save, TABLES, "-o", found)
+    chosen = planned(wish, found)
+    found.end()
+    assert chosen is not None
+    with Watch(f"{chosen.cases.count} cases") as watch:
+        result = run_plan(chosen, wish.workers, lambda done, of: watch.tell(done, of))
+    if place is not None:
+        result.save(place)
+    code = DONE if result.counts.get("done") else FAILED
+    if wish.as_json:
+        print_json({"exit_code": code, "problems": []} | document(result) | {"files": {"table": str(place)} if place else {}})
+    else:
+        print("\n".join([*summary(result), *([f"wrote {place}"] if place else [])]))
+    return code
+
+
+def planned(wish: SweepWish, found: Findings) -> Plan | None:
+    """The plan; None when there are problems, which are kept."""
+    from engine.batch.plan import Run, plan
+    from engine.simulation.block import METHODS
+
+    run = Run(
+        options.time(wish.until, "--until", found),
+        options.time(wish.every, "--every", found, zero=True),
+        options.tolerance(wish.rtol, found),
+        options.choice(wish.method, tuple(METHODS), "--method", found),
+    )
+    source = options.one_scene(wish.scene, KNOWN, found)
+    over, sample = spans(wish.over, "--over", found), ranges(wish.sample, found)
+    if wish.workers is not None and wish.workers < 1:
+        found.add("--workers", f"{wish.workers} workers do nothing", "give a positive number")
+    if not wish.over and not wish.sample:
+        found.add("--over", "nothing says what varies", "for example --over joints.ball.friction.mu=0.1:0.6:26")
+    law = options.choice(wish.law, options.laws(), "--law", found)
+    scene = loaded(source, options.assignments(wish.changes, found), law, found)
+    if scene is None or not (over or sample):
+        return None
+    make = partial(plan, scene, over or None, None, sample or None, count=wish.count, seed=wish.seed, sampling=wish.sampling)
+    return found.attempt(partial(make, keep=tuple(wish.reduce), run=run))
+
+
+def spans(texts: Sequence[str], where: str, found: Findings) -> dict[str, str]:
+    """{path: values} of PATH=VALUES words."""
+    out: dict[str, str] = {}
+    for text in texts:
+        path, sign, values = (part.strip() for part in text.partition("="))
+        if not sign or not values:
+            found.add(where, f"{text!r} is not PATH=VALUES", "for example joints.ball.friction.mu=0.1:0.6:26, or =0.1,0.2")
+        elif path in out:
+            found.add(where, f"{path} is given twice", "keep one")
+        else:
+            out[path] = values
+    return out
+
+
+def ranges(texts: Sequence[str], found: Findings) -> dict[str, list[str]]:
+    """{path: [low, high]} of PATH=low:high words."""
+    out = {}
+    for path, text in spans(texts, "--sample", found).items():
+        ends = [part.strip() for part in text.split(":")]
+        if len(ends) == 2 and all(ends):
+            out[path] = ends
+        else:
+            found.add("--sample", f"{path}={text} is not PATH=low:high", "for example joints.ball.friction.mu=0.1:0.6")
+    return out
+
+
+def document(result: Sweep) -> dict[str, Any]:
+    """The sweep without its rows, as plain data."""
+    times = {"wall": result.wall_time, "stepping": result.stepping_time, "build": result.build_time}
+    kept = [{"name": r.name, "unit": r.unit, "description": r.description} for r in result.plan.reductions]
+    return {"scene": result.plan.scene.name, "cases": len(result), "outcomes": result.counts, "seconds": times, "reductions": kept}
+
+
+def summary(result: Sweep) -> list[str]:
+    """Outcomes, cost, ranges of the reductions."""
+    import numpy as np
+
+    from engine.cli.summary import table
+
+    outcomes = ", ".join(f"{n} {name}" for name, n in sorted(result.counts.items(), key=lambda c: -c[1]))
+    rows = []
+    for r in result.plan.reductions[:SHOWN]:
+        values = np.asarray(result.table[r.name].drop_null())
+        low, high = (f"{values.min():.6g}", f"{values.max():.6g}") if len(values) else ("–", "–")
+        rows.append((r.name, low, high, str(len(values)), r.unit))
+    more = len(result.plan.reductions) - len(rows)
+    lines = [
+        f"{result.plan.scene.name}: {len(result)} cases over {', '.join(result.plan.cases.paths)}",
+        outcomes,
+        f"{result.wall_time:.3g} s, stepping {result.stepping_time:.3g} s on all cores"
+        + (f", built in {result.build_time:.3g} s" if result.build_time else ""),
+        "",
+        *table(("reduction", "least", "most", "cases", "unit"), rows),
+    ]
+    return [line.replace("\033[2m", "").replace("\033[0m", "") for line in lines] + ([f"… and {more} more"] if more > 0 else [])

@@ -1,0 +1,29 @@
+"""``python -m service``: the same as ``trunnion serve``."""
+
+import sys
+
+import typer
+
+from engine.basics.problems import SceneError, SimulationError
+from engine.cli.running import FAILED, failure_end, problems_end
+from service.cli import serve
+
+
+def main() -> int:
+    """Serve; the exit code."""
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    app.command("serve")(serve)
+    try:
+        return typer.main.get_command(app).main(sys.argv[1:], prog_name="trunnion serve", standalone_mode=False) or 0
+    except SceneError as e:
+        return problems_end(e.problems, False)
+    except SimulationError as e:
+        return failure_end(str(e), False)
+    except typer.Exit as e:
+        return int(e.exit_code)
+    except typer.Abort:
+        return FAILED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

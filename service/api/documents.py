@@ -1,0 +1,108 @@
+"""Answers of the API as documents."""
+
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime
+from typing import Any, Literal
+
+from pydantic import BaseModel, Field
+
+from service.api.problems import ProblemItem
+from service.store.rows import Job
+from service.store.tables import ENDED
+
+State = Literal["queued", "running", "cancelling", "done", "failed", "cancelled"]
+EXAMPLE_JOB: dict[str, Any] = {
+    "id": "0123456789abcdef01234567",
+    "state": "running",
+    "scene": "spherical_pendulum",
+    "label": "",
+    "created": "2026-01-01T12:00:00Z",
+    "started": "2026-01-01T12:00:00Z",
+    "finished": None,
+    "cases": 1000,
+    "done": 400,
+    "lost": 0,
+    "outcomes": {"done": 399, "no_solution": 1},
+    "progress": 0.4,
+    "eta_seconds": 1.5,
+    "stepping_seconds": 1.9,
+    "build_seconds": 0.0,
+    "bytes": 41234,
+    "budget": 86400.0,
+    "problems": [],
+    "links": {
+        "self": "/v1/jobs/0123456789abcdef01234567",
+        "results": "/v1/jobs/0123456789abcdef01234567/results",
+        "events": "/v1/jobs/0123456789abcdef01234567/events",
+    },
+}
+
+
+class JobDocument(BaseModel):
+    """A job: state, progress, cases by outcome."""
+
+    id: str
+    state: State
+    scene: str
+    label: str
+    created: str
+    started: str | None
+    finished: str | None
+    cases: int = Field(description="All cases.")
+    done: int = Field(description="Cases with a row in the results, failed runs included.")
+    lost: int = Field(description="Cases that could not be run at all (see problems).")
+    outcomes: dict[str, int] = Field(description="Rows by outcome.")
+    progress: float = Field(ge=0, le=1)
+    eta_seconds: float | None = Field(description="Seconds until it is done, as far as can be said.")
+    stepping_seconds: float = Field(description="Time spent stepping, all workers together.")
+    build_seconds: float
+    bytes: int = Field(description="Size of the results as kept.")
+    budget: float = Field(description="Stepping seconds allowed.")
+    problems: list[ProblemItem]
+    links: dict[str, str]
+
+    model_config = {"json_schema_extra": {"examples": [EXAMPLE_JOB]}}
+
+
+class JobList(BaseModel):
+    """A page of jobs, newest first."""
+
+    jobs: list[JobDocument]
+    next: str | None = Field(description="Cursor of the next page; null on the last.")
+
+
+def job_document(j: Job) -> dict[str, Any]:
+    """A job as clients see it."""
+    left = j.cases - j.done - j.lost
+    eta = None
+    if j.state == "running" and j.started and j.done:
+        eta = max(0.0, time.time() - j.started) * left / j.done
+    place = f"/v1/jobs/{j.id}"
+    return {
+        "id": j.id,
+        "state": j.state,
+        "scene": j.scene,
+        "label": j.label,
+        "created": stamp(j.created),
+        "started": stamp(j.started),
+        "finished": stamp(j.finished),
+        "cases": j.cases,
+        "done": j.done,
+        "lost": j.lost,
+        "outcomes": j.counts,
+        "progress": (j.done + j.lost) / j.cases,
+        "eta_seconds": 0.0 if j.state in ENDED else eta,
+        "stepping_seconds": j.seconds,
+        "build_seconds": j.build_seconds,
+        "bytes": j.bytes,
+        "budget": j.budget,
+        "problems": j.problems,
+        "links": {"self": place, "results": f"{place}/results", "events": f"{place}/events"},
+    }
+
+
+def stamp(t: float | None) -> str | None:
+    """RFC 3339 of seconds since the epoch."""
+    return None if t is None else datetime.fromtimestamp(t, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -1,0 +1,194 @@
+"""/v1/jobs: submit, list, look, cancel, follow."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel
+from sse_starlette import EventSourceResponse, ServerSentEvent
+
+from service.api.documents import JobDocument, JobList, State, job_document
+from service.api.problems import Json, Refusal, documented
+from service.api.security import Caller, need
+from service.api.service import Service, service
+from service.request import JobRequest, digest, document_of, plan_of_request
+from service.store.rows import Job
+from service.store.tables import ACTIVE, ENDED
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+Here = Annotated[Service, Depends(service)]
+Reader = Annotated[Caller, Depends(need("read"))]
+Submitter = Annotated[Caller, Depends(need("submit"))]
+POLL_SECONDS = 0.4
+MOST_STREAMS = 500
+EXAMPLES: Any = {
+    "grid": {
+        "summary": "A grid: 26 values of friction by 61 start angles",
+        "value": {
+            "scene": "spherical_pendulum",
+            "overrides": {"joints.ball.start.q": {"axis": [0, 1, 0], "angle": 0}},
+            "over": {"joints.ball.friction.mu": "0.1:0.6:26", "joints.ball.start.q.angle": "-30 deg:30 deg:61"},
+            "reductions": ["max:ball.contact[1].normal_force", "first:reversal"],
+            "until": 5,
+        },
+    },
+    "list": {
+        "summary": "A list of cases",
+        "value": {
+            "scene": "crank_slider",
+            "cases": [{"joints.slider_pin.friction.mu": 0.1}, {"joints.slider_pin.friction.mu": 0.3}],
+            "until": 1,
+        },
+    },
+    "sample": {
+        "summary": "A Latin hypercube",
+        "value": {
+            "scene": "spherical_pendulum",
+            "sample": {"ranges": {"joints.ball.friction.mu": [0.1, 0.6], "gravity[3]": [-9.9, -9.7]}, "count": 200, "seed": 1},
+            "until": 1,
+        },
+    },
+}
+
+
+@router.post(
+    "",
+    status_code=202,
+    response_model=JobDocument,
+    responses={200: {"model": JobDocument, "description": "The job this idempotency key made before."}, **documented(409, 413)},
+)
+def submit(
+    request: Annotated[JobRequest, Body(openapi_examples=EXAMPLES)],
+    caller: Submitter,
+    s: Here,
+    idempotency_key: Annotated[
+        str | None, Header(max_length=255, min_length=1, description="Sent again with the same request, makes no second job.")
+    ] = None,
+) -> Response:
+    """Submit a batch. The answer's ``Location`` is the job."""
+    made = plan_of_request(request, s.settings.limits)
+    states = s.store.states()
+    if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
+        raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
+    document = document_of(request, made)
+    name = "".join(c for c in made.scene.name if c.isprintable())[:200]
+    budget = request.budget or s.settings.limits.job_seconds
+    asked = digest(request.model_dump(mode="json"))
+    job, new = s.store.submit(
+        caller.id, asked, name, request.label, json.dumps(document), made.cases.count, budget, idempotency_key
+    )
+    if new:
+        s.dispatcher.wake()
+    return Json(job_document(job), 202 if new else 200, {"Location": f"/v1/jobs/{job.id}"})
+
+
+@router.get("", response_model=JobList, responses=documented())
+def jobs(
+    caller: Reader,
+    s: Here,
+    state: Annotated[State | None, Query(description="Only jobs in this state.")] = None,
+    scene: Annotated[str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs of this scene.")] = None,
+    label: Annotated[str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs with this label.")] = None,
+    cursor: Annotated[str | None, Query(max_length=200, description="``next`` of the page before.")] = None,
+    limit: Annotated[int, Query(ge=1, le=500)] = 50,
+) -> Response:
+    """Jobs, newest first, a page at a time."""
+    found, after = s.store.page(state, scene, label, cursor, limit)
+    return Json({"jobs": [job_document(j) for j in found], "next": after})
+
+
+class JobFacts(BaseModel):
+    """What a request would make."""
+
+    cases: int
+    columns: list[str]
+
+
+@router.post("/check", response_model=JobFacts, responses=documented(413))
+def check(request: Annotated[JobRequest, Body(openapi_examples=EXAMPLES)], caller: Reader, s: Here) -> Response:
+    """What a request would make, or every problem it has; nothing is submitted."""
+    made = plan_of_request(request, s.settings.limits)
+    return Json({"cases": made.cases.count, "columns": made.schema.names})
+
+
+def found(s: Service, job: str) -> Job:
+    """A job by id; Refusal (404)."""
+    there = s.store.job(job) if job.isalnum() and job.isascii() and len(job) == 24 else None
+    if there is None:
+        raise Refusal(404, "there is no such job")
+    return there
+
+
+@router.get("/{job}", response_model=JobDocument, responses=documented(404))
+def job(job: str, caller: Reader, s: Here) -> Response:
+    """A job: state, progress, rows by outcome, what went wrong."""
+    return Json(job_document(found(s, job)))
+
+
+@router.delete("/{job}", response_model=JobDocument, responses=documented(404))
+def cancel(job: str, caller: Submitter, s: Here) -> Response:
+    """Cancel a job; rows there are stay. A job that has ended stays as it is."""
+    found(s, job)
+    after = s.store.cancel(job)
+    s.dispatcher.wake()
+    assert after is not None
+    return Json(job_document(after))
+
+
+@router.get("/{job}/attempts", responses=documented(404))
+def attempts(job: str, caller: Reader, s: Here) -> list[dict[str, Any]]:
+    """Every attempt at a chunk of the job: when, where, what became of it."""
+    found(s, job)
+    return s.store.attempts(job)[-5000:]
+
+
+@router.get(
+    "/{job}/events",
+    response_class=EventSourceResponse,
+    responses={
+        200: {"description": "Events until the job has ended.", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+        **documented(404),
+    },
+)
+async def events(
+    job: str,
+    request: Request,
+    caller: Reader,
+    s: Here,
+    last_event_id: Annotated[str | None, Header(max_length=30, description="Go on after this event.")] = None,
+) -> Response:
+    """Follow a job: server-sent events ``submitted``, ``started``, ``progress`` (the job's document), ``chunk_retried``,
+    ``chunk_failed``, ``cancelling``, and one of ``done``, ``failed``, ``cancelled`` at the end."""
+    await run_in_threadpool(found, s, job)
+    if s.streams >= MOST_STREAMS:
+        raise Refusal(503, "too many clients follow jobs; poll instead", headers={"Retry-After": "10"})
+    after = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
+    return EventSourceResponse(_followed(s, job, min(after, 2**62)), ping=15)
+
+
+async def _followed(s: Service, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
+    """Events as they come, and the job's document whenever it has changed."""
+    s.streams += 1
+    told = ""
+    try:
+        while True:
+            now = await run_in_threadpool(s.store.job, job)
+            fresh = await run_in_threadpool(s.store.events, job, after)
+            for e in fresh:
+                after = e.id
+                yield ServerSentEvent(json.dumps({"time": e.time, **e.data}), event=e.kind, id=str(e.id))
+            document = job_document(now) if now else {}
+            progress = json.dumps({k: v for k, v in document.items() if k != "eta_seconds"})
+            if progress != told:
+                told = progress
+                yield ServerSentEvent(json.dumps(document), event="progress")
+            if not fresh and (now is None or now.state in ENDED):
+                return
+            await asyncio.sleep(POLL_SECONDS)
+    finally:
+        s.streams -= 1

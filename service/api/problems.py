@@ -1,0 +1,179 @@
+"""Errors as RFC 9457 problem documents, with the same list of problems as the command line prints."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Iterable
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from engine.basics.problems import Problem, SceneError
+from engine.simulation.tables import finite
+from service.executor.cluster import NoCluster
+from service.store.database import Unreachable
+from service.store.store import BadCursor, Conflict
+
+log = logging.getLogger("trunnion.service")
+MEDIA = "application/problem+json"
+MOST = 100
+"""Most problems one document lists."""
+TITLES = {
+    400: "The request cannot be read",
+    401: "An API key is needed",
+    403: "Not allowed",
+    404: "There is no such thing here",
+    405: "This cannot be done here",
+    406: "No such format",
+    409: "It cannot be done in this state",
+    413: "The request is too large",
+    415: "The body must be JSON",
+    422: "The request has problems",
+    429: "Too many requests",
+    500: "A defect of the server",
+    501: "Not installed",
+    503: "Not possible now",
+}
+
+
+class ProblemItem(BaseModel):
+    """One mistake: where, what, and what to do."""
+
+    where: str
+    what: str
+    hint: str = ""
+    file: str = ""
+    line: int = 0
+
+
+class ProblemDocument(BaseModel):
+    """RFC 9457, with the list of problems."""
+
+    type: str = Field("about:blank", description="urn:trunnion:… or about:blank")
+    title: str
+    status: int
+    detail: str = ""
+    problems: list[ProblemItem] = []
+
+    model_config = {
+        "json_schema_extra": {
+            "examples": [
+                {
+                    "type": "urn:trunnion:problems",
+                    "title": "The request has problems",
+                    "status": 422,
+                    "detail": "1 problem",
+                    "problems": [
+                        {
+                            "where": "joints.ball.friction.mu",
+                            "what": "-1 is negative",
+                            "hint": "a coefficient ≥ 0",
+                            "file": "",
+                            "line": 0,
+                        }
+                    ],
+                }
+            ]
+        }
+    }
+
+
+class Refusal(Exception):
+    """Ends a request with a problem document."""
+
+    def __init__(self, status: int, detail: str, problems: Iterable[Problem] = (), headers: dict[str, str] | None = None):
+        super().__init__(detail)
+        self.status, self.detail, self.problems, self.headers = status, detail, tuple(problems), headers or {}
+
+
+def text_of(data: Any) -> bytes:
+    """JSON in plain ASCII, whatever strange characters a client sent; null where JSON has no number."""
+    return json.dumps(finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
+
+
+class Json(Response):
+    """A JSON response."""
+
+    media_type = "application/json"
+
+    def render(self, content: Any) -> bytes:
+        """Its body."""
+        return text_of(content)
+
+
+def problem_response(
+    status: int, detail: str = "", problems: Iterable[dict[str, Any]] = (), headers: dict[str, str] | None = None
+) -> Response:
+    """A problem document."""
+    listed = list(problems)
+    kind = "urn:trunnion:problems" if listed else "about:blank"
+    body = {"type": kind, "title": TITLES.get(status, "Error"), "status": status, "detail": detail, "problems": listed[:MOST]}
+    return Response(text_of(body), status, headers, MEDIA)
+
+
+def counted(n: int) -> str:
+    """ "1 problem", "3 problems"."""
+    return f"{n} problem{'' if n == 1 else 's'}"
+
+
+def install(app: FastAPI) -> None:
+    """Every error the application can raise becomes a problem document."""
+
+    @app.exception_handler(Refusal)
+    def refused(_: Request, e: Refusal) -> Response:
+        return problem_response(e.status, e.detail, [p.as_dict() for p in e.problems], e.headers)
+
+    @app.exception_handler(SceneError)
+    def wrong(_: Request, e: SceneError) -> Response:
+        return problem_response(422, counted(len(e.problems)), [p.as_dict() for p in e.problems])
+
+    @app.exception_handler(RequestValidationError)
+    def invalid(_: Request, e: RequestValidationError) -> Response:
+        listed = [_of_validation(x) for x in e.errors()[:MOST]]
+        return problem_response(422, counted(len(listed)), [p.as_dict() for p in listed])
+
+    @app.exception_handler(HTTPException)
+    def http(_: Request, e: HTTPException) -> Response:
+        return problem_response(e.status_code, str(e.detail), headers=dict(e.headers or {}))
+
+    @app.exception_handler(Conflict)
+    def conflict(_: Request, e: Conflict) -> Response:
+        return problem_response(409, str(e))
+
+    @app.exception_handler(BadCursor)
+    def cursor(_: Request, e: BadCursor) -> Response:
+        return problem_response(422, "1 problem", [Problem("cursor", str(e), "take it from the answer before").as_dict()])
+
+    @app.exception_handler(Unreachable)
+    def database(_: Request, e: Unreachable) -> Response:
+        log.warning("database: %s", e)
+        return problem_response(503, "the database cannot be used now; try again", headers={"Retry-After": "5"})
+
+    @app.exception_handler(NoCluster)
+    def cluster(_: Request, e: NoCluster) -> Response:
+        log.warning("cluster: %s", e)
+        return problem_response(503, "the cluster cannot be used now; try again", headers={"Retry-After": "5"})
+
+    @app.exception_handler(Exception)
+    def defect(_: Request, e: Exception) -> Response:
+        log.error("internal error", exc_info=e)
+        return problem_response(500, f"internal error ({type(e).__name__}); please report it with the request")
+
+
+def _of_validation(e: Any) -> Problem:
+    """One of pydantic's errors."""
+    place = [str(x) for x in e["loc"]]
+    where = ".".join(place[1:] if place and place[0] in ("body", "query", "path", "header") and len(place) > 1 else place)
+    return Problem(where[:300] or "body", str(e["msg"])[:500])
+
+
+def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Entries of an operation's ``responses`` for these errors, and those any operation may give."""
+    every = sorted({*statuses, 400, 401, 403, 422, 429, 503})
+    content = {MEDIA: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
+    return {s: {"description": TITLES[s], "content": content} for s in every}

@@ -1,0 +1,160 @@
+"""/v1/jobs/{id}/results and the trajectories of single cases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from concurrent.futures import TimeoutError as Late
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Header, Query
+from starlette.responses import HTMLResponse, Response, StreamingResponse
+
+from engine.basics.problems import Problem, SceneError
+from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
+from service.api.jobs import Here, Reader, found
+from service.api.problems import Refusal, documented
+from service.api.service import Service
+from service.executor.work import run_trajectory
+from service.request import plan_of_document
+from service.store.rows import Chunk
+
+router = APIRouter(prefix="/v1/jobs", tags=["results"])
+Format = Annotated[Literal["json", "csv", "parquet", "arrow"] | None, Query(description="Instead of the Accept header.")]
+Accept = Annotated[str, Header(max_length=1000, include_in_schema=False)]
+REPLAY_SECONDS = 120
+REPLAY_BYTES = 400_000_000
+
+
+@router.get(
+    "/{job}/results",
+    response_class=StreamingResponse,
+    responses={
+        200: {"description": "Rows of the cases that are done, in order of cases.", "content": CONTENT},
+        **documented(404, 406),
+    },
+)
+def results(
+    job: str,
+    caller: Reader,
+    s: Here,
+    format: Format = None,
+    column: Annotated[list[str] | None, Query(description="Only these columns (repeatable).", max_length=1000)] = None,
+    first: Annotated[int, Query(ge=0, le=10**12, description="First case.")] = 0,
+    count: Annotated[int | None, Query(ge=1, le=10**12, description="Most cases.")] = None,
+    accept: Accept = "*/*",
+) -> Response:
+    """The table: a row a case. While the job runs, the rows there are so far; ``Trunnion-Complete`` says whether these are all."""
+    kind = chosen(format, accept)
+    there = found(s, job)
+    stop = there.cases if count is None else min(there.cases, first + count)
+    schema = plan_of_document(s.store.document(job)).schema
+    names = _columns(schema.names, column)
+    done = [c for c in s.store.finished(job) if c.start < stop and c.stop > first]
+    headers = {
+        "Content-Disposition": f'attachment; filename="{job}.{SUFFIX[kind]}"',
+        "Trunnion-Complete": "true" if there.done == there.cases else "false",
+    }
+    import pyarrow as pa
+
+    shown = pa.schema([schema.field(n) for n in names], metadata=schema.metadata)
+    return StreamingResponse(stream(kind, shown, _tables(s, done, shown, first, stop)), 200, headers, MEDIA[kind])
+
+
+def _columns(known: list[str], asked: list[str] | None) -> list[str]:
+    """The columns asked for; Refusal (422) for unknown ones."""
+    unknown = [c for c in asked or () if c not in known]
+    if unknown:
+        raise SceneError(
+            Problem("column", f"there is no column {c[:200]!r}", f"one of {', '.join(known)[:1000]}") for c in unknown[:50]
+        )
+    return list(dict.fromkeys(asked)) if asked else known
+
+
+def _tables(s: Service, done: list[Chunk], schema: Any, first: int, stop: int) -> Iterator[Any]:
+    """The parts, cut to the cases wanted."""
+    for chunk in done:
+        table = s.parts.read_table(s.parts.part(chunk.job, chunk.start, chunk.stop), schema.names)
+        low, high = max(first, chunk.start), min(stop, chunk.stop)
+        yield table.slice(low - chunk.start, high - low).select(schema.names).cast(schema)
+
+
+@router.get(
+    "/{job}/cases/{case}/trajectory",
+    response_class=StreamingResponse,
+    responses={200: {"description": "All rows of one case.", "content": CONTENT}, **documented(404, 406, 409)},
+)
+def trajectory(
+    job: str,
+    case: int,
+    caller: Reader,
+    s: Here,
+    format: Format = None,
+    outputs: Annotated[
+        list[str] | None, Query(description="Patterns of columns (repeatable; default: the scene's).", max_length=100)
+    ] = None,
+    accept: Accept = "*/*",
+) -> Response:
+    """One case, run again with all its rows: a column a quantity, a row an output time."""
+    import pyarrow as pa
+
+    kind = chosen(format, accept)
+    table = pa.ipc.open_stream(_replayed(s, job, case, outputs, "table")).read_all()
+    headers = {"Content-Disposition": f'attachment; filename="{job}-{case}.{SUFFIX[kind]}"'}
+    return StreamingResponse(stream(kind, table.schema, [table]), 200, headers, MEDIA[kind])
+
+
+@router.get(
+    "/{job}/cases/{case}/animation",
+    response_class=HTMLResponse,
+    responses={
+        200: {
+            "description": "A page by itself: bodies, contact points, forces.",
+            "content": {"text/html": {"schema": {"type": "string"}}},
+        },
+        **documented(404, 409),
+    },
+)
+def animation(job: str, case: int, caller: Reader, s: Here) -> Response:
+    """One case as a moving picture (open it with ``?t=0.5`` to begin at that time)."""
+    return HTMLResponse(_replayed(s, job, case, None, "animation"))
+
+
+def _replayed(s: Service, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
+    """A case run again on the cluster."""
+    there = found(s, job)
+    if not 0 <= case < there.cases:
+        raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")
+    if not s.parts.exists(s.parts.job_file(job)):
+        raise Refusal(409, "the job has not been started yet")
+    _check_size(s, job, case, outputs)
+    with s.replays:
+        future = s.cluster.submit(run_trajectory, s.parts.url, job, case, outputs, kind, priority=10)
+        try:
+            return bytes(future.result(timeout=REPLAY_SECONDS))
+        except (Late, TimeoutError):
+            future.cancel()
+            raise Refusal(503, "the case takes too long to be run again here", headers={"Retry-After": "60"}) from None
+
+
+def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
+    """SceneError when the rows would be too many, a pattern matches nothing, or the case is no scene."""
+    from engine.kernel.columns import columns, select
+    from engine.scene.overrides import apply
+    from engine.system.build import build
+
+    plan = plan_of_document(s.store.document(job))
+    scene = apply(plan.scene, plan.cases.changes(case))
+    until, every, _ = plan.run.of(scene)
+    everything = columns(build(scene).system)
+    problems = [
+        Problem("outputs", f"the pattern {p[:200]!r} matches no column") for p in outputs or () if not select(everything, (p,))
+    ]
+    width = 1 + len(select(everything, tuple(outputs or scene.outputs)))
+    size = 8 * width * (math.ceil(until / every) if every > 0.0 else 1)
+    if size > REPLAY_BYTES:
+        problems.append(
+            Problem("outputs", f"{size:.3g} bytes are more than the {REPLAY_BYTES:.3g} allowed", "ask for fewer columns")
+        )
+    if problems:
+        raise SceneError(problems)

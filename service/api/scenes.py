@@ -1,0 +1,161 @@
+"""Models, the scene format, checking a scene as it is typed, FMUs."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Depends
+from fastapi import Path as InPath
+from pydantic import BaseModel, Field
+from starlette.responses import Response
+
+from engine.basics.problems import Problem, SceneError
+from engine.batch.reductions import DEFAULTS, reductions
+from engine.kernel.columns import columns
+from engine.scene.library import model_file, model_names
+from engine.scene.load import load_scene
+from engine.scene.overrides import list_parameters
+from engine.scene.schema import json_schema
+from engine.system.build import build
+from service.api.jobs import Here, Reader
+from service.api.problems import Json, Refusal, documented
+from service.api.security import Caller, need
+from service.request import SceneSource, scene_of
+
+router = APIRouter(prefix="/v1", tags=["scenes"])
+
+
+class ModelItem(BaseModel):
+    """A bundled model."""
+
+    name: str
+    title: str
+
+
+class ModelText(ModelItem):
+    """A bundled model with its scene as YAML text."""
+
+    text: str
+
+
+class ParameterItem(BaseModel):
+    """A number of a scene that can be swept."""
+
+    path: str
+    value: float
+    unit: str
+
+
+class ColumnItem(BaseModel):
+    """A column a run of the scene can give."""
+
+    name: str
+    unit: str
+    description: str
+
+
+class SceneFacts(BaseModel):
+    """What a scene without problems is."""
+
+    name: str
+    title: str
+    bodies: list[str]
+    joints: dict[str, str] = Field(description="Type by name.")
+    loops: int
+    until: float
+    parameters: list[ParameterItem]
+    columns: list[ColumnItem]
+    reductions: list[str] = Field(description="Kept when a job names none.")
+
+
+@router.get("/models", response_model=list[ModelItem], responses=documented())
+def models(caller: Reader) -> Response:
+    """The bundled models."""
+    return Json([{"name": n, "title": load_scene(model_file(n)).title} for n in model_names()])
+
+
+@router.get("/models/{name}", response_model=ModelText, responses=documented(404))
+def model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> Response:
+    """A bundled model's scene."""
+    if name not in model_names():
+        raise Refusal(404, "there is no such model")
+    file = model_file(name)
+    return Json({"name": name, "title": load_scene(file).title, "text": file.read_text(encoding="utf-8")})
+
+
+@router.get("/schema", responses={200: {"content": {"application/json": {"schema": {"type": "object"}}}}, **documented()})
+def schema(caller: Reader) -> Response:
+    """JSON Schema of scenes."""
+    return Json(json_schema())
+
+
+@router.post("/scenes/check", response_model=SceneFacts, responses=documented(413))
+def check(source: SceneSource, caller: Reader, s: Here) -> Response:
+    """What a scene is: its numbers, its columns; or every problem it has (422), with lines."""
+    scene = scene_of(source, s.settings.limits)
+    built = build(scene)
+    everything = columns(built.system)
+    try:
+        kept = [r.name for r in reductions((), everything)]
+    except SceneError:
+        kept = list(DEFAULTS)
+    return Json(
+        {
+            "name": scene.name,
+            "title": scene.title,
+            "bodies": list(scene.bodies),
+            "joints": {n: j.type for n, j in scene.joints.items()},
+            "loops": len(built.system.cuts),
+            "until": float(scene.simulation.until),
+            "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
+            "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],
+            "reductions": kept,
+        }
+    )
+
+
+class FmuRequest(SceneSource):
+    """An FMU to export."""
+
+    flavour: Literal["native", "python"] = "native"
+    platform: Literal["host", "linux64", "win64", "darwin64", "all"] = "host"
+
+
+@router.post(
+    "/fmus",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The FMU.",
+            "content": {"application/vnd.fmi.fmu": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **documented(413, 501),
+    },
+)
+def fmus(request: FmuRequest, caller: Annotated[Caller, Depends(need("submit"))], s: Here) -> Response:
+    """Export a scene as an FMU (FMI 2.0) and download it."""
+    scene = scene_of(request, s.settings.limits)
+    export = _exporter()
+    if not s.exports.acquire(timeout=60):
+        raise Refusal(503, "too many exports at once; try again", headers={"Retry-After": "30"})
+    try:
+        with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
+            file = Path(folder) / "model.fmu"
+            export(scene, file, flavour=request.flavour, platform=request.platform)
+            data = file.read_bytes()
+    finally:
+        s.exports.release()
+    name = "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in scene.name)[:60] or "model"
+    return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")
+
+
+def _exporter() -> Any:
+    """``fmu.export``; Refusal (501) when that package is not there."""
+    try:
+        return import_module("fmu").export
+    except (ImportError, AttributeError) as e:
+        hint = "pip install 'trunnion[fmu]' on the server"
+        raise Refusal(501, "FMU export is not installed", [Problem("fmu", f"cannot be loaded: {e}", hint)]) from e

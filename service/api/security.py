@@ -1,0 +1,170 @@
+"""Who may do what: API keys with roles (kept hashed), the loopback exception, the rate limit, size and origin of requests."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any
+from urllib.parse import urlsplit
+
+from fastapi import Depends, Request, Security
+from fastapi.security import APIKeyHeader, HTTPAuthorizationCredentials, HTTPBearer
+from limits import parse
+from limits.storage import MemoryStorage
+from limits.strategies import SlidingWindowCounterRateLimiter
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.api.problems import Refusal, problem_response
+from service.api.service import Service, service
+from service.settings import is_loopback
+from service.store.rows import Key
+
+COOKIE = "trunnion_key"
+ROLES = ("read", "submit", "admin")
+"""Each may do what those before it may."""
+bearer = HTTPBearer(auto_error=False, scheme_name="bearer", description="An API key.")
+header = APIKeyHeader(name="X-API-Key", auto_error=False, scheme_name="header", description="An API key.")
+
+
+@dataclass(frozen=True)
+class Caller:
+    """Who asks: the key's id ("local" without keys) and role."""
+
+    id: str
+    role: str
+
+
+def new_key(name: str, role: str) -> tuple[Key, str]:
+    """(what is kept, the key itself: shown once). The secret has 256 bits, so a plain digest of it cannot be guessed back."""
+    identity, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
+    return Key(identity, name, role, _digest(secret), time.time(), None), f"tr_{identity}_{secret}"
+
+
+def _digest(secret: str) -> str:
+    return hashlib.sha256(secret.encode("utf-8", "replace")).hexdigest()
+
+
+def known(s: Service, text: str) -> Key | None:
+    """The key a client sent, when it is in use."""
+    mark, _, rest = text.partition("_")
+    identity, _, secret = rest.partition("_")
+    key = s.store.key(identity) if mark == "tr" and identity.isalnum() and len(identity) == 12 and identity.isascii() else None
+    right = hmac.compare_digest(key.hash if key else "0" * 64, _digest(secret))
+    return key if key and right and key.revoked is None else None
+
+
+def need(role: str) -> Callable[..., Caller]:
+    """A dependency: the caller, who must have this role."""
+
+    def caller(
+        request: Request,
+        s: Annotated[Service, Depends(service)],
+        token: Annotated[HTTPAuthorizationCredentials | None, Security(bearer)] = None,
+        named: Annotated[str | None, Security(header)] = None,
+    ) -> Caller:
+        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # what a page's links and pictures can send
+        found = _caller(s, token.credentials if token else named or cookie)
+        address = request.client.host if request.client else "unknown"
+        _count(s, request, found.id if found.id != "local" else address)
+        if ROLES.index(found.role) < ROLES.index(role):
+            raise Refusal(403, f"this needs a key with the role {role}; yours has {found.role}")
+        return found
+
+    return caller
+
+
+def _caller(s: Service, text: str | None) -> Caller:
+    if s.settings.open:
+        return Caller("local", "admin")
+    key = known(s, text) if text else None
+    if key is None:
+        what = "this key is not known here" if text else "send Authorization: Bearer KEY, or X-API-Key: KEY"
+        raise Refusal(401, what, headers={"WWW-Authenticate": "Bearer"})
+    return Caller(key.id, key.role)
+
+
+class Rates:
+    """Counts requests by caller; none when the limit is ""."""
+
+    def __init__(self, text: str):
+        self.item = parse(text) if text else None
+        self.window = SlidingWindowCounterRateLimiter(MemoryStorage())
+
+    def allow(self, who: str) -> bool:
+        """Count one more; False when it is too many."""
+        return self.item is None or self.window.hit(self.item, who)
+
+
+def _count(s: Service, request: Request, who: str) -> None:
+    rates: Rates = request.app.state.rates
+    if not rates.allow(who):
+        raise Refusal(429, f"more than {s.settings.limits.rate}", headers={"Retry-After": "10"})
+
+
+class Door:
+    """Before anything else: sizes of bodies; and when no key is needed, only requests meant for this machine's own address are let
+    in (a page elsewhere could otherwise have a visitor's browser send them)."""
+
+    def __init__(self, app: ASGIApp, most: int, open: bool):
+        self.app, self.most, self.open = app, most, open
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request in, or refuse it."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        headers = {k.lower(): v.decode("latin-1") for k, v in scope["headers"]}
+        refusal = self._refusal(scope, headers)
+        if refusal is not None:
+            await refusal(scope, receive, send)
+            return
+        got = 0
+
+        async def counted() -> Message:
+            nonlocal got
+            message = await receive()
+            got += len(message.get("body", b""))
+            if got > self.most:
+                raise HTTPException(413, f"at most {self.most} bytes")
+            return message
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [
+                    *message["headers"],
+                    (b"x-content-type-options", b"nosniff"),
+                    (b"referrer-policy", b"no-referrer"),
+                ]
+            await send(message)
+
+        await self.app(scope, counted, guarded)
+
+    def _refusal(self, scope: Scope, headers: dict[bytes, str]) -> Any:
+        length = headers.get(b"content-length", "0")
+        if length.isascii() and length.isdigit() and int(length[:20]) > self.most:
+            return problem_response(413, f"at most {self.most} bytes", headers={"Connection": "close"})
+        host, origin = headers.get(b"host", ""), headers.get(b"origin")
+        if self.open and not is_loopback(_name(f"//{host}")):
+            return problem_response(403, "without keys, only requests to this machine's own address are answered")
+        if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _place(origin) != host:
+            return problem_response(403, "requests from other sites are not answered")
+        return None
+
+
+def _name(url: str) -> str:
+    try:
+        return urlsplit(url).hostname or ""
+    except ValueError:
+        return ""
+
+
+def _place(url: str) -> str:
+    try:
+        return urlsplit(url).netloc
+    except ValueError:
+        return ""

@@ -1,0 +1,96 @@
+"""``trunnion serve``."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from engine.basics.problems import Problem, SceneError, SimulationError
+from service.settings import Limits, Settings
+
+
+def serve(
+    data: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the database, results and scratch files.", envvar="TRUNNION_DATA")
+    ] = Path("trunnion-data"),
+    host: Annotated[
+        str, typer.Option(metavar="HOST", help="Address to listen on; other than this machine's own, keys are needed.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(metavar="PORT", min=0, max=65535)] = 8765,
+    database: Annotated[
+        str, typer.Option(metavar="URL", help="postgresql://…, or sqlite:///file (default: in DIR).", envvar="TRUNNION_DATABASE")
+    ] = "",
+    results: Annotated[
+        str, typer.Option(metavar="URL", help="Folder or fsspec URL for results (default: in DIR).", envvar="TRUNNION_RESULTS")
+    ] = "",
+    scheduler: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Dask scheduler, such as tcp://host:8786 (default: processes here).",
+            envvar="TRUNNION_SCHEDULER",
+        ),
+    ] = "",
+    workers: Annotated[int, typer.Option(metavar="N", min=0, help="Processes, without a scheduler (default: one a core).")] = 0,
+    keys: Annotated[bool, typer.Option("--keys", help="Ask for keys on this machine too.")] = False,
+    rate: Annotated[str, typer.Option(metavar="RATE", help="Most requests a key, such as 1200/minute.")] = "",
+    new_key: Annotated[
+        str, typer.Option("--new-key", metavar="NAME:ROLE", help="Make a key (read, submit, admin), print it, and end.")
+    ] = "",
+    lease: Annotated[float, typer.Option(hidden=True, min=0.3)] = 6.0,
+    chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 0.5,
+) -> None:
+    """Serve batches over HTTP, with a web page at /."""
+    from service.api.security import Rates
+    from service.store.database import Unreachable
+
+    try:
+        Rates(rate)
+    except ValueError as e:
+        raise SceneError([Problem("--rate", f"{rate!r} is no rate", "such as 1200/minute or 20/second")]) from e
+    settings = Settings(
+        data, host, port, database, results, scheduler, workers, keys, Limits(rate=rate), chunk_seconds, lease=lease
+    )
+    try:
+        raise typer.Exit(_make_key(settings, new_key) if new_key else _serve(settings))
+    except Unreachable as e:
+        raise SimulationError(f"the database cannot be used: {e}") from e
+
+
+def _make_key(settings: Settings, text: str) -> int:
+    """Make a key and print it."""
+    from service.api.security import ROLES, new_key
+    from service.store.store import Store
+
+    name, _, role = text.rpartition(":")
+    if not name or role not in ROLES:
+        raise SceneError([Problem("--new-key", f"{text!r} is not NAME:ROLE", f"ROLE is one of {', '.join(ROLES)}")])
+    settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    store = Store(settings.database_url)
+    store.upgrade()
+    key, secret = new_key(name, role)
+    store.add_key(key)
+    store.close()
+    print(secret)
+    return 0
+
+
+def _serve(settings: Settings) -> int:
+    """Serve until stopped."""
+    import uvicorn
+
+    from service.app import create_app
+
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
+    logging.getLogger("trunnion").setLevel(logging.INFO)
+    app = create_app(settings)
+    if not settings.open and not app.state.service.store.all_keys():
+        print("no keys yet: make the first with trunnion serve --new-key me:admin")
+    print(f"Trunnion at http://{settings.host}:{settings.port} (data in {settings.data}); end with Ctrl-C", flush=True)
+    config = uvicorn.Config(app, settings.host, settings.port, log_level="warning", timeout_graceful_shutdown=5)
+    server = uvicorn.Server(config)
+    server.run()
+    return 0 if server.started else 1

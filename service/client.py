@@ -1,0 +1,203 @@
+"""``trunnion jobs …``: a server's jobs from the command line."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import httpx
+import typer
+
+from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.cli.running import DONE, FAILED, print_json
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="Submit, follow and fetch jobs of a server (trunnion serve).")
+URL = typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="The server.")
+KEY = typer.Option("--key", metavar="KEY", envvar="TRUNNION_KEY", help="API key; better in the environment than here.")
+JSON = typer.Option("--json", help="Print one JSON document instead of text.")
+HERE = "http://127.0.0.1:8765"
+JOB = typer.Argument(metavar="JOB", help="The job's id.")
+Url = Annotated[str, URL]
+Secret = Annotated[str, KEY]
+AsJson = Annotated[bool, JSON]
+Id = Annotated[str, JOB]
+ENDED = ("done", "failed", "cancelled")
+
+
+class Server:
+    """Requests to a server; its problem documents become SceneError (wrong use) or SimulationError."""
+
+    def __init__(self, url: str, key: str):
+        try:
+            self.http = httpx.Client(base_url=url, timeout=120, headers={"Authorization": f"Bearer {key}"} if key else {})
+        except (httpx.InvalidURL, ValueError) as e:
+            raise SceneError([Problem("--server", f"{url!r} is no address: {e}", f"such as {HERE}")]) from e
+        self.url = url
+
+    def ask(self, method: str, path: str, **more: Any) -> httpx.Response:
+        """A request; its good answer."""
+        try:
+            answer = self.http.request(method, path, **more)
+        except (httpx.HTTPError, httpx.InvalidURL) as e:
+            raise SimulationError(f"no answer from {self.url}: {e}\nIs it running? Start one with: trunnion serve") from e
+        return checked(answer)
+
+    def save(self, path: str, file: Path, **more: Any) -> None:
+        """Stream an answer into a file, whole or not at all."""
+        from engine.basics.files import writing
+
+        with writing(file, (file.suffix.lower(),)) as work:
+            try:
+                with self.http.stream("GET", path, **more) as answer, work.open("wb") as f:
+                    if answer.status_code >= 400:
+                        answer.read()
+                    checked(answer)
+                    for piece in answer.iter_bytes():
+                        f.write(piece)
+            except httpx.HTTPError as e:
+                raise SimulationError(f"no answer from {self.url}: {e}") from e
+
+
+def checked(answer: httpx.Response) -> httpx.Response:
+    """The answer when it is good."""
+    if answer.status_code < 400:
+        return answer
+    try:
+        document = answer.json()
+        problems = [Problem(**p) for p in document["problems"]]
+        text = f"{document['title']}: {document['detail']}"
+    except (ValueError, KeyError, TypeError):
+        problems, text = [], f"status {answer.status_code} from the server"
+    if problems:
+        raise SceneError(problems)
+    raise SimulationError(text)
+
+
+@app.command()
+def submit(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.")],
+    over: Annotated[list[str] | None, typer.Option(metavar="PATH=VALUES", help="first:last:count, or a,b,c (repeatable).")] = None,
+    sample: Annotated[list[str] | None, typer.Option(metavar="PATH=LOW:HIGH", help="Range to sample from (repeatable).")] = None,
+    count: Annotated[int, typer.Option(metavar="N", help="How many cases to sample.")] = 100,
+    seed: Annotated[int, typer.Option(metavar="S", help="Seed of the sample.")] = 0,
+    sampling: Annotated[str, typer.Option(metavar="HOW", help="latin or random.")] = "latin",
+    reduce: Annotated[list[str] | None, typer.Option(metavar="KIND:WHAT", help="What to keep of each case (repeatable).")] = None,
+    changes: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number (repeatable).")] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="End time.")] = None,
+    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows that are reduced.")] = None,
+    label: Annotated[str, typer.Option(metavar="TEXT", help="Words of your own.")] = "",
+    idempotency_key: Annotated[str, typer.Option(metavar="KEY", help="Sent again, makes no second job.")] = "",
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until it has ended.")] = False,
+    server: Url = HERE,
+    key: Secret = "",
+    as_json: AsJson = False,
+) -> None:
+    """Submit a batch; print the job's id."""
+    from engine.cli import options
+    from engine.cli.options import Findings
+    from engine.cli.simulating import loaded
+    from engine.cli.sweeping import ranges, spans
+    from engine.scene.dump import scene_to_dict
+
+    found = Findings()
+    axes, sampled = spans(over or (), "--over", found), ranges(sample or (), found)
+    body: dict[str, Any] = {
+        "until": options.time(until, "--until", found),
+        "every": options.time(every, "--every", found, zero=True),
+    }
+    read = loaded(scene, options.assignments(changes or (), found), None, found)
+    found.end()
+    assert read is not None
+    body |= {"scene": scene_to_dict(read), "reductions": reduce or [], "label": label}
+    body |= {"over": {p: v if ":" in v else v.split(",") for p, v in axes.items()}} if axes else {}
+    body |= {"sample": {"ranges": sampled, "count": count, "seed": seed, "method": sampling}} if sampled else {}
+    s = Server(server, key)
+    job = s.ask("POST", "/v1/jobs", json=body, headers={"Idempotency-Key": idempotency_key} if idempotency_key else {}).json()
+    if wait:
+        job = _followed(s, job["id"])
+    print_json(job) if as_json else print(_line(job) if wait else job["id"])
+    raise typer.Exit(FAILED if wait and job["state"] != "done" else DONE)
+
+
+@app.command("list")
+def list_jobs(
+    state: Annotated[str | None, typer.Option(metavar="STATE", help="Only jobs in this state.")] = None,
+    limit: Annotated[int, typer.Option(metavar="N", min=1, max=500)] = 20,
+    server: Url = HERE,
+    key: Secret = "",
+    as_json: AsJson = False,
+) -> None:
+    """The newest jobs."""
+    answer = Server(server, key).ask("GET", "/v1/jobs", params={"limit": limit} | ({"state": state} if state else {})).json()
+    print_json(answer) if as_json else print("\n".join(map(_line, answer["jobs"])) or "no jobs")
+
+
+@app.command()
+def show(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = False) -> None:
+    """A job: state, progress, outcomes, what went wrong."""
+    found = Server(server, key).ask("GET", f"/v1/jobs/{job}").json()
+    print_json(found) if as_json else _told(found)
+
+
+@app.command()
+def watch(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = False) -> None:
+    """Follow a job until it has ended (exit code 1 when it failed)."""
+    end = _followed(Server(server, key), job)
+    print_json(end) if as_json else _told(end)
+    raise typer.Exit(DONE if end["state"] == "done" else FAILED)
+
+
+@app.command()
+def cancel(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = False) -> None:
+    """Cancel a job; rows there are stay."""
+    found = Server(server, key).ask("DELETE", f"/v1/jobs/{job}").json()
+    print_json(found) if as_json else print(_line(found))
+
+
+@app.command()
+def results(
+    job: Id,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help=".csv, .parquet, .arrows or .json.")],
+    case: Annotated[int | None, typer.Option(metavar="N", help="All rows of one case instead.")] = None,
+    server: Url = HERE,
+    key: Secret = "",
+) -> None:
+    """Fetch a job's table, or the trajectory of one case."""
+    kind = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "json"}.get(output.suffix.lower())
+    if kind is None:
+        raise SceneError(
+            [Problem("-o", f"{str(output)!r} does not say what to write", "end it in .csv, .parquet, .arrows or .json")]
+        )
+    path = f"/v1/jobs/{job}/results" if case is None else f"/v1/jobs/{job}/cases/{case}/trajectory"
+    Server(server, key).save(path, output, params={"format": kind})
+    print(f"wrote {output}")
+
+
+def _followed(s: Server, job: str) -> dict[str, Any]:
+    """Poll a job until it has ended, with a bar on a terminal."""
+    from engine.cli.progress import Watch
+
+    with Watch(f"job {job[:8]}") as bar:
+        while True:
+            now: dict[str, Any] = s.ask("GET", f"/v1/jobs/{job}").json()
+            bar.tell(now["done"] + now["lost"], now["cases"])
+            if now["state"] in ENDED:
+                return now
+            time.sleep(0.5)
+
+
+def _line(job: dict[str, Any]) -> str:
+    outcomes = ", ".join(f"{n} {name}" for name, n in job["outcomes"].items())
+    said = f"{job['id']}  {job['state']:<10} {job['done']}/{job['cases']}  {job['scene']}"
+    return said + (f"  ({outcomes})" if outcomes else "") + (f"  {job['label']}" if job["label"] else "")
+
+
+def _told(job: dict[str, Any]) -> None:
+    """A job as text; what went wrong on standard error."""
+    print(_line(job))
+    if job["state"] == "running" and job["eta_seconds"] is not None:
+        print(f"about {job['eta_seconds']:.0f} s to go")
+    for p in job["problems"]:
+        print(Problem(**p), file=sys.stderr)

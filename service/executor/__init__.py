@@ -1,0 +1,1 @@
+"""Running jobs: chunks on Dask workers, their Parquet parts, and the dispatcher that hands them out."""

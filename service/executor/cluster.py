@@ -1,0 +1,101 @@
+"""The Dask cluster behind a server: processes of its own on this machine, or a scheduler by address; found again when lost."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+log = logging.getLogger("trunnion.service")
+CONNECT_SECONDS = 10
+RETRY_SECONDS = 1.0
+COUNT_SECONDS = 1.0
+
+
+class NoCluster(RuntimeError):
+    """There is no cluster now; trying again later is right."""
+
+
+class Cluster:
+    """submit(function, …) → future, cancelled when the scheduler goes away."""
+
+    def __init__(self, address: str, workers: int, scratch: Path):
+        self.address, self.scratch = address, scratch
+        self.wanted = workers or os.cpu_count() or 1
+        self.client: Any = None
+        self.local: Any = None
+        self.counted, self.counted_at = 0, -COUNT_SECONDS
+        self.lock = threading.Lock()
+        self.failed_at = 0.0
+
+    def connect(self) -> Any:
+        """The client, connected now if need be; NoCluster when that cannot be done."""
+        with self.lock:
+            if self.client is not None and self.client.status == "running":
+                return self.client
+            if self.client is not None and self.client.status == "connecting":
+                raise NoCluster("the scheduler is away; reconnecting")
+            if time.monotonic() - self.failed_at < RETRY_SECONDS:
+                raise NoCluster("the cluster could not be reached a moment ago")
+            self._drop()
+            try:
+                self._make()
+            except Exception as e:
+                self.failed_at = time.monotonic()
+                self._drop()
+                raise NoCluster(f"{self.address or 'local cluster'}: {e}") from e
+            return self.client
+
+    def _make(self) -> None:
+        from distributed import Client, LocalCluster
+
+        if not self.address:
+            self.scratch.mkdir(parents=True, exist_ok=True)
+            self.local = LocalCluster(
+                n_workers=self.wanted,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                host="127.0.0.1",
+                local_directory=str(self.scratch),
+                silence_logs=logging.ERROR,
+                scheduler_kwargs={"dashboard": False},
+            )
+        self.client = Client(self.local or self.address, timeout=CONNECT_SECONDS, set_as_default=False)
+        log.info("cluster: %s", self.client)
+
+    def _drop(self) -> None:
+        for thing in (self.client, self.local):
+            if thing is not None:
+                with suppress(Exception):
+                    thing.close(timeout=2)
+        self.client = self.local = None
+
+    def slots(self) -> int:
+        """Chunks that can run at once (0: no worker is there now); NoCluster."""
+        if time.monotonic() - self.counted_at > COUNT_SECONDS:
+            client = self.connect()
+            try:
+                self.counted = sum(client.nthreads(callback_timeout=CONNECT_SECONDS).values())
+            except Exception as e:
+                raise NoCluster(str(e)) from e
+            self.counted_at = time.monotonic()
+        return self.counted
+
+    def submit(self, function: Callable[..., Any], *arguments: Any, priority: int = 0) -> Any:
+        """A future; NoCluster."""
+        client = self.connect()
+        try:
+            return client.submit(function, *arguments, pure=False, priority=priority)
+        except Exception as e:
+            raise NoCluster(str(e)) from e
+
+    def close(self) -> None:
+        """End the cluster (a scheduler by address is only left)."""
+        with self.lock:
+            self._drop()

@@ -1,0 +1,303 @@
+"""Hands chunks of jobs to the cluster and writes down what became of them: one thread beside the server.
+
+It holds a lease on every job it works on. What it keeps in memory can be lost at any moment: chunks found ``running`` when a job
+is taken over are done when their part is there, and are run again when it is not.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import queue
+import secrets
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+from service.executor.cluster import Cluster, NoCluster
+from service.executor.parts import Parts
+from service.executor.work import Cancelled, OutOfTime, run_chunk
+from service.metrics import Metrics
+from service.settings import Settings
+from service.store.database import Unreachable
+from service.store.rows import Chunk, Job
+from service.store.work import Done, LeaseLost, WorkStore
+
+log = logging.getLogger("trunnion.service")
+FIRST_CHUNK = 8
+LARGEST_CHUNK = 50_000
+AHEAD = 1
+"""Chunks waiting at the cluster for each that runs, so that no worker waits for us."""
+IDLE_SECONDS = 0.05
+RESULT_SECONDS = 10
+OUT_OF_TIME = {
+    "where": "budget",
+    "what": "the job's time budget is used up",
+    "hint": "the results so far stand; submit the rest with a larger budget, or looser settings",
+}
+
+
+@dataclass
+class Active:
+    """A job being worked on. flying: chunks at the cluster, by first case; cost: stepping seconds a case, so far."""
+
+    job: Job
+    flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
+    cost: float = 0.0
+    warm: bool = False
+    planned: int = 0
+    nothing_until: float = 0.0
+    looked: float = 0.0
+
+    def size(self, seconds: float) -> int:
+        """Cases the next chunk should have."""
+        if self.cost <= 0.0:
+            return FIRST_CHUNK
+        return int(min(max(1, seconds / self.cost), LARGEST_CHUNK))
+
+
+class Dispatcher:
+    """start(), stop(); ``wake`` after a submission. ``trouble``: what keeps it from working now ("" when nothing does)."""
+
+    def __init__(self, store: WorkStore, cluster: Cluster, parts: Parts, settings: Settings, metrics: Metrics):
+        self.store, self.cluster, self.parts, self.settings, self.metrics = store, cluster, parts, settings, metrics
+        self.name = secrets.token_hex(8)
+        self.jobs: dict[str, Active] = {}
+        self.landed: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
+        self.thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
+        self.woken, self.stopping = threading.Event(), threading.Event()
+        self.claimed = -1e9
+        self.trouble = ""
+
+    def start(self) -> None:
+        """Begin working."""
+        self.thread.start()
+
+    def stop(self) -> None:
+        """End; leases are given back, so that another server can go on at once."""
+        self.stopping.set()
+        self.woken.set()
+        self.thread.join(15)
+
+    def wake(self) -> None:
+        """A job came, or is to be cancelled."""
+        self.claimed = -1e9
+        self.woken.set()
+
+    def _run(self) -> None:
+        while not self.stopping.is_set():
+            try:
+                busy = self._turn()
+                self.trouble = ""
+            except (Unreachable, NoCluster, OSError) as e:
+                self._in_trouble(e)
+                busy = False
+            except Exception:
+                log.exception("dispatcher")
+                self.trouble = "internal error, see the log"
+                self.stopping.wait(1.0)
+                busy = False
+            self.woken.wait(IDLE_SECONDS if busy or self.jobs else 0.5)
+            self.woken.clear()
+        try:
+            self.store.release(self.name)
+        except Unreachable as e:
+            log.warning("leases not given back: %s", e)
+
+    def _in_trouble(self, e: Exception) -> None:
+        text = str(e) or type(e).__name__
+        if text != self.trouble:
+            log.warning("cannot work: %s", text)
+        self.trouble = text
+        self.stopping.wait(0.5)
+
+    # -- one turn -----------------------------------------------------------------------------------------------------------
+
+    def _turn(self) -> bool:
+        """Take what landed, renew leases, send off more. True when something was done."""
+        busy = self._take_landed()
+        if time.monotonic() - self.claimed > self.settings.lease / 3:
+            self._claim()
+        for active in list(self.jobs.values()):
+            try:
+                self._look_after(active)
+            except LeaseLost:
+                self._forget(active)
+        self.cluster.slots()
+        return self._send() or busy
+
+    def _claim(self) -> None:
+        """Renew leases; take over what nobody works on; drop what was lost or has ended."""
+        held = {j.id: j for j in self.store.claim(self.name, self.settings.lease)}
+        self.claimed = time.monotonic()
+        for gone in self.jobs.keys() - held.keys():
+            self._forget(self.jobs[gone])
+        for job in held.values():
+            if job.id in self.jobs:
+                self.jobs[job.id].job = job
+            else:
+                self._adopt(job)
+
+    def _adopt(self, job: Job) -> None:
+        """Begin or resume a job."""
+        if job.state != "cancelling":
+            self.parts.write(self.parts.job_file(job.id), json.dumps(self.store.document(job.id)).encode())
+        active = Active(job, planned=job.planned)
+        if job.done and job.seconds:
+            active.cost = job.seconds / job.done
+        self.jobs[job.id] = active
+        for chunk in self.store.running(job.id):
+            self._settle(active, chunk)
+        self.store.begin(self.name, job.id)
+
+    def _settle(self, active: Active, chunk: Chunk) -> None:
+        """A chunk nobody knows about any more: done when its part is there, else to be run again."""
+        there = self.parts.counted(self.parts.part(chunk.job, chunk.start, chunk.stop))
+        if there is not None:
+            self.store.chunk_done(self.name, chunk.job, chunk.start, Done(there[0], 0.0, 0.0, there[1]))
+        else:
+            self.store.chunk_lost(
+                self.name, chunk.job, chunk.start, "its server went away", self.settings.attempts, 0.0, blame=False
+            )
+
+    def _forget(self, active: Active) -> None:
+        for _, future in active.flying.values():
+            future.cancel()
+        self.jobs.pop(active.job.id, None)
+
+    def _look_after(self, active: Active) -> None:
+        """Cancel, end, and find chunks whose futures died without a word."""
+        if active.job.state == "cancelling":
+            self._stop_job(active, "cancelled", [])
+            return
+        if time.monotonic() - active.looked < 1.0:
+            return
+        active.looked = time.monotonic()
+        for start, (_, future) in list(active.flying.items()):
+            if future.status in ("cancelled", "lost"):
+                self.landed.put((active.job.id, start, future))
+        self._end_if_over(active)
+
+    def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:
+        """End a job before its time; its workers see the marker."""
+        if active.flying:
+            self.parts.write(self.parts.marker(active.job.id), b"")
+        self.store.end(self.name, active.job.id, state, problems)
+        self._forget(active)
+
+    def _end_if_over(self, active: Active) -> None:
+        if not active.flying and self.store.end_if_over(self.name, active.job.id) is not None:
+            self._forget(active)
+
+    # -- landing ------------------------------------------------------------------------------------------------------------
+
+    def _take_landed(self) -> bool:
+        """Write down everything that has come back."""
+        some = False
+        while True:
+            try:
+                job, start, future = self.landed.get_nowait()
+            except queue.Empty:
+                return some
+            some = True
+            active = self.jobs.get(job)
+            if active is None or start not in active.flying or active.flying[start][1] is not future:
+                continue
+            try:
+                self._landed(active, start, future)
+            except LeaseLost:
+                self._forget(active)
+            except Unreachable:
+                self.landed.put((job, start, future))  # the part is safe; say so when the database is back
+                raise
+
+    def _landed(self, active: Active, start: int, future: Any) -> None:
+        """One chunk came back, well or not."""
+        chunk, job = active.flying[start][0], active.job.id
+        got = self._result(future) if future.status == "finished" else None
+        if got is not None:
+            self.store.chunk_done(self.name, job, start, Done(**got))
+            n = sum(got["counts"].values())
+            self.metrics.chunk(n, got["seconds"])
+            if got["seconds"] > 0.0:
+                now = got["seconds"] / n
+                active.cost = now if not active.cost else 0.7 * active.cost + 0.3 * now
+            active.warm = True
+        elif future.status == "error" and isinstance(future.exception(), OutOfTime):
+            self._stop_job(active, "failed", [OUT_OF_TIME])
+            return
+        else:
+            self._lost(chunk, future)
+        active.flying.pop(start, None)
+        if active.planned >= active.job.cases and not active.flying:
+            self._end_if_over(active)
+
+    @staticmethod
+    def _result(future: Any) -> dict[str, Any] | None:
+        """What the chunk says; None when it can no longer be had (its part can: the next attempt will find it)."""
+        try:
+            return dict(future.result(timeout=RESULT_SECONDS))
+        except Exception as e:  # noqa: BLE001  # whatever became of the worker, the chunk is simply asked for again
+            log.info("a result went missing: %s", e)
+            return None
+
+    def _lost(self, chunk: Chunk, future: Any) -> None:
+        """An attempt came to nothing: by its own fault (an error, a worker killed again and again) or the cluster's."""
+        failed = future.status == "error"
+        error = future.exception() if failed else None
+        blame = failed and not isinstance(error, Cancelled)
+        text = f"{type(error).__name__}: {error}" if failed else "the cluster went away"
+        delay = self.settings.retry_delay * 2 ** max(0, chunk.attempts - 1) if blame else 0.5
+        state = self.store.chunk_lost(self.name, chunk.job, chunk.start, text, self.settings.attempts, delay, blame)
+        self.metrics.chunk_lost(state)
+        log.warning("job %s, cases %d to %d: %s (%s)", chunk.job, chunk.start, chunk.stop - 1, text, state)
+
+    # -- sending ------------------------------------------------------------------------------------------------------------
+
+    def _send(self) -> bool:
+        """Fill the cluster, jobs taking turns. A job's first chunk goes alone: it builds the kernel that all share."""
+        if not self.jobs:
+            return False
+        room = self.cluster.slots() * (1 + AHEAD) - sum(len(a.flying) for a in self.jobs.values())
+        some, turn = False, list(self.jobs.values())
+        while room > 0 and turn:
+            for active in list(turn):
+                if room <= 0:
+                    break
+                if (active.flying and not active.warm) or not self._send_one(active):
+                    turn.remove(active)
+                    continue
+                some, room = True, room - 1
+        return some
+
+    def _send_one(self, active: Active) -> bool:
+        """Send one chunk of a job; False when it has none to send now."""
+        if time.monotonic() < active.nothing_until:
+            return False
+        left = active.job.budget - active.job.seconds
+        if left <= 0.0:
+            self._stop_job(active, "failed", [OUT_OF_TIME])
+            return False
+        remaining = max(1, (active.job.cases - active.planned) // (2 * max(1, self.cluster.counted)))
+        try:
+            chunk = self.store.cut(self.name, active.job.id, min(active.size(self.settings.chunk_seconds), remaining))
+        except LeaseLost:
+            self._forget(active)
+            return False
+        if chunk is None:
+            active.nothing_until = time.monotonic() + 0.3
+            return False
+        active.planned = max(active.planned, chunk.stop)
+        try:
+            future = self.cluster.submit(run_chunk, self.parts.url, chunk.job, chunk.start, chunk.stop, left)
+        except NoCluster:
+            self.store.chunk_lost(self.name, chunk.job, chunk.start, "no cluster", self.settings.attempts, 0.5, blame=False)
+            raise
+        active.flying[chunk.start] = (chunk, future)
+        future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._came(job, start, f))
+        return True
+
+    def _came(self, job: str, start: int, future: Any) -> None:
+        self.landed.put((job, start, future))
+        self.woken.set()

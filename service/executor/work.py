@@ -1,0 +1,104 @@
+"""What a Dask worker does: one chunk of a job, into one Parquet part. Plans, kernels and blocks are kept between chunks."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import threading
+import time
+from collections import OrderedDict
+from typing import Any
+
+from engine.batch.plan import Runner, Stopped
+from service.executor.parts import Parts, outcomes
+from service.request import plan_of_document
+
+KEPT = 4
+MARKER_SECONDS = 0.5
+_local = threading.local()
+
+
+class OutOfTime(RuntimeError):
+    """The chunk ran into the job's time budget."""
+
+
+class Cancelled(RuntimeError):
+    """The job was stopped."""
+
+
+def run_chunk(url: str, job: str, start: int, stop: int, seconds: float) -> dict[str, Any]:
+    """Run the cases start … stop − 1 and write their part; what the store wants to know of it.
+
+    url: where parts and the job's document are. seconds: most this chunk may step. A part that is there already is taken as it is.
+    """
+    parts = Parts(url)
+    path = parts.part(job, start, stop)
+    there = parts.counted(path)
+    if there is not None:
+        return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _name()}
+    runner = _runner(parts, job)
+    stepped, built = runner.seconds, runner.build_seconds
+    table = runner.chunk(start, stop, _Watch(parts, job, runner, seconds))
+    size = parts.write_table(path, table)
+    spent = {"seconds": runner.seconds - stepped, "build_seconds": runner.build_seconds - built}
+    return {"counts": outcomes(table), "bytes": size, "worker": _name(), **spent}
+
+
+class _Watch:
+    """Asked every few hundredths of a second whether to go on."""
+
+    def __init__(self, parts: Parts, job: str, runner: Runner, seconds: float):
+        self.parts, self.job, self.end = parts, job, time.monotonic() + seconds
+        self.marker, self.looked, self.runner = parts.marker(job), time.monotonic(), runner
+
+    def __call__(self, done: int) -> bool:
+        now = time.monotonic()
+        if now > self.end:
+            raise OutOfTime("the job's time budget is used up")
+        if now - self.looked > MARKER_SECONDS:
+            self.looked = now
+            if self.parts.exists(self.marker):
+                raise Cancelled("the job was stopped")
+        return True
+
+
+def _runner(parts: Parts, job: str) -> Runner:
+    """This thread's runner of a job."""
+    kept: OrderedDict[tuple[str, str], Runner] = _local.__dict__.setdefault("runners", OrderedDict())
+    key = (parts.url, job)
+    if key not in kept:
+        kept[key] = Runner(plan_of_document(json.loads(parts.read(parts.job_file(job)))))
+    kept.move_to_end(key)
+    while len(kept) > KEPT:
+        kept.popitem(last=False)
+    return kept[key]
+
+
+def run_trajectory(url: str, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
+    """One case again with all its rows: an Arrow stream (``table``), or the page of its moving picture (``animation``)."""
+    from engine.batch.sweeping import trajectory
+    from engine.plots.animate import page
+    from engine.plots.mechanism import needed
+
+    plan = _runner(Parts(url), job).plan
+    if kind == "animation":
+        return page(trajectory(plan, case, needed(plan.scene))).encode()
+    return arrow_bytes(trajectory(plan, case, outputs).to_arrow())
+
+
+def arrow_bytes(table: Any) -> bytes:
+    """A table as an Arrow stream."""
+    import pyarrow as pa
+
+    sink = pa.BufferOutputStream()
+    with pa.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    return bytes(sink.getvalue())
+
+
+def _name() -> str:
+    return f"{socket.gethostname()}:{os.getpid()}"
+
+
+__all__ = ["Cancelled", "OutOfTime", "Stopped", "run_chunk", "run_trajectory"]

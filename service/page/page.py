@@ -1,0 +1,42 @@
+"""``/``: the page and its files."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from fastapi import APIRouter
+from starlette.responses import Response
+
+HERE = Path(__file__).parent
+KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+FILES = {f.name: f for f in sorted(HERE.glob("*")) if f.suffix in KINDS}
+POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-src 'self'; base-uri 'none'"
+router = APIRouter(include_in_schema=False)
+
+
+@router.get("/")
+def index() -> Response:
+    """The page."""
+    return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, {"Content-Security-Policy": POLICY}, "text/html")
+
+
+@router.get("/page/plotly.min.js")
+def plotly() -> Response:
+    """Plotly's JavaScript as it lies in the installed package."""
+    return Response(_plotly(), 200, {"Cache-Control": "max-age=86400"}, "text/javascript")
+
+
+@lru_cache(maxsize=1)
+def _plotly() -> bytes:
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs().encode()
+
+
+@router.get("/page/{name}")
+def file(name: str) -> Response:
+    """One of the page's files."""
+    if name not in FILES:
+        return Response("there is no such file", 404, media_type="text/plain")
+    return Response(FILES[name].read_bytes(), 200, {"Cache-Control": "no-cache"}, KINDS[FILES[name].suffix])

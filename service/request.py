@@ -1,0 +1,154 @@
+"""What a client may ask for: a job's request, checked against the limits, and the plan it stands for."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+from engine.basics.problems import Problem, SceneError
+from engine.batch.plan import Plan, Run, plan
+from engine.scene.dump import scene_to_dict
+from engine.scene.library import model_file, model_names
+from engine.scene.load import load_scene, scene_from_dict, scene_from_text
+from engine.scene.model import Scene
+from engine.scene.overrides import apply
+from service.settings import Limits
+
+Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
+Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
+Number = float | Annotated[str, StringConstraints(max_length=100)]
+
+
+class Asked(BaseModel):
+    """Unknown fields are mistakes."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class SceneSource(Asked):
+    """A scene: the name of a bundled model, or a scene as JSON (``scene``), or as YAML text (``scene_text``)."""
+
+    scene: Plain | dict[str, Any] | None = Field(None, description="Name of a bundled model, or a whole scene as JSON.")
+    scene_text: Annotated[str, StringConstraints(max_length=1_000_000)] | None = Field(
+        None, description="A whole scene as YAML text."
+    )
+    overrides: dict[Path, Any] = Field(default_factory=dict, max_length=1000, description="Changes by dotted path.")
+
+
+class Sample(Asked):
+    """A seeded sample."""
+
+    ranges: dict[Path, tuple[Number, Number]] = Field(max_length=100, description="Low and high end by path.")
+    count: int = Field(ge=1, le=100_000_000, description="How many cases.")
+    seed: int = Field(0, ge=0, le=2**63 - 1)
+    method: Annotated[str, StringConstraints(pattern="^(latin|random)$")] = "latin"
+
+
+class JobRequest(SceneSource):
+    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list) and ``sample``, and what to keep of each case."""
+
+    over: dict[Path, list[Number] | Number] | None = Field(
+        None,
+        max_length=100,
+        description='Grid: values by path, a list or "first:last:count"; every combination, the last path fastest.',
+    )
+    cases: list[dict[Path, Number]] | None = Field(None, min_length=1, description="List: each case's values by path.")
+    sample: Sample | None = None
+    reductions: list[Plain] = Field(
+        default_factory=list,
+        max_length=500,
+        description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
+    )
+    until: float | None = Field(None, description="End time, s (default: the scene's).")
+    every: float | None = Field(None, description="Spacing of the rows that are reduced, s; 0: the solver's own steps.")
+    rtol: float | None = Field(None, description="Relative tolerance.")
+    method: Plain | None = Field(None, description="auto, rk5, rk8, rosenbrock.")
+    budget: float | None = Field(None, gt=0, description="Stepping seconds after which the job is stopped.")
+    label: Plain = Field("", description="Words of your own.")
+
+
+def scene_of(source: SceneSource, limits: Limits) -> Scene:
+    """The scene a request names; SceneError with every problem. Only names of bundled models and inline scenes: never a file."""
+    given = [x for x in (source.scene, source.scene_text) if x is not None]
+    if len(given) != 1:
+        what = "no scene is given" if not given else "two scenes are given"
+        raise SceneError([Problem("scene", what, "give scene (a model's name, or JSON) or scene_text (YAML)")])
+    if isinstance(source.scene, str):
+        if source.scene not in model_names():
+            hint = f"one of {', '.join(model_names())}; or give the scene itself"
+            raise SceneError([Problem("scene", f"there is no bundled model {source.scene!r}", hint)])
+        scene = load_scene(model_file(source.scene))
+    elif source.scene is not None:
+        scene = scene_from_dict(source.scene)
+    else:
+        scene = scene_from_text(source.scene_text or "", name="scene")
+    if source.overrides:
+        scene = apply(scene, source.overrides)
+    if len(scene.bodies) > limits.bodies:
+        raise SceneError(
+            [Problem("bodies", f"{len(scene.bodies)} bodies are more than the {limits.bodies} allowed", "ask for a higher limit")]
+        )
+    return scene
+
+
+def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
+    """The plan; SceneError with every problem, those of limits included."""
+    scene = scene_of(request, limits)
+    made = _planned(scene, request.model_dump(exclude={"scene", "scene_text", "overrides"}), limits.cases)
+    until, every, _ = made.run.of(scene)
+    problems = []
+    if until > limits.duration:
+        problems.append(
+            Problem("until", f"{until:g} s is longer than the {limits.duration:g} s allowed", "a shorter time, or a higher limit")
+        )
+    if every > 0.0 and until / every > limits.rows:
+        problems.append(
+            Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
+        )
+    width = len(made.cases.paths) + len(made.reductions) + 6
+    if made.cases.count * width * 8 > limits.output_bytes:
+        what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
+        problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
+    if request.budget is not None and request.budget > limits.job_seconds:
+        problems.append(
+            Problem("budget", f"{request.budget:g} s is more than the {limits.job_seconds:g} s allowed", "a smaller budget")
+        )
+    if problems:
+        raise SceneError(problems)
+    return made
+
+
+def _planned(scene: Scene, asked: dict[str, Any], most: int | None) -> Plan:
+    """The plan of a scene and of the request's other fields."""
+    sample = asked["sample"] or {}
+    run = Run(asked["until"], asked["every"], asked["rtol"], asked["method"])
+    return plan(
+        scene,
+        asked["over"],
+        asked["cases"],
+        sample.get("ranges"),
+        count=sample.get("count", 0),
+        seed=sample.get("seed", 0),
+        sampling=sample.get("method", "latin"),
+        keep=asked["reductions"],
+        run=run,
+        most=most,
+    )
+
+
+def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
+    """The request as it is kept: the scene itself in place of its name and changes, so that it means the same for ever."""
+    return request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides"}) | {"scene": scene_to_dict(made.scene)}
+
+
+def plan_of_document(document: dict[str, Any]) -> Plan:
+    """The plan of a document that was kept."""
+    return _planned(scene_from_dict(document["scene"]), document, None)
+
+
+def digest(value: Any) -> str:
+    """Content digest of plain data."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True, ensure_ascii=True).encode()).hexdigest()

@@ -1,0 +1,70 @@
+"""What a server is told: where it keeps things, where it computes, what it allows."""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Most a request may ask for. body: bytes of a request; duration: simulated s; rows: output rows a case; output_bytes: of a
+    job's table; job_seconds: stepping s of a job; rate: requests a key (or, without keys, an address) may make, "" for any number;
+    waiting: jobs that may be queued or running."""
+
+    body: int = 2_000_000
+    bodies: int = 128
+    cases: int = 2_000_000
+    duration: float = 100_000.0
+    rows: int = 10_000_000
+    output_bytes: int = 4_000_000_000
+    job_seconds: float = 86_400.0
+    waiting: int = 10_000
+    rate: str = ""
+    fmus_at_once: int = 2
+
+
+@dataclass(frozen=True)
+class Settings:
+    """data: folder for the database, results and scratch files unless they are given elsewhere. database: SQLAlchemy URL. results:
+    fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine."""
+
+    data: Path
+    host: str = "127.0.0.1"
+    port: int = 8765
+    database: str = ""
+    results: str = ""
+    scheduler: str = ""
+    workers: int = 0
+    require_keys: bool = False
+    limits: Limits = field(default_factory=Limits)
+    chunk_seconds: float = 0.5
+    attempts: int = 5
+    retry_delay: float = 2.0
+    lease: float = 6.0
+
+    @property
+    def database_url(self) -> str:
+        """The database's URL."""
+        return self.database or f"sqlite:///{(self.data / 'trunnion.db').absolute()}"
+
+    @property
+    def results_url(self) -> str:
+        """Where parts go."""
+        return self.results or str((self.data / "results").absolute())
+
+    @property
+    def open(self) -> bool:
+        """Whether requests need no key: only where nobody but this machine can reach the server."""
+        return is_loopback(self.host) and not self.require_keys
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host name or address is this machine only."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

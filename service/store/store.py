@@ -1,0 +1,186 @@
+"""The store: jobs and what happens to them, in one database. Every method is one transaction; ``Unreachable`` is raised when the
+database cannot be used, and nothing has happened then (or, for a broken connection during a commit, all of it has)."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import secrets
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import and_, func, insert, or_, select, update
+from sqlalchemy.exc import IntegrityError
+
+from service.store.database import engine_of, transaction, upgrade
+from service.store.rows import Chunk, Job, Key, StoredEvent, event_of, job_of, key_of
+from service.store.tables import ACTIVE, STATES, events, jobs, keys
+
+
+class Conflict(RuntimeError):
+    """The idempotency key was used for another request."""
+
+
+class BadCursor(ValueError):
+    """A cursor that this store did not give out."""
+
+
+class Store:
+    """Jobs as clients see them: submit, look, list, cancel; events; keys. ``WorkStore`` adds the server's side."""
+
+    def __init__(self, url: str):
+        self.engine = engine_of(url)
+
+    def upgrade(self) -> None:
+        """Create or migrate the tables."""
+        upgrade(self.engine)
+
+    def close(self) -> None:
+        """Give back all connections."""
+        self.engine.dispose()
+
+    def ping(self) -> None:
+        """Unreachable when the database is."""
+        with transaction(self.engine) as c:
+            c.execute(select(func.count()).select_from(keys))
+
+    # -- jobs ---------------------------------------------------------------------------------------------------------------
+
+    def submit(
+        self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None
+    ) -> tuple[Job, bool]:
+        """(job, whether it is new). With an idempotency ``key`` this owner used before for the same ``digest``, the job made
+        then; Conflict when the digest differs."""
+        values: dict[str, Any] = {
+            "id": secrets.token_hex(12),
+            "created": time.time(),
+            "owner": owner,
+            "idempotency_key": key,
+            "digest": digest,
+            "scene": scene,
+            "label": label,
+            "document": document,
+            "state": "queued",
+            "cases": cases,
+            "budget": budget,
+        }
+        try:
+            with transaction(self.engine, writing=True) as c:
+                c.execute(insert(jobs).values(values))
+                self._event(c, values["id"], "submitted", {"cases": cases})
+                return job_of(c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
+        except IntegrityError:
+            with transaction(self.engine) as c:
+                same = and_(jobs.c.owner == owner, jobs.c.idempotency_key == key)
+                earlier = job_of(c.execute(select(jobs).where(same)).mappings().one())
+            if earlier.digest != digest:
+                raise Conflict(f"the idempotency key was used for job {earlier.id}, whose request was another") from None
+            return earlier, False
+
+    def job(self, job: str) -> Job | None:
+        """A job by id."""
+        with transaction(self.engine) as c:
+            row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
+        return job_of(row) if row else None
+
+    def document(self, job: str) -> dict[str, Any]:
+        """What was submitted, normalised."""
+        with transaction(self.engine) as c:
+            return json.loads(c.execute(select(jobs.c.document).where(jobs.c.id == job)).scalar_one())
+
+    def page(
+        self,
+        state: str | None = None,
+        scene: str | None = None,
+        label: str | None = None,
+        cursor: str | None = None,
+        limit: int = 50,
+    ) -> tuple[list[Job], str | None]:
+        """(jobs, newest first; cursor of the next page). BadCursor for one that is none."""
+        query = select(jobs).order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
+        for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
+            if wanted is not None:
+                query = query.where(column == wanted)
+        if cursor is not None:
+            created, last = _decoded(cursor)
+            query = query.where(or_(jobs.c.created < created, and_(jobs.c.created == created, jobs.c.id < last)))
+        with transaction(self.engine) as c:
+            found = [job_of(row) for row in c.execute(query).mappings()]
+        more = len(found) > limit
+        found = found[:limit]
+        return found, _encoded(found[-1]) if more else None
+
+    def cancel(self, job: str) -> Job | None:
+        """Ask for a job to be cancelled; it becomes ``cancelled`` at once when nobody works on it. None: no such job."""
+        with transaction(self.engine, writing=True) as c:
+            now = time.time()
+            idle = or_(jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
+            free = and_(jobs.c.id == job, jobs.c.state.in_(ACTIVE), idle, jobs.c.state == "queued")
+            if c.execute(update(jobs).where(free).values(state="cancelled", finished=now)).rowcount:
+                self._event(c, job, "cancelled", {})
+            elif c.execute(
+                update(jobs).where(jobs.c.id == job, jobs.c.state.in_(("queued", "running"))).values(state="cancelling")
+            ).rowcount:
+                self._event(c, job, "cancelling", {})
+            row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
+            return job_of(row) if row else None
+
+    def states(self) -> dict[str, int]:
+        """How many jobs are in each state."""
+        with transaction(self.engine) as c:
+            found = c.execute(select(jobs.c.state, func.count()).group_by(jobs.c.state)).all()
+        return dict.fromkeys(STATES, 0) | {str(s): int(n) for s, n in found}
+
+    # -- events -------------------------------------------------------------------------------------------------------------
+
+    def _event(self, c: Any, job: str, kind: str, data: dict[str, Any]) -> None:
+        c.execute(insert(events).values(job=job, time=time.time(), kind=kind, data=json.dumps(data)))
+
+    def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
+        """Events of a job with ids above ``after``, in order."""
+        query = select(events).where(events.c.job == job, events.c.id > after).order_by(events.c.id).limit(limit)
+        with transaction(self.engine) as c:
+            return [event_of(row) for row in c.execute(query).mappings()]
+
+    # -- keys ---------------------------------------------------------------------------------------------------------------
+
+    def add_key(self, key: Key) -> None:
+        """Keep a key (its hash)."""
+        with transaction(self.engine, writing=True) as c:
+            c.execute(insert(keys).values({n: getattr(key, n) for n in Key.__dataclass_fields__}))
+
+    def key(self, key: str) -> Key | None:
+        """A key by id, revoked ones too."""
+        with transaction(self.engine) as c:
+            row = c.execute(select(keys).where(keys.c.id == key)).mappings().first()
+        return key_of(row) if row else None
+
+    def all_keys(self) -> Sequence[Key]:
+        """All keys, oldest first."""
+        with transaction(self.engine) as c:
+            return [key_of(row) for row in c.execute(select(keys).order_by(keys.c.created, keys.c.id)).mappings()]
+
+    def revoke(self, key: str) -> bool:
+        """A key is no longer accepted. False: there is none in use."""
+        with transaction(self.engine, writing=True) as c:
+            found = and_(keys.c.id == key, keys.c.revoked.is_(None))
+            return bool(c.execute(update(keys).where(found).values(revoked=time.time())).rowcount)
+
+
+def _encoded(job: Job) -> str:
+    return base64.urlsafe_b64encode(f"{job.created!r} {job.id}".encode()).decode()
+
+
+def _decoded(cursor: str) -> tuple[float, str]:
+    try:
+        created, _, last = base64.b64decode(cursor.encode("ascii"), b"-_", validate=True).decode("ascii").partition(" ")
+        if len(last) != 24 or not last.isalnum():
+            raise ValueError
+        return float(created), last
+    except (ValueError, binascii.Error) as e:
+        raise BadCursor("not a cursor of this list") from e
+
+
+__all__ = ["BadCursor", "Chunk", "Conflict", "Store"]

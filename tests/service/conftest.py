@@ -1,0 +1,64 @@
+"""Databases, servers and browsers for the tests of the service. Tools that are missing skip with a reason, or fail when
+TRUNNION_REQUIRE names them."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from service.settings import Limits, Settings
+from tests.service.databases import DatabaseMissing, installed, packaged
+from tests.service.serving import InProcess
+
+
+def missing(tool: str, why: str) -> None:
+    """Skip, or fail when the tool is required."""
+    if tool in os.environ.get("TRUNNION_REQUIRE", ""):
+        pytest.fail(f"{tool} is required (TRUNNION_REQUIRE): {why}")
+    pytest.skip(f"{tool}: {why}")
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[str]:
+    """URL of a PostgreSQL server that runs while the tests do (from the package pgserver)."""
+    folder = Path(tempfile.mkdtemp(prefix="pg-"))  # a short path: its socket's name may not be long
+    try:
+        with installed(folder) if importlib.util.find_spec("pgserver") is None else packaged(folder) as url:
+            yield url
+    except DatabaseMissing as e:
+        missing("postgresql", str(e))
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """URL of an empty database of each kind."""
+    if request.param == "sqlite":
+        yield f"sqlite:///{tmp_path / 'store.db'}"
+        return
+    from sqlalchemy import create_engine, make_url
+
+    url = make_url(request.getfixturevalue("postgres")).set(drivername="postgresql+psycopg")
+    name = f"t{os.getpid()}_{abs(hash(request.node.nodeid)) % 10**9}"
+    admin = create_engine(url, isolation_level="AUTOCOMMIT")
+    with admin.connect() as c:
+        c.exec_driver_sql(f"CREATE DATABASE {name}")
+    yield url.set(database=name).render_as_string(hide_password=False)
+    with admin.connect() as c:
+        c.exec_driver_sql(f"DROP DATABASE {name} WITH (FORCE)")
+    admin.dispose()
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
+    """A server in this process (HTTP without sockets), with two workers; shared by a module's tests."""
+    settings = Settings(tmp_path_factory.mktemp("served"), workers=2, limits=Limits(cases=5000, body=200_000), retry_delay=0.05)
+    with InProcess(settings) as s:
+        yield s

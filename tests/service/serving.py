@@ -1,0 +1,146 @@
+"""Servers to test: one inside this process, and one as its users run it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+from fastapi.testclient import TestClient
+
+from service.api.service import Service, made
+from service.app import app_of
+from service.settings import Settings
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE = 120.0
+"""Seconds to wait for something that must happen; only a failing test ever waits so long."""
+MU = "joints.ball.friction.mu"
+SMALL: dict[str, Any] = {
+    "scene": "spherical_pendulum",
+    "over": {MU: "0.1:0.6:40"},
+    "reductions": ["max:ball.contact[1].normal_force", "first:reversal"],
+    "until": 0.5,
+}
+
+
+def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
+    """What is true at last."""
+    end = time.monotonic() + patience
+    while not (found := what()):
+        assert time.monotonic() < end, "it never happened"
+        time.sleep(0.05)
+    return found
+
+
+class Talk:
+    """Requests to a server."""
+
+    client: Any
+
+    def get(self, path: str, **more: Any) -> Any:
+        """GET."""
+        return self.client.get(path, **more)
+
+    def post(self, path: str, body: Any, **more: Any) -> Any:
+        """POST a JSON body."""
+        return self.client.post(path, json=body, **more)
+
+    def submit(self, body: dict[str, Any], **more: Any) -> str:
+        """Submit a job; its id."""
+        answer = self.post("/v1/jobs", body, **more)
+        assert answer.status_code in (200, 202), answer.text
+        return str(answer.json()["id"])
+
+    def job(self, job: str) -> dict[str, Any]:
+        """Its document."""
+        return dict(self.get(f"/v1/jobs/{job}").json())
+
+    def ended(self, job: str, patience: float = PATIENCE) -> dict[str, Any]:
+        """Its document once it has ended."""
+        return eventually(lambda: (d := self.job(job))["state"] in ("done", "failed", "cancelled") and d, patience)
+
+    def rows(self, job: str) -> list[list[Any]]:
+        """All rows of its results."""
+        return list(self.get(f"/v1/jobs/{job}/results").json()["rows"])
+
+
+class InProcess(Talk):
+    """The application, called without sockets."""
+
+    def __init__(self, settings: Settings):
+        self.service: Service = made(settings)
+        self.app = app_of(self.service)
+        self.client = TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False)
+
+    def __enter__(self) -> InProcess:
+        self.client.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self.client.__exit__(*error)
+
+
+class Served(Talk):
+    """``trunnion serve`` as a process of its own."""
+
+    def __init__(self, data: Path, *options: str, port: int = 0):
+        self.data, self.options = data, options
+        self.port = port or free_port()
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=60)
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> Served:
+        """Start it, and wait until it answers."""
+        words = [sys.executable, "-m", "service", "--data", str(self.data), "--port", str(self.port), *self.options]
+        env = dict(os.environ, PYTHONPATH=str(ROOT))
+        log = (self.data.parent / f"{self.data.name}.log").open("ab")
+        self.process = subprocess.Popen(words, env=env, stdout=log, stderr=log, start_new_session=True)
+        eventually(self._answers)
+        return self
+
+    def _answers(self) -> bool:
+        assert self.process is not None
+        assert self.process.poll() is None, "the server ended"
+        try:
+            return bool(self.client.get("/healthz").status_code == 200)
+        except httpx.TransportError:
+            return False
+
+    def kill(self) -> None:
+        """kill -9."""
+        assert self.process is not None
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait(30)
+        self.process = None
+
+    def stop(self) -> None:
+        """End it well."""
+        if self.process is not None:
+            self.process.send_signal(signal.SIGTERM)
+            try:
+                self.process.wait(30)
+            except subprocess.TimeoutExpired:
+                self.kill()
+        self.process = None
+
+    def __enter__(self) -> Served:
+        return self.start()
+
+    def __exit__(self, *error: Any) -> None:
+        self.stop()
+        self.client.close()
+
+
+def free_port() -> int:
+    """A port nobody listens on now."""
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return int(s.getsockname()[1])
