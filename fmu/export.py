@@ -79,7 +79,7 @@ def export(
     if flavour == "native":
         contents |= {f"binaries/{n}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
     else:
-        contents |= python_flavour.contents(made.identifier, made.guid, made.listed, libraries)
+        contents |= python_flavour.contents(made.identifier, made.guid, libraries)
     archive.write(target, contents)
     count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "input", "parameter")}
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), first.notes)
