@@ -28,7 +28,7 @@ def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) ->
     values = [
         string(guid), string(model.built.scene.name), *counts, len(settings), "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables", "m_q",
-        "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), METHODS[model.built.scene.simulation.method], 4 * watched + 16,
+        "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy), METHODS[model.built.scene.simulation.method], 4 * watched + 16,
         len(NAMES) + 1, "m_setting", "m_outcome",
     ]
     return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"

@@ -34,7 +34,7 @@ typedef struct fmu_model {
   int nbreaks, ntables; /* ntables: numbers in tables */
   const double *breaks, *tables;
   const double *q, *v, *q_given, *v_given; /* start values; given: rate by rate */
-  double length, rate;  /* scales of the tolerances */
+  double length, rate, energy; /* scales of the tolerances */
   int method, events, noutcomes;
   const fmu_setting *setting;
   const fmu_outcome *outcome;
@@ -71,6 +71,7 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
 double *tr_array(tr_sim *s, int which);
 void tr_set_parameters(tr_sim *s);
 void tr_host_configure(tr_sim *s, double rtol, int method, double step, double length, double rate);
+void tr_set_energy(tr_sim *s, double energy);
 int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven);
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
 int tr_row(tr_sim *s, double *row);

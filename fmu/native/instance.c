@@ -127,6 +127,7 @@ static fmi2Status fmu_begin(fmu_instance *m) {
   tr_set_parameters(sim);
   double rtol = s->has_tolerance ? s->tolerance : fmu_setting_of(s, FMU_TOLERANCE, 1e-6);
   tr_host_configure(sim, rtol, MODEL->method, fmu_setting_of(s, FMU_STEP, 0.0), MODEL->length, MODEL->rate);
+  tr_set_energy(sim, MODEL->energy);
   fmu_start_values(s);
   s->time = s->reached = s->start, s->failed = 0;
   fmu_hand_inputs(s, s->start, 1);
