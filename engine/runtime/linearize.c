@@ -6,15 +6,19 @@
 
 /* All multipliers at (t, y) moved by h along the direction; 0 when they cannot be found. */
 static int tr_moved_multipliers(tr_sim *s, int ninputs, const double *inputs, const double *dy, double h, double *z) {
-  double y[s->ny + s->k->nquad + 4], *T = TR_A(s, tables);
+  double y[s->ny + s->k->nquad + 4], *T = TR_A(s, tables), kept[9 * ninputs + 1], now[4];
   memcpy(y, TR_A(s, y), sizeof(double) * (s->ny + s->k->nquad));
   for (int i = 0; i < s->ny; ++i) y[i] += h * dy[i];
-  for (int i = 0; i < ninputs; ++i)
-    for (int d = 0; d < 3; ++d) T[(int)T[i] + 3 + d] += h * inputs[4 * i + d];
+  for (int i = 0; i < ninputs; ++i) { /* the signals from here on */
+    double *D = T + (int)T[i];
+    memcpy(kept + 9 * i, D, 9 * sizeof(double));
+    tr_input_signal(D, s->t, now);
+    D[2] = s->t, D[6] = D[7] = 0.0;
+    for (int d = 0; d < 3; ++d) D[3 + d] = now[d] + h * inputs[4 * i + d];
+  }
   int ok = tr_rhs(s, s->t, y, TR_A(s, dy));
   if (ok) tr_full_multipliers(s, y, z, 1);
-  for (int i = 0; i < ninputs; ++i)
-    for (int d = 0; d < 3; ++d) T[(int)T[i] + 3 + d] -= h * inputs[4 * i + d];
+  for (int i = 0; i < ninputs; ++i) memcpy(T + (int)T[i], kept + 9 * i, 9 * sizeof(double));
   return ok;
 }
 
