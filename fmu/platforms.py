@@ -42,7 +42,8 @@ def chosen(names: Sequence[str]) -> list[str]:
         if name == "host":
             name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
         if name != "all" and name not in PLATFORMS:
-            raise SceneError([Problem("--platform", f"{name!r} is no platform FMUs are made for", f"all, host, {', '.join(PLATFORMS)}")])
+            known = f"all, host, {', '.join(PLATFORMS)}"
+            raise SceneError([Problem("--platform", f"{name!r} is no platform FMUs are made for", known)])
         out += list(PLATFORMS) if name == "all" else [name]
     return [p for p in PLATFORMS if p in out]
 
@@ -51,7 +52,8 @@ def headers() -> Path:
     """The FMI 2.0 headers, which come with fmpy."""
     found = importlib.util.find_spec("fmpy")
     if found is None or found.origin is None:
-        raise SceneError([Problem("trunnion fmu", "fmpy, which brings the FMI headers, is not installed", "pip install 'trunnion[fmu]'")])
+        missing = "fmpy, which brings the FMI headers, is not installed"
+        raise SceneError([Problem("trunnion fmu", missing, "pip install 'trunnion[fmu]'")])
     return Path(found.origin).parent / "c-code"
 
 

@@ -70,7 +70,8 @@ def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, in
     count = TABLE * len(sym.system.inputs)
     others = [sym.q, sym.v, sym.lam, sym.eta, o.a]
     column, seed = _along(ca.vertcat(SX(0, 1), *values), sym.x, sym.offset_tables, count, others)
-    ins = [*inputs(sym), Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", o.a, 1), Input("seed", seed, 1)]
+    z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1)]
+    ins = [*inputs(sym), *z, Input("a", o.a, 1), Input("seed", seed, 1)]
     stages = [Stage("l_prepare_columns", f"{CONST}p,double*restrict c", "c"), Stage("l_columns", CALL_COLUMNS, "")]
     code = emit(ins, [Output("out", 0, column, 1)], stages)
     return code.text, code.kept[0]

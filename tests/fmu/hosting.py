@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,7 @@ atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
 ROWS = 200
 
 
-@lru_cache(maxsize=None)
+@cache
 def exported(model: str, flavour: str = "native") -> Path:
     """The FMU of a bundled model, or of ``arm``."""
     file = FOLDER / f"{model}-{flavour}.fmu"
@@ -70,7 +70,7 @@ class Host:
         import fmpy.fmi2 as f
 
         c = f.fmi2CallbackFunctions()
-        c.logger = f.fmi2CallbackLoggerTYPE(lambda env, name, status, category, text: self.log.append((status, text.decode())))
+        c.logger = f.fmi2CallbackLoggerTYPE(lambda env, name, status, kind, text: self.log.append((status, text.decode())))
         c.allocateMemory, c.freeMemory = f.fmi2CallbackAllocateMemoryTYPE(f.calloc), f.fmi2CallbackFreeMemoryTYPE(f.free)
         return c
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -
     ends = []
     for cuts in (np.linspace(0, 2, 3), np.linspace(0, 2, 2001), np.array([0, 0.001, 0.9, 0.94498, 0.95, 1.3, 2.0])):
         host = Host(file, stop=2.0)
-        for a, b in zip(cuts, cuts[1:], strict=False):
+        for a, b in pairwise(cuts):
             host.fmu.doStep(a, b - a)
         ends.append(host.get(TIP, "ball.friction.torque[2]", "events.count"))
     assert np.allclose(ends[0], ends[1], rtol=0, atol=1e-12)
@@ -139,7 +140,8 @@ def test_tunable_parameters_take_effect_at_once_and_fixed_ones_before_the_start(
 
 def test_a_fixed_parameter_set_too_late_and_values_out_of_range_are_refused_with_words() -> None:
     host = Host(exported("spherical_pendulum"))
-    for name, value in (("bodies.pendulum.mass", 5.0), ("joints.ball.friction.mu", -0.1), ("joints.ball.friction.mu", math.nan), (TIP, 0)):
+    mu = "joints.ball.friction.mu"
+    for name, value in (("bodies.pendulum.mass", 5.0), (mu, -0.1), (mu, math.nan), (TIP, 0)):
         with pytest.raises(FMICallException):
             host.put(name, value)
     said = " ".join(text for _, text in host.log)
@@ -183,8 +185,8 @@ def test_a_run_that_cannot_go_on_is_discarded_with_its_time_and_reason(flavour: 
     host = Host(file)
     host.run(0.0, 5, 0.01)
     kept = host.fmu.getFMUState()
+    host.put("joints.guide.friction.half_length", 0.05)
     with pytest.raises(FMICallException) as e:
-        host.put("joints.guide.friction.half_length", 0.05)
         host.run(0.05, 100, 0.01)
     assert e.value.status == 2
     assert "no_solution" in said(host, capfd)
