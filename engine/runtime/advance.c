@@ -216,6 +216,7 @@ static int tr_attempt(tr_sim *s, double limit) {
       s->p_cut = last;
       if (s->pending == 1) memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * nz);
       if (s->pending == 1 && k->sets) s->capture = tr_ends_sliding(s);
+      if (s->pending == 1 && k->nsliders) tr_watch_contacts(s, TR_A(s, K) + end * n + k->nq);
       return TR_OK;
     }
     s->stats.rejected++;
@@ -315,6 +316,10 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     int code = TR_OK;
     if (s->pending) {
       code = tr_finish(s, rows, capacity, count);
+      if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) {
+        s->pending = s->p_noted = 0;
+        continue;
+      }
       if (code != TR_OK) return s->status = code;
       if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
@@ -326,6 +331,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       s->status = TR_OK;
       return code;
     }
+    if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) continue;
     if (code != TR_OK) return s->status = code;
   }
 }

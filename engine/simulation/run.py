@@ -14,8 +14,9 @@ from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
 from engine.scene.model import Scene
 from engine.simulation import block as bl
+from engine.simulation.certificate import Certificate, certificate, certificate_notes
 from engine.simulation.events import decode
-from engine.simulation.outcome import ADVICE, DONE, Outcome, from_status
+from engine.simulation.outcome import ADVICE, DONE, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulation.result import Event, Result, Stats
 from engine.system.build import Built, build
@@ -114,7 +115,8 @@ def simulate(
     until = float(sim.until if until is None else until)
     if every is None:
         every = float(sim.every) if sim.every is not None else until / 1000.0
-    settings = bl.Settings(rtol=float(rtol or sim.rtol), method=method or sim.method, step=step, max_steps=max_steps)
+    jams = sim.jams == "impact"
+    settings = bl.Settings(float(rtol or sim.rtol), method or sim.method, step, max_steps=max_steps, through_jams=jams)
     check_settings(until, every, settings)
     model = Model(loaded, outputs)
     return run(model, until, every, settings, progress)
@@ -152,6 +154,8 @@ class _Run:
         self.notes: list[str] = []
         self.open_reactions = Redundancy(0)
         self.build = self.setup = self.wall = 0.0
+        self.roots = 1
+        self.began = False
 
     def result(self) -> Result:
         """Carry it out."""
@@ -169,8 +173,10 @@ class _Run:
         used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
         scene = self.model.built.scene
         log.info("%s: %s", scene.name, outcome)
+        certified = certificate(block, self.model.system, self.roots, self.open_reactions) if self.began else Certificate()
+        self.notes += certificate_notes(certified)
         return Result(scene, data, tuple(self.model.columns), tuple(self.events), outcome, stats, used, tuple(self.notes),
-                      self.open_reactions)
+                      self.open_reactions, certified)
 
     def _begin(self) -> Outcome | None:
         """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
@@ -184,6 +190,8 @@ class _Run:
         self.notes += moved_notes(model.built, model.block)
         first = np.zeros(model.block.width)
         status = model.begin(self.settings, 0.0, self.until, self.every, first)
+        self.began = True
+        self.roots = model.block.roots() if model.system.neta else 1
         if status != bl.OK:
             return failure(model, status)
         self.rows.append(first[None, :])
@@ -244,6 +252,6 @@ def open_loop(model: Model, code: int) -> Outcome:
 
 def failure(model: Model, status: int) -> Outcome:
     """Named outcome, with the joint it is about."""
-    from engine.simulation.diagnosis import suspect
+    from engine.simulation.diagnosis import diagnose
 
-    return from_status(status, model.block.time, suspect(model, status))
+    return diagnose(model, status)
