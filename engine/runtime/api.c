@@ -22,6 +22,7 @@ static void tr_certify(tr_sim *s);
 #include "assemble.c"
 #include "rosenbrock.c"
 #include "diagnose.c"
+#include "moreau.c"
 #include "advance.c"
 
 static int tr_max(int a, int b) { return a > b ? a : b; }
@@ -117,6 +118,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   s->chatter_t = -INFINITY, s->next_break = 0, s->rank = 0, s->energy0 = 0.0;
   memset(&s->stats, 0, sizeof s->stats);
   memset(s->last, 0, sizeof s->last);
+  s->impulse_h = 0.0, s->burst_t = t, s->moreau_t = -1.0, s->burst_events = 0, s->moreau_steps = s->calm = 0;
   s->contraction = s->complement = 0.0, s->open_t = -1.0, s->open_pair = -1;
   s->method_now = s->method == TR_AUTO ? (s->rtol > 2e-4 ? TR_RK5 : TR_RK8) : s->method;
   while (s->next_break < s->nbreaks && TR_A(s, breaks)[s->next_break] <= t) s->next_break++;

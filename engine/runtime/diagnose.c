@@ -136,11 +136,11 @@ static void tr_certify(tr_sim *s) {
 }
 
 /* out: largest contraction number and complement residual (start, events, now), time and pair of the first decision that several sets
- * of modes satisfied (time −1: none). */
+ * of modes satisfied (time −1: none), time of the first hand-over to time stepping (−1: none). */
 void tr_certificate(tr_sim *s, double *out) {
   s->watch = 0;
   if (s->k->neta && tr_rhs(s, s->t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
-  out[0] = s->contraction, out[1] = s->complement, out[2] = s->open_t, out[3] = s->open_pair;
+  out[0] = s->contraction, out[1] = s->complement, out[2] = s->open_t, out[3] = s->open_pair, out[4] = s->moreau_t;
 }
 
 /* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state

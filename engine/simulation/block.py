@@ -11,12 +11,12 @@ import numpy as np
 from engine.kernel.library import Kernel, runtime
 from engine.system.numbers import Numbers
 
-METHODS = {"auto": 0, "rk5": 1, "rk8": 2, "rosenbrock": 3}
+METHODS = {"auto": 0, "rk5": 1, "rk8": 2, "rosenbrock": 3, "moreau": 4}
 EVENT = 24
 EVENT_CAPACITY = 1024
 STAT_NAMES = (
     "steps", "rejected", "rhs_evaluations", "jacobians", "newton_iterations", "newton_most", "events", "projections", "outputs",
-    "rk5", "rk8", "rosenbrock",
+    "rk5", "rk8", "rosenbrock", "moreau",
 )
 OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE, NEED_REDUNDANT = range(7)
 
@@ -225,12 +225,12 @@ class Block:
         """Roots of the complement equations found at the present state."""
         return self.lib.tr_roots(self.at)
 
-    def certificate(self) -> tuple[float, float, float, int]:
+    def certificate(self) -> tuple[float, float, float, int, float]:
         """(largest contraction number, largest relative residual of the complement equations, time and pair of the first decision
-        that more than one set of modes satisfied (time −1: none))."""
-        out = (ctypes.c_double * 4)()
+        that more than one set of modes satisfied (time −1: none), time of the first hand-over to time stepping (−1: none))."""
+        out = (ctypes.c_double * 5)()
         self.lib.tr_certificate(self.at, ctypes.addressof(out))
-        return out[0], out[1], out[2], int(out[3])
+        return out[0], out[1], out[2], int(out[3]), out[4]
 
     @property
     def time(self) -> float:
