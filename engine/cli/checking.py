@@ -133,7 +133,8 @@ def _short_pins(scene: Scene) -> list[str]:
         half = float(j.friction.half_length[0] if isinstance(j.friction.half_length, tuple) else j.friction.half_length)
         if far > 2 * half:
             pin = f"within {half:g} m of the pin's middle, on {body_of(j.inboard)}"
-            out.append(f"{name}: its contacts stay {pin}, but it travels {far:g} m; for a short sleeve on a long shaft write pin: outboard")
+            advice = "for a short sleeve on a long shaft write pin: outboard"
+            out.append(f"{name}: its contacts stay {pin}, but it travels {far:g} m; {advice}")
     return out
 
 
