@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -115,8 +116,9 @@ def simulate(
     until = float(sim.until if until is None else until)
     if every is None:
         every = float(sim.every) if sim.every is not None else until / 1000.0
+    rtol = float(sim.rtol if rtol is None else rtol)
     jams = sim.jams == "impact"
-    settings = bl.Settings(float(rtol or sim.rtol), method or sim.method, step, max_steps=max_steps, through_jams=jams)
+    settings = bl.Settings(rtol, method or sim.method, step, max_steps=max_steps, through_jams=jams)
     check_settings(until, every, settings)
     model = Model(loaded, outputs)
     return run(model, until, every, settings, progress)
@@ -125,16 +127,16 @@ def simulate(
 def check_settings(until: float, every: float, s: bl.Settings) -> None:
     """SceneError with everything that is wrong with these."""
     problems = []
-    if not until > 0.0:
+    if not 0.0 < until < math.inf:
         problems.append(Problem("until", f"{until:g} s is not after the start", "give a positive end time"))
-    if every < 0.0:
-        problems.append(Problem("every", f"{every:g} s is negative", "give a positive spacing, or 0 for every step"))
+    if not 0.0 <= every < math.inf:
+        problems.append(Problem("every", f"{every:g} s is no spacing of rows", "give a positive spacing, or 0 for every step"))
     if not 1e-14 <= s.rtol <= 0.1:
         problems.append(Problem("rtol", f"{s.rtol:g} is out of range", "between 1e-14 and 0.1; 1e-6 is a good start"))
     if s.method not in bl.METHODS:
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
-    if s.step < 0.0:
-        problems.append(Problem("step", f"{s.step:g} s is negative", "a positive step, or 0 for error control"))
+    if not 0.0 <= s.step < math.inf:
+        problems.append(Problem("step", f"{s.step:g} s is no step", "a positive step, or 0 for error control"))
     if problems:
         raise SceneError(problems)
 
