@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from engine.kernel.columns import Column
 from engine.kernel.jacobian_unit import jacobian_unit
+from engine.kernel.linear_unit import linear_text
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
 from engine.recursion.reduction import model
@@ -44,6 +45,13 @@ def jacobian_source(system: System, parameters: int, quadratures: bool, redundan
     names = "j_eval,0,0" if unit.dense else "0,j_point,j_along"
     struct = f"const tr_jacobian trunnion_jacobian={{{ABI},{unit.nc},{unit.nw},j_prepare,{names}}};\n"
     return PREAMBLE + unit.text + struct
+
+
+def linear_source(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
+    """C text of the linear unit."""
+    text, nc = linear_text(system, parameters, chosen, quadratures, redundant)
+    struct = f"const tr_linear trunnion_linear={{{ABI},{nc},{len(system.inputs)},l_prepare_all,l_rates,l_columns_at}};\n"
+    return PREAMBLE + text + struct
 
 
 def _ints(name: str, values: Sequence[int]) -> str:

@@ -235,3 +235,4 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
 
 #include "batch.c"
 #include "communicate.c"
+#include "linearize.c"

@@ -61,6 +61,15 @@ typedef struct tr_jacobian {
   void (*along)(const double *x, const double *y, const double *c, const double *z, const double *w, const double *seed, double *J);
 } tr_jacobian;
 
+/* Directional derivatives: of F = [ẏ; powers] and the multiplier residuals R along a seed of [inputs (4 each), y, z], and of the
+ * columns along a seed of [inputs, y, z of all rows, accelerations of the free rates]. */
+typedef struct tr_linear {
+  int abi, nc, ninputs;
+  void (*prepare)(const double *p, double *c);
+  void (*rates)(const double *x, const double *y, const double *c, const double *z, const double *seed, double *out);
+  void (*columns)(const double *x, const double *y, const double *c, const double *z, const double *a, const double *seed, double *out);
+} tr_linear;
+
 enum tr_status {
   TR_OK = 0,
   TR_MORE = 1,          /* step budget used up: call again */

@@ -61,6 +61,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
     lib.tr_attach_jacobian.argtypes, lib.tr_attach_jacobian.restype = [p, p, p, i], i
     lib.tr_derivatives.argtypes, lib.tr_derivatives.restype = [p, p], i
+    lib.tr_directional.argtypes, lib.tr_directional.restype = [p, p, p, p, p, p], i
     lib.tr_redundancy.argtypes, lib.tr_redundancy.restype = [p, p], i
     lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
