@@ -41,6 +41,7 @@ def serve(
         str, typer.Option("--new-key", metavar="NAME:ROLE", help="Make a key (read, submit, admin), print it, and end.")
     ] = "",
     lease: Annotated[float, typer.Option(hidden=True, min=0.3)] = 6.0,
+    retry_delay: Annotated[float, typer.Option(hidden=True, min=0.0)] = 2.0,
     chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 0.5,
 ) -> None:
     """Serve batches over HTTP, with a web page at /."""
@@ -51,9 +52,8 @@ def serve(
         Rates(rate)
     except ValueError as e:
         raise SceneError([Problem("--rate", f"{rate!r} is no rate", "such as 1200/minute or 20/second")]) from e
-    settings = Settings(
-        data, host, port, database, results, scheduler, workers, keys, Limits(rate=rate), chunk_seconds, lease=lease
-    )
+    timing = {"chunk_seconds": chunk_seconds, "lease": lease, "retry_delay": retry_delay}
+    settings = Settings(data, host, port, database, results, scheduler, workers, keys, Limits(rate=rate), **timing)
     try:
         raise typer.Exit(_make_key(settings, new_key) if new_key else _serve(settings))
     except Unreachable as e:
