@@ -1,7 +1,8 @@
 """Trunnion's engine: a scene in, motion and joint contacts out.
 
-``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``.
-``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table.
+``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``;
+``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table;
+``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``.
 Names are loaded when first used, so that importing the package costs nothing.
 """
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from engine.basics.problems import Problem, SceneError, SimulationError
     from engine.batch.sweeping import Sweep, sweep
     from engine.scene import Scene, load_scene, models_dir
+    from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
     from engine.simulation.result import Event, Result
     from engine.simulation.run import simulate
 
@@ -24,6 +26,10 @@ _HOMES = {
     "Scene": "engine.scene",
     "load_scene": "engine.scene",
     "models_dir": "engine.scene",
+    "Fit": "engine.sensitivities",
+    "Sensitivity": "engine.sensitivities",
+    "fit": "engine.sensitivities",
+    "sensitivity": "engine.sensitivities",
     "Event": "engine.simulation.result",
     "Result": "engine.simulation.result",
     "simulate": "engine.simulation.run",
@@ -31,9 +37,9 @@ _HOMES = {
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
-    "Event", "Problem", "Result", "Scene", "SceneError", "SimulationError", "Sweep", "load_scene", "models_dir", "simulate",
-    "sweep",
-]
+    "Event", "Fit", "Problem", "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Sweep", "fit", "load_scene",
+    "models_dir", "sensitivity", "simulate", "sweep",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

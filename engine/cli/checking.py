@@ -42,9 +42,9 @@ def check_command(words: list[str], outputs: bool, changes: Sequence[str], as_js
 
 
 def _bare(line: str) -> str:
-    from engine.cli.summary import _plain
+    from engine.cli.summary import plain
 
-    return _plain(line)
+    return plain(line)
 
 
 def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:

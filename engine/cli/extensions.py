@@ -16,8 +16,6 @@ EXTRAS = {
     "fmu": ("fmu", "export the scene as an FMU"),
     "serve": ("service", "serve simulations over HTTP"),
     "jobs": ("service", "submit and follow jobs on a server"),
-    "chart": ("bench", "chart accuracy against cost of the methods"),
-    "advise": ("bench", "find settings for an error wanted"),
 }
 """Commands that come with an extra: name → (extra, what it does)."""
 

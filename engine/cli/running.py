@@ -19,6 +19,7 @@ FLAGS = {"json": ("--json",), "verbose": ("-v", "--verbose")}
 
 def run(arguments: list[str]) -> int:
     """Run the command that the arguments name; its exit code."""
+    from engine.cli import measuring  # noqa: F401  # adds its commands
     from engine.cli.app import app
 
     given = arguments[: arguments.index("--")] if "--" in arguments else arguments

@@ -22,14 +22,15 @@ def print_summary(result: Result, files: dict[str, str], late: Sequence[Problem]
     """Print it; what failed goes to standard error too."""
     color = sys.stdout.isatty()
     for line in summary_lines(result, files):
-        print(_plain(line) if not color else line)
+        print(plain(line) if not color else line)
     for line in problem_lines(late):
         print(line, file=sys.stderr)
     if not result.outcome.ok and not sys.stdout.isatty():
         print(f"{result.scene.name}: {result.outcome}", file=sys.stderr)
 
 
-def _plain(line: str) -> str:
+def plain(line: str) -> str:
+    """Without colours."""
     for code in (GREEN, RED, BOLD, DIM, PLAIN):
         line = line.replace(code, "")
     return line

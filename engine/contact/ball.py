@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import casadi as ca
 
-from engine.contact.base import SX, Contact, ContactElement, Wrench
+from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench
 from engine.friction import Law
 
 TINY = 1e-300
@@ -32,7 +32,7 @@ def _cross(a, b) -> list[SX]:
 
 def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, SX, list[SX], list[SX], list[SX]]:
     """(k, f_n, f_c, ω, n f_n) of the branch in force."""
-    f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
+    f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF
     slope, level = law.slope, law.level
@@ -57,11 +57,33 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     if adams:
         return [w.pin * x for x in _adams(w, rates, law, g)]
     _, fn, f, _, nfn = _state(w, rates, law, g)
-    return [w.pin * g["radius"] * x / fn for x in _cross(nfn, f)]
+    slides = [w.pin * g["radius"] * x / fn for x in _cross(nfn, f)]
+    if not law.sets:
+        return slides
+    spins = [w.pin * g["radius"] * x for x in _cross(_spin_normal(w, rates, law), f)]
+    return [ca.if_else(law.flag > 1.5, b, a) for a, b in zip(slides, spins, strict=True)]
+
+
+def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
+    """Contact normal of a ball that turns inside its friction cone: n = ∓ω̂, against the force, so that nothing slides."""
+    f = [w["f1"], w["f2"], w["f3"]]
+    omega = [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
+    size = ca.sqrt(_dot(omega, omega) + TINY)
+    side = ca.if_else(_dot(f, omega) < 0, 1, -1)
+    return [side * x / size for x in omega]
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """|m| ≤ r F sin(atan μ) across the force, nothing along it: a point contact holds no torque about the force."""
+    f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
+    F = ca.sqrt(_dot(f, f) + TINY)
+    size = ca.sqrt(_dot(u, u) + TINY) / g["radius"]
+    capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
+    return [Hold(capacity, size, SX(0) if adams else ca.fabs(_dot(u, f)) / (F * g["radius"]))]
 
 
 def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX]:
-    f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
+    f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     wf = _cross(omega, f)
     F = ca.sqrt(_dot(f, f) + TINY)
     s = ca.sqrt(_dot(wf, wf) + TINY) / F
@@ -81,13 +103,49 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
     return [g["radius"] * ca.sqrt(s2 + TINY) * law.sign(rates, (1.0, 1.0, 1.0))]
 
 
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
+def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. Adams' ball has no
+    cone."""
     law = laws[0]
+    if adams or law.level is None:
+        return [SX(1)]
+    f, omega = [w["f1"], w["f2"], w["f3"]], law.moving(rates, (1.0, 1.0, 1.0))
+    fw = _dot(f, omega)
+    return [1 - fw * fw * (1 + law.level**2) / ((_dot(f, f) + TINY) * (_dot(omega, omega) + TINY))]
+
+
+def _at_rest(w: Wrench, eta: list[SX], g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
+    """(f_n, n f_n) from the torque held: m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂ with sinφ = |m|/(r F)."""
+    f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
+    F, M = ca.sqrt(_dot(f, f) + TINY), ca.sqrt(_dot(m, m) + TINY)
+    sin = ca.fmin(M / (g["radius"] * F), 1)
+    cos = ca.sqrt(1 - sin * sin)
+    across = _cross(f, m)
+    return F * cos, [F * cos * (-cos * f[i] / F + sin * across[i] / (F * M)) for i in range(3)]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    law = laws[0]
+    if law.sets:
+        return [_set_contact(w, rates, law, g, eta)]
     if law.kinks:  # branch and direction are those of this very instant, not what a step has frozen or Adams' friction has chosen
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     _, fn, _, _, nfn = _state(w, rates, law, g)
     return [Contact(fn, (nfn[0], nfn[1], nfn[2]), (0, 2), inboard=True)]
+
+
+def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta: list[SX]) -> Contact:
+    """Sliding, spinning without sliding, or held."""
+    _, fn, f, _, nfn = _state(w, rates, law, g)
+    normal = _spin_normal(w, rates, law)
+    spin = -_dot(normal, f)
+    held, vector = _at_rest(w, eta, g)
+    values = [
+        ca.if_else(law.stuck, rest, ca.if_else(law.flag > 1.5, turning, sliding))
+        for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)
+    ]
+    return Contact(values[0], (values[1], values[2], values[3]), (0, 2), inboard=True)
 
 
 def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
@@ -98,4 +156,4 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [list(rates)]
 
 
-BALL = ContactElement("ball", _needs, _friction, _speeds, _contacts, _velocity, 1, frame="inboard")
+BALL = ContactElement("ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1, frame="inboard", cone=_cone)

@@ -13,6 +13,7 @@ import casadi as ca
 from engine.friction import Law
 
 SX = ca.SX
+TINY = 1e-300
 COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 
 
@@ -40,6 +41,34 @@ class Contact:
 
 
 @dataclass(frozen=True)
+class Hold:
+    """What a pair at rest can hold: the friction force at the surface it can carry in the asked direction (N), the size of the
+    asked friction as such a force (N; the friction ratio is size/capacity), and the part of it no friction can carry (N; a point
+    contact holds no torque about the force)."""
+
+    capacity: SX
+    size: SX
+    beyond: SX | float = 0.0
+
+
+def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
+    """|k| of a pair at rest from the friction it carries: k · load(k) = size, by Newton's method (the left side is monotone and
+    smooth up to the limit of sticking)."""
+    k = SX.sym("k")
+    residual = k * load(k) - size
+    step = k - residual / (ca.jacobian(residual, k) + TINY)
+    out = size / (load(SX(0)) + TINY)
+    for _ in range(rounds):
+        out = ca.substitute(step, k, out)
+    return out
+
+
+def signum(x: SX) -> SX:
+    """±1, +1 at zero."""
+    return ca.if_else(x < 0, -1, 1)
+
+
+@dataclass(frozen=True)
 class ContactElement:
     """A kind of joint contact.
 
@@ -47,9 +76,11 @@ class ContactElement:
     friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
     speeds     (wrench, rates, laws, numbers, adams) → sliding speed of every pair, m/s, negative once past a reversal of the frozen
                direction.
-    contacts   (wrench, rates, laws, numbers) → contacts.
+    held       (wrench, direction of friction, laws, numbers, adams) → for every pair at rest what it can hold (``Hold``).
+    contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction itself.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.
+    cone       (as ``speeds``) → measure of sliding of a pair that can turn without sliding: negative where it does (ball).
     frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "cross"
                (u1, u2, u1 × u2; then always the wrench on the inboard part).
     """
@@ -58,7 +89,9 @@ class ContactElement:
     needs: Callable[[Sequence[str], bool], tuple[str, ...]]
     friction: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]]
     speeds: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]]
-    contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[Contact]]
+    held: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[Hold]]
+    contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], list[SX]], list[Contact]]
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
     count: int
     frame: str = "pin"
+    cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None

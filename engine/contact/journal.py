@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import casadi as ca
 
-from engine.contact.base import SX, Contact, ContactElement, Wrench
+from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench, ratio_held, signum
 from engine.friction import Law
 
 TINY = 1e-300
@@ -57,21 +57,34 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
     return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
 
 
+def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    """Friction torque per k_r and radius: f_1 + f_2, and an axial thrust on its own radius; Adams: |f_c|."""
+    if adams:
+        return ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
+    a1, b1, a2, b2 = pair(w, kr, SX(0), g)
+    load = length(a1, b1) + length(a2, b2)
+    return load + g["thrust_radius"] / g["radius"] * ca.fabs(w["f1"]) if "thrust_radius" in g else load
+
+
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """(137) with its sign: m_c1 = k_r r (f_1 + f_2); Adams (152): k_r r |f_c|."""
     kr = _ratio(w, rates, laws, g)
-    if adams:
-        load = ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
-        return [w.pin * kr * g["radius"] * load]
-    a1, b1, a2, b2 = pair(w, kr, SX(0), g)
-    load = g["radius"] * (length(a1, b1) + length(a2, b2))
-    if "thrust_radius" in g:
-        load = load + g["thrust_radius"] * ca.fabs(w["f1"])
-    return [w.pin * kr * load]
+    return [w.pin * kr * g["radius"] * _load(w, kr, g, adams)]
 
 
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
-    return as_contacts(*pair(w, _ratio(w, rates, laws, g), SX(0), g))
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """The loads depend on |k_r| alone, so that the capacity is their value at μ_static (``stick.md``, closed form 1)."""
+    most = laws[0].static
+    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    kr = _ratio(w, rates, laws, g)
+    if laws[0].sets:
+        side = w.pin * signum(eta[0])
+        still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"])
+        kr = ca.if_else(laws[0].stuck, side * still, kr)
+    return as_contacts(*pair(w, kr, SX(0), g))
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
@@ -79,7 +92,7 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
     return [ca.fabs(v[0]) * laws[0].sign(v, (1.0,))]
 
 
-JOURNAL = ContactElement("journal", _needs, _friction, _speeds, _contacts, _velocity, 2)
+JOURNAL = ContactElement("journal", _needs, _friction, _speeds, _held, _contacts, _velocity, 2)
 
 
 # -- shaft of a cylindrical joint ---------------------------------------------------------------------------------------------
@@ -101,16 +114,38 @@ def _shaft_ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, S
 def _shaft_friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """(125), (126): f_c1 = k_s Σf, m_c1 = k_r r Σf; Adams: with the force across the axis."""
     ks, kr = _shaft_ratios(w, rates, laws, g)
-    if adams:
-        load = length(w["f2"], w["f3"])
-    else:
-        a1, b1, a2, b2 = pair(w, kr, ks, g)
-        load = length(a1, b1) + length(a2, b2)
+    load = _shaft_load(w, ks, kr, g, adams)
     return [w.pin * ks * load, w.pin * kr * g["radius"] * load]
 
 
-def _shaft_contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
+def _shaft_load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    """f_1 + f_2; Adams: the force across the axis."""
+    if adams:
+        return length(w["f2"], w["f3"])
+    a1, b1, a2, b2 = pair(w, kr, ks, g)
+    return length(a1, b1) + length(a2, b2)
+
+
+def _shaft_direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, SX, SX]:
+    """Size of a friction (force, torque) as a force at the surface, and the directions of k_s, k_r."""
+    along, around = u[0], u[1] / g["radius"]
+    size = length(along, around)
+    return size, w.pin * along / size, w.pin * around / size
+
+
+def _shaft_held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """κ · load(κ) is monotone along a direction: its value at μ_static is the capacity (``stick.md``, closed form 2)."""
+    size, ds, dr = _shaft_direction(w, u, g)
+    most = laws[0].static
+    return [Hold(most * _shaft_load(w, most * ds, most * dr, g, adams), size)]
+
+
+def _shaft_contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     ks, kr = _shaft_ratios(w, rates, laws, g)
+    if laws[0].sets:
+        size, ds, dr = _shaft_direction(w, eta, g)
+        still = ratio_held(lambda k: _shaft_load(w, k * ds, k * dr, g, False), size)
+        ks, kr = ca.if_else(laws[0].stuck, still * ds, ks), ca.if_else(laws[0].stuck, still * dr, kr)
     return as_contacts(*pair(w, kr, ks, g))
 
 
@@ -119,4 +154,4 @@ def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, S
     return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
 
 
-SHAFT = ContactElement("shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_contacts, _shaft_velocity, 2)
+SHAFT = ContactElement("shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, 2)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import casadi as ca
 
-from engine.contact.base import SX, Contact, ContactElement, Wrench
+from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench, ratio_held, signum
 from engine.contact.journal import length
 from engine.friction import Law
 
@@ -42,21 +42,33 @@ def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     k = _ratio(w, rates, laws, g)
-    load = length(w["f2"], w["f3"]) if adams else sum(ca.sqrt(x * x + TINY) for x in _forces(w, k, g))
-    return [w.pin * k * load]
+    return [w.pin * k * _load(w, k, g, adams)]
+
+
+def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    return length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), SX(0))
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    most = laws[0].static
+    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]))]
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     return [ca.fabs(rates[0]) * laws[0].sign(rates, (1.0,))]
 
 
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """Outward normal on the inner part is opposite to the force on it; contact 5 is the torsion couple (about e1)."""
-    p, q, r, s, couple = _forces(w, _ratio(w, rates, laws, g), g)
+    k = _ratio(w, rates, laws, g)
+    if laws[0].sets:
+        side = w.pin * signum(eta[0])
+        k = ca.if_else(laws[0].stuck, side * ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0])), k)
+    p, q, r, s, couple = _forces(w, k, g)
     zero = SX(0)
     out = [Contact(ca.sqrt(x * x + TINY), (zero, -x, zero), (2, 1)) for x in (p, q)]
     out += [Contact(ca.sqrt(x * x + TINY), (zero, zero, -x), (2, 1)) for x in (r, s)]
     return [*out, Contact(ca.sqrt(couple * couple + TINY), (couple, zero, zero), (2, 1))]
 
 
-SLEEVE = ContactElement("sleeve", _needs, _friction, _speeds, _contacts, _velocity, 5)
+SLEEVE = ContactElement("sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, 5)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import casadi as ca
 
-from engine.contact.base import SX, Contact, ContactElement, Wrench
+from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench, ratio_held, signum
 from engine.contact.journal import length, split
 from engine.friction import Law
 
@@ -44,23 +44,46 @@ def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, .
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """(149): m_c·u1 = k1 r1 (f1+f2); (150): −m_c·u2 = k2 r2 (f5+f6)."""
     k1, k2 = _ratios(w, rates, laws, g)
-    if adams:
-        load = ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
-        loads = [load, load]
-    else:
-        loads = [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
+    loads = _loads(w, k1, k2, g, adams)
     return [w.pin * k1 * g["radius[1]"] * loads[0], -w.pin * k2 * g["radius[2]"] * loads[1]]
+
+
+def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """Sum of the normal forces of each journal; Adams: |f_c|."""
+    if adams:
+        return [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
+    return [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """Each journal as a revolute's."""
+    most = [law.static for law in laws]
+    loads = _loads(w, w.pin * most[0] * signum(u[0]), -w.pin * most[1] * signum(u[1]), g, adams)
+    return [Hold(most[i] * loads[i], ca.fabs(u[i]) / g[f"radius[{i + 1}]"]) for i in range(2)]
+
+
+def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: int) -> SX:
+    """k of journal i at rest; its loads do not depend on the other's k."""
+    side = (1, -1)[i] * w.pin * signum(eta[i])
+
+    def load(k: SX) -> SX:
+        return _loads(w, side * k, side * k, g, False)[i]
+
+    return side * ratio_held(load, ca.fabs(eta[i]) / g[f"radius[{i + 1}]"])
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(_velocity(rates, g), laws, strict=True)]
 
 
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[Contact]:
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """Contacts 1, 2 on journal 1 (n = cosθ u3 + sinθ u2), 3, 4 on journal 2 (n = cosθ u1 + sinθ u3)."""
-    first, second = _splits(w, *_ratios(w, rates, laws, g), g)
+    k = list(_ratios(w, rates, laws, g))
+    if laws[0].sets:
+        k = [ca.if_else(law.stuck, _still(w, laws, g, eta, i), k[i]) for i, law in enumerate(laws)]
+    first, second = _splits(w, k[0], k[1], g)
     out = [Contact(length(a, b), (SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
     return out + [Contact(length(a, b), (a, SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
 
 
-UNIVERSAL = ContactElement("universal", _needs, _friction, _speeds, _contacts, _velocity, 4, frame="cross")
+UNIVERSAL = ContactElement("universal", _needs, _friction, _speeds, _held, _contacts, _velocity, 4, frame="cross")

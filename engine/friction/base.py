@@ -3,7 +3,8 @@
 A law is asked for the signed friction ratio k of a sliding velocity v (friction force on the pin = k per unit normal force, (121)
 with ω_r, ṡ of the outboard part relative to the pin's). Two forms cover the closed contact forms:
 ``slope``: k = slope · v, and ``level``: k = level · v/|v|; ``sliding`` chooses the second. A law with kinks names the value the
-sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen.
+sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen. A set-valued law (``sets``) has
+no value at rest: there the runtime holds the pair by a constraint as long as the ratio needed stays within ``static``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,11 @@ import casadi as ca
 
 SX = ca.SX
 TINY = 1e-300
+HAIR = 1e-120
+"""Part of the frozen direction added to a velocity of several components: nothing, unless the runtime freezes a direction of huge
+length, which then is the direction of sliding (the first step of slip from rest, ``onset.c``)."""
+STUCK, SLIPS, CONE = 0, 1, 2
+"""Mode flags of a pair under a set-valued law (``modes.h``); CONE: a ball that spins inside its friction cone without sliding."""
 
 
 class Law(ABC):
@@ -25,6 +31,9 @@ class Law(ABC):
     name: ClassVar[str]
     kinks: ClassVar[bool] = False
     """Whether the branch changes at a sliding speed (then ``kink`` is that speed and the mode flag says which branch)."""
+
+    sets: ClassVar[bool] = False
+    """Whether the law is set-valued at rest."""
 
     def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any]):
         self.numbers, self.flag, self.frozen = numbers, mode[0], list(mode[1:])
@@ -38,6 +47,22 @@ class Law(ABC):
     @abstractmethod
     def level(self) -> SX | None:
         """|k| on the sliding branch, None when the law has none."""
+
+    @property
+    def static(self) -> SX:
+        """|k| up to which a pair at rest is held (set-valued laws)."""
+        return self.numbers["mu_static"] if "mu_static" in self.numbers else self.numbers["mu"]
+
+    @property
+    def stuck(self) -> SX:
+        """Whether the pair is held at rest."""
+        return self.flag < 0.5
+
+    def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
+        """The velocity, with a direction even at the moment slip starts from rest."""
+        if not self.sets or len(v) == 1:
+            return list(v)
+        return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
 
     @property
     def kink(self) -> SX:
@@ -71,6 +96,7 @@ class Law(ABC):
         elif len(v) == 1:
             sliding = [level * self.frozen[0]]
         else:
-            speed = ca.sqrt(sum(x * x for x in v) + TINY)
-            sliding = [level * self.sign(v, arms) * x / speed for x in v]
+            moved = self.moving(v, arms)
+            speed = ca.sqrt(sum(x * x for x in moved) + TINY)
+            sliding = [level * self.sign(v, arms) * x / speed for x in moved]
         return [self.choose(s, p) for s, p in zip(sliding, proportional, strict=True)]

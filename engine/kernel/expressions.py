@@ -76,7 +76,7 @@ def contacts(m: Model, acc: Accelerations, pick: SX, name: str) -> list[Touch]:
     """Contacts of a frictional joint by its closed forms."""
     e = next(e for e in elements(m.sym.system) if e.joint.name == name)
     w = wrench(e, _all_components(m, acc, e, pick))
-    found = e.contact.contacts(w, joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
+    found = e.contact.contacts(w, joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), [m.sym.eta[i] for i in e.eta])
     turn = ca.sparsify(frames(m, e.joint)[0].T @ pin_frame(m, e.joint))
     out = []
     for c in found:

@@ -14,7 +14,7 @@ import casadi as ca
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.powers import powers
-from engine.recursion.elements import elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.reduction import Accelerations, Model, outward
 from engine.recursion.symbols import TABLE
 from engine.recursion.vectors import SX
@@ -35,7 +35,8 @@ class JacobianUnit:
 
 
 def residuals(m: Model, acc: Accelerations, pick: SX, active: list[int]) -> SX:
-    """R_λ = S λ + Se η + g0 over active rows, R_η = η − law(N(y, λ, η), rates(y))."""
+    """R_λ = S λ + Se η + g0 over active rows, R_η = η − law(N(y, λ, η), rates(y)); for a pair held at rest the acceleration of its
+    freedom instead."""
     sym = m.sym
     out = [(m.S @ sym.lam + m.Se @ sym.eta + m.g0)[active]] if active else []
     eta: list[SX] = [SX(0)] * sym.system.neta
@@ -44,6 +45,11 @@ def residuals(m: Model, acc: Accelerations, pick: SX, active: list[int]) -> SX:
         values = e.contact.friction(w, joint_rates(m, e.joint), laws(sym, e), numbers(sym, e), e.friction.adams)
         for i, value in zip(e.eta, values, strict=True):
             eta[i] = sym.eta[i] - value
+        if e.sets:
+            at_rest = acceleration_rows(m, acc, e.joint)
+            for s, law in zip(e.friction.sliders, laws(sym, e), strict=True):
+                for i in s.eta:
+                    eta[i] = ca.if_else(law.stuck, at_rest[i - e.eta[0]], eta[i])
     return ca.vertcat(SX(0, 1), *out, *eta)
 
 

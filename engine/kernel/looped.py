@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from engine.kernel.classes import HANDED, MOTION, BodyCode, Classes, Shape, classify, outward_step
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.recursion.elements import elements
+from engine.recursion.elements import any_sets, elements
 from engine.recursion.reactions import pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
@@ -26,6 +26,8 @@ STATE = f"{CONST}x,{CONST}y,{CONST}c"
 def loops_pay(system: System, quadratures: bool) -> bool:
     """Whether the looped unit serves this system and is worth it."""
     if system.cuts or quadratures or len(system.bodies) < MIN_BODIES or any(load.kind == "spring_damper" for load in system.loads):
+        return False
+    if any_sets(system) and any(j.driven for j in system.frictional):
         return False
     alike = {(j.kind_name, j.forward, j.inb_frame, j.out_frame) for j in system.tree}
     return len(system.bodies) >= REUSE * (len(alike) + 2)
@@ -191,15 +193,31 @@ class Looped:
             f"{a['ZC']}+6*i,{a['NC']}+6*i)")
         rates = nn + nn * ne
         return (
-            f"for(int i=0;i<B_N;++i) if(b_eta[i]>=0){{{pin0}for(int k=0;k<b_nv[i];++k) maps[{rates}+b_r0[i]+k]={a['R']}[6*i+k];}}\n"
+            f"for(int i=0;i<B_N;++i) if(b_eta[i]>=0){{{pin0}for(int k=0;k<b_nv[i];++k) maps[{rates}+b_r0[i]+k]={a['R']}[6*i+k];"
+            f"{self._held_bias(rates)}}}\n"
             "const double none[6]={0};double qdd[6];\n"
             f"for(int b=0;b<B_N;++b) if(b_eta[b]>=0) for(int k=0;k<b_nv[b];++k){{const int j=b_eta[b]+k;double g[6]={{0}},sink[6];"
             "for(int m=0;m<b_free[b];++m) if(b_freedom[6*b+m]==k) g[m]=-1.0;"
             f"for(int i=0;i<6*B_N;++i) {a['YC']}[6*B_N*j+i]=0.0;for(int i=0;i<6*(B_N+1);++i) {a['FC']}[i]=0.0;"
             f"for(int i=b;i>=0;i=b_parent[i]){{double*f={a['FC']}+6*i,*up=b_parent[i]<0?sink:{a['FC']}+6*b_parent[i];{col}"
             "for(int m=0;m<6;++m) g[m]=0.0;}"
-            f"for(int i=0;i<B_N;++i){{{outcol}if(b_eta[i]>=0){{{pinc}}}}}}}\n"
+            f"for(int i=0;i<B_N;++i){{{outcol}if(b_eta[i]>=0){{{pinc}{self._held_column(rates)}}}}}}}\n"
         )
+
+    def _held_bias(self, rates: int) -> str:
+        """Q0 of the maps block: accelerations of the sliding freedoms without friction (driven ones have none of their own)."""
+        if not any_sets(self.system):
+            return ""
+        at = rates + sum(e.joint.kind.nv for e in self.parts)
+        return f"for(int k=0;k<b_free[i];++k) maps[{at}+b_eta[i]+b_freedom[6*i+k]]=dy[b_v[i]+k];"
+
+    def _held_column(self, rates: int) -> str:
+        """Column j of Qe."""
+        if not any_sets(self.system):
+            return ""
+        ne = self.system.neta
+        at = rates + sum(e.joint.kind.nv for e in self.parts) + ne
+        return f"for(int k=0;k<b_free[i];++k) maps[{at}+{ne}*j+b_eta[i]+b_freedom[6*i+k]]=qdd[k];"
 
     def _stage2(self, a: dict[str, str]) -> str:
         head = f"void k_stage2({CONST}x,{CONST}y,{CONST}c,{CONST}w0,{CONST}z,double*restrict dy){{double*w=(double*)w0;"

@@ -2,8 +2,9 @@
 
 Between stage 1 and stage 2 the runtime solves for the multipliers; nothing here depends on the mode of a joint.
 Block written by stage 1 ("maps", column-major, a = active cut rows, e = multipliers η, n = reaction components, r = rates):
-S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r · and in the redundant variant κ0 k · κl k×a · κe k×e, the scaled
-reactions that decide between the reactions redundant loops leave open (needed while stepping only when friction depends on them).
+S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r · with a set-valued law Q0 e · Ql e×a · Qe e×e, the accelerations of the
+sliding freedoms, which rest sets to zero · and in the redundant variant κ0 k · κl k×a · κe k×e, the scaled reactions that decide
+between the reactions redundant loops leave open (needed while stepping only when friction depends on them).
 """
 
 from __future__ import annotations
@@ -16,7 +17,17 @@ from engine.joints.base import quaternion_rate
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.looped import Looped, loops_pay
 from engine.kernel.powers import coordinates_of, powers
-from engine.recursion.elements import Element, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import (
+    Element,
+    acceleration_rows,
+    any_sets,
+    elements,
+    joint_rates,
+    laws,
+    numbers,
+    reaction_rows,
+    wrench,
+)
 from engine.recursion.reduction import Model, model, outward
 from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
 from engine.recursion.symbols import Symbols
@@ -114,9 +125,10 @@ def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
     """The unit of a large tree."""
     loop = Looped(sym)
     system, nn = sym.system, sum(len(e.needs) for e in parts)
-    nrates = sum(e.joint.kind.nv for e in parts)
+    nrates, ne = sum(e.joint.kind.nv for e in parts), system.neta
+    held = ne * (1 + ne) if any_sets(system) else 0
     sizes = Sizes(
-        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + system.neta) + nrates + 1, 0, (), system.neta,
+        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + ne) + nrates + held + 1, 0, (), ne,
         nn, nrates, 0, 0, 0, 0,
     )
     return _complete(sym, None, parts, Code(loop.text, [loop.nc + 3, loop.nw, 0], loop.operations), sizes)
@@ -128,7 +140,7 @@ def _complete(sym: Symbols, m: Model | None, parts: list[Element], code: Code, s
     laws_code = _laws(sym, parts)
     rates_code = _coordinate_rates(sym)
     stops_code = _stops(sym, m)
-    codes = [code, closure, laws_code, stops_code]
+    codes = [code, closure, laws_code, stops_code, _held(sym, parts)]
     text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, _prepare_all(codes)])
     sizes = replace(sizes, nc=sum(c.kept[0] for c in codes))
     ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
@@ -159,6 +171,10 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
         rates = [r for e in parts for r in joint_rates(m, e.joint)]
         nrates = len(rates)
         blocks += rates
+        if any_sets(system):
+            held = ca.vertcat(*[acceleration_rows(m, acc, e.joint) for e in parts])
+            lam = held[:, 1 : 1 + nl][:, active]
+            blocks += [ca.densify(held[:, 0]), ca.vec(ca.densify(lam)), ca.vec(ca.densify(held[:, 1 + nl :]))]
         if redundant:
             kappa = scaled_reactions(m, acc)
             nkappa = kappa.size1()
@@ -243,6 +259,10 @@ def _laws(sym: Symbols, parts: list[Element]) -> Code:
         derivative.append(ca.vec(ca.densify(ca.jacobian(values, mine))))
         for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g, e.friction.adams), ls, strict=True):
             speeds[2 * s.flag], speeds[2 * s.flag + 1] = speed, law.kink
+        if e.sets:
+            cone = e.contact.cone(w, r, ls, g, e.friction.adams) if e.contact.cone else [SX(1)] * len(ls)
+            for s, measure in zip(e.friction.sliders, cone, strict=True):
+                speeds[2 * s.flag + 1] = measure
     args = f"{CONST}N,{CONST}r,{CONST}x,{CONST}c"
     stages = [
         Stage("k_prepare_laws", f"{CONST}p,double*restrict c", "c"),
@@ -251,6 +271,31 @@ def _laws(sym: Symbols, parts: list[Element]) -> Code:
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
     outs = [Output("eta", 0, eta, 1), Output("dN", 0, derivative, 1), Output("speed", 0, speeds, 1)]
     return emit(ins, [o for o in outs if o.values], stages)
+
+
+def _held(sym: Symbols, parts: list[Element]) -> Code:
+    """What pairs at rest hold, 3 numbers a pair: capacity, size of the friction u and what no friction carries (see ``Hold``), and
+    the derivative of the capacity by N (a row per pair, in order, of its element's components)."""
+    nn = sum(len(e.needs) for e in parts)
+    N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
+    values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))
+    rows: list[SX] = []
+    for e in parts:
+        mine, found = N[e.n0 : e.n0 + len(e.needs)], []
+        if e.sets:
+            asked, adams = [u[i] for i in e.eta], e.friction.adams
+            found = e.contact.held(wrench(e, mine), asked, laws(sym, e), numbers(sym, e), adams)
+        for n, s in enumerate(e.friction.sliders):
+            capacity = found[n].capacity if found else SX(0)
+            if found:
+                values[3 * s.flag : 3 * s.flag + 3] = [capacity, found[n].size, SX(found[n].beyond)]
+            rows.append(ca.vec(ca.densify(ca.jacobian(capacity, mine))))
+    stages = [
+        Stage("k_prepare_held", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_held", f"{CONST}N,{CONST}u,{CONST}x,{CONST}c,double*restrict hold,double*restrict dN", ""),
+    ]
+    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("u", u, 1)]
+    return emit(ins, [o for o in (Output("hold", 0, values, 1), Output("dN", 0, rows, 1)) if o.values], stages)
 
 
 def _coordinate_rates(sym: Symbols) -> Code:
@@ -265,11 +310,11 @@ def _coordinate_rates(sym: Symbols) -> Code:
 
 def _prepare_all(codes: list[Code]) -> str:
     """One function that fills the constants of all parts, and where each part's constants start."""
-    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events"]
+    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events", "k_prepare_held"]
     starts = [sum(c.kept[0] for c in codes[:i]) for i in range(len(codes))]
     calls = "".join(f"{n}(p,c+{at});" for n, at in zip(names, starts, strict=True))
     return (
-        f"enum {{K_C_CLOSURE={starts[1]},K_C_LAWS={starts[2]},K_C_EVENTS={starts[3]}}};\n"
+        f"enum {{K_C_CLOSURE={starts[1]},K_C_LAWS={starts[2]},K_C_EVENTS={starts[3]},K_C_HELD={starts[4]}}};\n"
         f"void k_prepare_all({CONST}p,double*restrict c){{{calls}}}\n"
     )
 

@@ -14,7 +14,7 @@ from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 
-ABI = 5
+ABI = 7
 """Must equal TR_ABI of ``runtime/tr.h`` (the runtime refuses a kernel of another one)."""
 PREAMBLE = '#include <math.h>\n#include "tr.h"\n'
 
@@ -79,8 +79,11 @@ def element_table(main: MainUnit) -> tuple[list[int], list[int], int]:
         each = e.contact.count // len(pairs)
         for s in pairs:
             first = min(s.eta) - e.eta[0]
-            kinks = int(e.law_kinks)
-            sliders += [number, s.eta[0], len(s.eta), e.rate0 + first, len(s.eta), kinks, contact, each]
+            own = [first + k for k in range(len(s.eta))]
+            mine = not e.joint.cut and all(k in e.joint.free for k in own)
+            v0 = e.joint.v0 + e.joint.free.index(first) if mine else -1
+            cone = int(e.contact.cone is not None and not e.friction.adams)
+            sliders += [number, s.eta[0], len(s.eta), e.rate0 + first, len(s.eta), e.law_kind, contact, each, v0, cone]
             contact += each
     return rows, sliders, dn
 
@@ -92,16 +95,16 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     row_kind = [k for c in system.cuts for k in [0] * len(c.kind.rows_s) + [1] * len(c.kind.rows_r)]
     values = [
         ABI, z.nq, z.nv, z.nx, z.np, z.nc, z.nw, z.nmaps, z.rows, len(z.active), z.neta, z.nn, z.nrates, z.nquad,
-        len(system.sliders), system.stops, system.tables, len(system.inputs), len(quat), len(main.elements), dn,
-        z.nkappa, z.loop_friction, z.coupled,
+        len(system.sliders), system.stops, system.tables, len(quat), len(main.elements), dn,
+        z.nkappa, z.loop_friction, z.coupled, int(any(e.sets for e in main.elements)),
     ]
     tables = "".join([
         _ints("k_active", z.active), _ints("k_row_kind", row_kind), _ints("k_qkind", qkind), _ints("k_vkind", vkind),
         _ints("k_quat", quat), _ints("k_element", elements), _ints("k_slider", sliders),
     ])
     struct = (
-        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,k_active,k_row_kind,"
-        "k_qkind,k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_closure,k_events,k_qdot};\n"
+        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,K_C_HELD,k_active,"
+        "k_row_kind,k_qkind,k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_held,k_closure,k_events,k_qdot};\n"
     )
     return PREAMBLE + main.text + tables + struct
 

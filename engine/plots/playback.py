@@ -172,9 +172,10 @@ def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
         "floor": float((corners @ scene.up).min() - 0.08 * scene.size),
         "grid": float(10.0 ** np.floor(np.log10(2 * scene.size)) / 2),
         "events": [{"t": e.time, "text": event_text(e)} for e in events],
+        "springs": [[{"part": part, "point": point.tolist()} for part, point in ends] for ends in scene.springs],
         "rails": [{"part": p, "from": a.tolist(), "to": b.tolist()} for p, a, b in rails(result, scene)],
         "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
-        "colors": {"arrow": palette.ARROW, "joint": palette.JOINT}, **_speeds(result),
+        "colors": {"arrow": palette.ARROW, "joint": palette.JOINT, "ink": palette.INK}, **_speeds(result),
     }  # fmt: skip
 
 

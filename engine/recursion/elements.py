@@ -43,9 +43,15 @@ class Element:
 
 
     @property
-    def law_kinks(self) -> bool:
-        """Whether the law changes branch at a sliding speed."""
-        return LAWS[self.friction.law].kinks
+    def law_kind(self) -> int:
+        """0 smooth, 1 changes branch at a sliding speed, 2 set-valued at rest."""
+        law = LAWS[self.friction.law]
+        return 2 if law.sets else int(law.kinks)
+
+    @property
+    def sets(self) -> bool:
+        """Whether the law is set-valued."""
+        return self.law_kind == 2
 
 
 def elements(system) -> list[Element]:
@@ -104,6 +110,11 @@ def _ground(m: Model) -> SX:
     from engine.recursion.loads import ground_acceleration
 
     return ground_acceleration(m.sym)
+
+
+def any_sets(system) -> bool:
+    """Whether some law of the system is set-valued at rest."""
+    return any(LAWS[j.friction.law].sets for j in system.frictional)
 
 
 def laws(sym: Symbols, e: Element) -> list[Law]:

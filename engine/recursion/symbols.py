@@ -18,15 +18,15 @@ class Symbols:
     """Symbols of one system.
 
     t, ts: time, and a time inside the current step, which alone decides on which branch of a ramp we are;
-    x: [t, ts, inputs, tables (value and three derivatives each), stop flags, slider modes (4 each)];
+    x: [t, ts, tables (value and three derivatives each; external inputs come first), stop flags, slider modes (4 each)];
     q (nq), v (nv); p (parameters); lam (cut rows); eta (friction multipliers).
     """
 
     def __init__(self, system: System, parameters: int):
         self.system = system
-        n_in, n_tab, n_stop = len(system.inputs), system.tables, system.stops
-        self.x = SX.sym("x", 2 + n_in + TABLE * n_tab + n_stop + MODE * len(system.sliders))
-        self.offset_tables = 2 + n_in
+        n_tab, n_stop = system.tables, system.stops
+        self.x = SX.sym("x", 2 + TABLE * n_tab + n_stop + MODE * len(system.sliders))
+        self.offset_tables = 2
         self.offset_stops = self.offset_tables + TABLE * n_tab
         self.offset_modes = self.offset_stops + n_stop
         self.t, self.ts = self.x[0], self.x[1]
@@ -55,8 +55,6 @@ class Symbols:
         """Value of a load signal."""
         if s.kind == "value":
             return self.leaf(s.leaves[0])
-        if s.kind == "input":
-            return self.x[2 + s.index]
         if s.kind == "table":
             return self.x[self.offset_tables + TABLE * s.index]
         if s.kind == "harmonic":

@@ -145,23 +145,51 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     TR_A(s, x)[1] = s->t + 0.5 * fmin(limit - s->t, s->h > 0.0 ? s->h : limit - s->t);
     s->watch = 0;
     if (!tr_rhs(s, s->t, TR_A(s, y), TR_A(s, K))) return TR_FAIL_MULTIPLIERS;
+    if (s->still) { /* loads may have jumped here */
+      int code = tr_settle(s, s->t, TR_A(s, y), -1);
+      if (code != TR_OK) return code;
+      memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
+    }
     s->have_k1 = 1;
   }
   if (s->h <= 0.0) s->h = tr_first_step(s, limit - s->t, order);
-  for (int i = 0; i < k->nsliders; ++i)
-    if (tr_mode(s, i)[0] > 0.5 && tr_slider(s, i)[4] > 1) tr_freeze(s, i);
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (tr_mode(s, i)[0] < 0.5 || tr_slider(s, i)[4] == 1) continue;
+    if (!tr_is_set(s, i)) tr_freeze(s, i);
+    else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i))) tr_rates_of_state(s, i, tr_mode(s, i) + 1);
+  }
+  for (int i = 0; i < k->nsliders && s->hfixed <= 0.0; ++i)
+    if (tr_starts_sliding(s, i)) s->h = fmin(s->h, ONSET_STEP * sqrt(s->rtol) / s->rate);
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
   return TR_OK;
+}
+
+/* The Rosenbrock method's Jacobian is of no use where friction of several components starts from rest (its direction turns infinitely
+ * fast) or groups share their load: such steps are made explicitly. */
+static void tr_step_aside(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  if (!k->sets || (s->method_now != TR_ROSENBROCK && !s->aside)) return;
+  int slow = s->shares;
+  for (int i = 0; i < k->nsliders && !slow; ++i)
+    slow = tr_is_set(s, i) && !tr_is_stuck(s, i) && tr_slider(s, i)[4] > 1 && tr_keeps_direction(s, i, tr_speed_of_state(s, i));
+  if (slow != s->aside) s->have_jac = 0;
+  s->aside = slow;
+  s->method_now = slow ? TR_RK8 : TR_ROSENBROCK;
 }
 
 /* Make one acceptable trial step towards `limit`; the result waits as `pending` (1 whole step, 2 up to an event). */
 static int tr_attempt(tr_sim *s, double limit) {
   const tr_kernel *k = s->k;
+  tr_step_aside(s);
   const int ros = s->method_now == TR_ROSENBROCK, n = tr_width(s), nz = k->active + k->neta;
   const tr_erk *m = tr_erk_of(s->method_now);
   const int order = ros ? TR_ROS_ORDER : m->order, end = ros ? TR_ROS_END : m->stages;
   int code = tr_begin_step(s, limit, order), rejected = 0;
   if (code != TR_OK) return code;
+  if (s->capture >= 0 && s->hfixed <= 0.0 && s->t + s->capture_h < limit && tr_step_capture(s)) {
+    s->pending = 2;
+    return TR_OK;
+  }
   for (;;) {
     double h = s->hfixed > 0.0 ? s->hfixed : fmin(s->h, s->hmax), left = limit - s->t;
     int last = h >= left * (1.0 - 1e-10);
@@ -187,6 +215,7 @@ static int tr_attempt(tr_sim *s, double limit) {
       s->p_grow = s->hfixed > 0.0 ? 1.0 : tr_grow(s, err, order, rejected ? 1.0 : 6.0);
       s->p_cut = last;
       if (s->pending == 1) memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * nz);
+      if (s->pending == 1 && k->sets) s->capture = tr_ends_sliding(s);
       return TR_OK;
     }
     s->stats.rejected++;
@@ -205,17 +234,37 @@ static void tr_finish_whole(tr_sim *s) {
   s->chatter = 0;
   *(ros ? &s->stats.stiff : s->method_now == TR_RK5 ? &s->stats.rk5 : &s->stats.rk8) += 1;
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
-  if (s->method == TR_AUTO) tr_choose(s);
+  if (s->method == TR_AUTO && !s->aside) tr_choose(s);
   memcpy(TR_A(s, K), TR_A(s, K) + end * n, sizeof(double) * n);
+  if (s->still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->p_t, TR_A(s, ynew));
   double next = s->p_h * s->p_grow;
   s->h = s->p_cut && next < s->h ? (s->p_grow < 1.0 ? next : s->h) : next;
+}
+
+/* Complete a step that ends where a pair with a set-valued law changes its mode. */
+static int tr_finish_set(tr_sim *s) {
+  double te = s->p_t, *ye = TR_A(s, cand);
+  s->capture = s->missed = -1;
+  tr_dense_eval(s, s->p_theta, ye);
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  int code = tr_settle(s, te, ye, s->p_which);
+  if (code != TR_OK) return code;
+  s->stats.events++;
+  s->chatter = te - s->chatter_t < 1e-12 * fmax(1.0, fabs(te)) ? s->chatter + 1 : 0;
+  s->chatter_t = te;
+  tr_shift(s, te, ye);
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
+  s->have_k1 = 1, s->have_jac = 0;
+  s->h = s->p_h * fmin(s->p_grow, 1.0);
+  return TR_OK;
 }
 
 /* Complete a step that ends at an event: the state there, the new mode, and a fitting next step. */
 static int tr_finish_event(tr_sim *s) {
   double te = s->p_t, *ye = TR_A(s, cand), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
   int i = s->p_which, pair = i < s->k->nsliders;
+  if (pair && tr_is_set(s, i)) return tr_finish_set(s);
   tr_dense_eval(s, s->p_theta, ye);
   double rate = 0.0, kink = 1.0, dt = fmin(s->p_theta, 1e-3) * s->step_h;
   if (pair && tr_mode(s, i)[0] > 0.5 && dt > 0.0) { /* how fast the proportional zone will be crossed */

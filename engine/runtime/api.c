@@ -3,13 +3,19 @@
 #include <string.h>
 #include "tr.h"
 #include "linalg.h"
+#include "least.c"
 #include "multipliers.c"
 #include "rhs.c"
 #include "explicit.c"
 static int tr_prepare_dense(tr_sim *s);
 static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
+static int tr_settle(tr_sim *s, double t, double *y, int which);
 #include "manifold.c"
+#include "coulomb.c"
+#include "onset.c"
+#include "decide.c"
 #include "events.c"
+#include "settle.c"
 #include "output.c"
 #include "assemble.c"
 #include "rosenbrock.c"
@@ -32,6 +38,9 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(smin, k->nsliders); TR_PLACE(smax, k->nsliders); TR_PLACE(lin0, TR_ZONE * k->nsliders);
   TR_PLACE(h_res, 2 * rows); TR_PLACE(ev, TR_EVENT * s->ev_capacity); TR_PLACE(breaks, s->nbreaks); TR_PLACE(tables, ntable);
   TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? 2 * o->npost : 0); TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0);
+  TR_PLACE(gram, tr_least_size(rows));
+  TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 3 * e); TR_PLACE(share, e); TR_PLACE(hold, 3 * k->nsliders);
+  TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, k->nsliders);
   int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
@@ -117,7 +126,8 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   }
   tr_shift(s, t, TR_A(s, y));
   if (k->neta && k->loop_friction && k->nkappa == 0 && (k->coupled || (k->active && s->rank < k->active))) return TR_NEED_REDUNDANT;
-  if (!tr_start_modes(s)) return s->status = TR_FAIL_MULTIPLIERS;
+  int modes = tr_start_modes(s);
+  if (modes != TR_OK) return s->status = modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->status = TR_FAIL_MULTIPLIERS;
   for (int i = 0; i < s->ny; ++i)
     if (!isfinite(TR_A(s, dy)[i])) {
@@ -175,7 +185,9 @@ int tr_redundancy(tr_sim *s, double *out) {
   if (k->active == 0) s->rank_now = 0;
   tr_full_multipliers(s, TR_A(s, y), z, 0);
   if (k->active == k->rows && s->rank_now == k->active) return 0;
-  return tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
+  int count = tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
+  tr_orthonormal(m, count, out);
+  return count;
 }
 
 const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }
@@ -191,6 +203,9 @@ void tr_configure(tr_sim *s, const tr_settings *o) {
   s->rtol = o->rtol, s->hmax = o->hmax, s->hmin = o->hmin, s->hfixed = o->hfixed, s->length = o->length, s->rate = o->rate;
   s->method = o->method, s->project = o->project, s->locate = o->locate, s->max_steps_total = o->max_steps;
 }
+
+/* What the works asked for are compared with, J: mass · (length · rate)². Without it they are not under error control. */
+void tr_set_energy(tr_sim *s, double joule) { s->energy_unit = joule; }
 
 /* Move a running simulation into a larger block laid out with the Jacobian unit: everything before its arrays is the same. */
 int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int ntable) {
@@ -209,3 +224,4 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
 }
 
 #include "batch.c"
+#include "communicate.c"

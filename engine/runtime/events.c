@@ -2,17 +2,16 @@
  *
  * Within a step every mode is frozen, so that what is integrated is smooth; at its end (and at every stage) the quantities that
  * decide the modes are looked at, and when one has crossed its threshold the earliest crossing is located on the dense output. */
+#include "modes.h"
 #include "tr.h"
 
 #define TOL_KINK 1e-9   /* of the kink speed: how far past it a step may end unnoticed */
 #define TOL_STOP 1e-12  /* of the length scale (turns: rad) */
-
-static inline double *tr_mode(const tr_sim *s, int slider) {
-  const tr_kernel *k = s->k;
-  return TR_A(s, x) + 2 + k->ninputs + TR_TABLE * k->ntables + k->nstops + TR_MODE * slider;
-}
-static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + s->k->ninputs + TR_TABLE * s->k->ntables + stop; }
-static inline const int *tr_slider(const tr_sim *s, int i) { return s->k->slider + 8 * i; }
+#define TOL_SPEED 1e-13   /* of the speed unit: how far past the end of sliding a step may end unnoticed */
+#define TOL_RELEASE 1e-10 /* of the friction ratio */
+#define TOL_CONE 1e-10    /* of s²/|ω|² */
+#define NEAR_RELEASE 0.05 /* a stage this close to release makes the step worth a closer look */
+#define NEAR_MISS 1e-10   /* of the speed unit: a turn of more than a right angle at a higher speed is no stop, but too large a step */
 
 /* Rates of a slider from the maps in place. */
 static const double *tr_slider_rates(const tr_sim *s, int i) { return map_rates(s->k, TR_A(s, maps)) + tr_slider(s, i)[3]; }
@@ -28,19 +27,30 @@ static void tr_freeze(tr_sim *s, int i) {
     for (int j = 0; j < 3; ++j) m[1 + j] = j < sl[4] ? r[j] : 0.0;
 }
 
-/* How far pair or stop i is beyond its mode (> 0: an event), in units of its tolerance scale. Needs the state evaluated. */
+/* The same for a pair with a set-valued law, in units of its tolerance: the end of sliding, release (after tr_holding), and the border
+ * between sliding and spinning. */
+static double tr_set_violation(tr_sim *s, int i) {
+  const double *v = TR_A(s, speed) + 2 * i, flag = tr_mode(s, i)[0];
+  if (flag < 0.5) return (tr_ratio(s, i) - 1.0) / TOL_RELEASE;
+  if (flag > 1.5) return v[1] / TOL_CONE;
+  double stop = -v[0] / (tr_speed_unit(s) * TOL_SPEED);
+  return tr_slider(s, i)[9] ? fmax(stop, -v[1] / TOL_CONE) : stop;
+}
+
+/* How far pair or stop i is beyond its mode (> 1: an event), in units of its tolerance. Needs the state evaluated, and tr_holding when
+ * something is held. */
 static double tr_violation(tr_sim *s, int i, const double *depth) {
   const tr_kernel *k = s->k;
   if (i < k->nsliders) {
-    if (!tr_slider(s, i)[5]) return -1.0;
+    int kind = tr_slider(s, i)[5];
+    if (kind == TR_KIND_SMOOTH) return -1.0;
+    if (kind == TR_KIND_SET) return tr_set_violation(s, i);
     double speed = TR_A(s, speed)[2 * i], kink = TR_A(s, speed)[2 * i + 1];
-    return tr_mode(s, i)[0] > 0.5 ? (kink - speed) / kink : (fabs(speed) - kink) / kink;
+    return (tr_mode(s, i)[0] > 0.5 ? (kink - speed) / kink : (fabs(speed) - kink) / kink) / TOL_KINK;
   }
   int j = i - k->nsliders;
-  return *tr_stop_flag(s, j) > 0.5 ? -depth[j] : depth[j];
+  return (*tr_stop_flag(s, j) > 0.5 ? -depth[j] : depth[j]) / TOL_STOP;
 }
-
-static inline double tr_violation_tol(const tr_sim *s, int i) { return i < s->k->nsliders ? TOL_KINK : TOL_STOP; }
 
 static inline int tr_watched(const tr_sim *s) { return s->k->nsliders + s->k->nstops; }
 
@@ -55,8 +65,9 @@ static double tr_probe(tr_sim *s, double theta, int *worst) {
   if (s->k->nquat) tr_normalize(s, y);
   if (!tr_rhs(s, s->step_t0 + theta * s->step_h, y, TR_A(s, dy))) return NAN;
   tr_depths(s, y, depth);
+  if (s->still) tr_holding(s);
   for (int i = 0; i < tr_watched(s); ++i) {
-    double v = tr_violation(s, i, depth) / tr_violation_tol(s, i);
+    double v = tr_violation(s, i, depth);
     if (v > best) best = v, *worst = i;
   }
   return best - 1.0;
@@ -84,15 +95,33 @@ static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb,
   return b;
 }
 
+/* The event found, or 3 (too large a step) when a pair of several components has merely turned fast. */
+static double tr_event_at(tr_sim *s, double theta, int which) {
+  if (which >= s->k->nsliders || !tr_is_set(s, which) || tr_slider(s, which)[4] == 1 || tr_mode(s, which)[0] < 0.5) return theta;
+  double *y = TR_A(s, yout);
+  tr_dense_eval(s, theta, y);
+  tr_set_time(s, s->step_t0 + theta * s->step_h);
+  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  const double *r = tr_slider_rates(s, which), *m = tr_mode(s, which), *arm = TR_A(s, arm) + tr_slider(s, which)[1];
+  double along = 0.0;
+  for (int j = 0; j < tr_slider(s, which)[4]; ++j) along += r[j] * m[1 + j] * arm[j] * arm[j];
+  if (!(along < 0.0 && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s))) return theta;
+  s->missed = which;
+  return 3.0;
+}
+
 /* Look for an event in the step just made (end state evaluated in ynew, K[end]). Returns θ of the first one, or 2. */
 static double tr_find_event(tr_sim *s, int *which) {
   int n = tr_watched(s), hit = 0, suspect = 0;
   if (n == 0 || !s->locate) return 2.0;
   double depth[s->k->nstops + 1];
   tr_depths(s, TR_A(s, ynew), depth);
+  if (s->still) tr_holding(s);
   for (int i = 0; i < n; ++i) {
-    if (tr_violation(s, i, depth) > tr_violation_tol(s, i)) hit = 1, *which = i;
-    if (i < s->k->nsliders && tr_slider(s, i)[5]) {
+    if (tr_violation(s, i, depth) > 1.0) hit = 1, *which = i;
+    if (i < s->k->nsliders && tr_is_set(s, i)) {
+      suspect |= TR_A(s, smax)[i] > (tr_is_stuck(s, i) ? -NEAR_RELEASE / TOL_RELEASE : 1.0);
+    } else if (i < s->k->nsliders && tr_slider(s, i)[5]) {
       double kink = TR_A(s, speed)[2 * i + 1];
       int sliding = tr_mode(s, i)[0] > 0.5;
       if (sliding ? TR_A(s, smin)[i] < -TOL_KINK * kink : TR_A(s, smax)[i] > TOL_KINK * kink) suspect = 1;
@@ -103,7 +132,7 @@ static double tr_find_event(tr_sim *s, int *which) {
     if (!tr_prepare_dense(s)) return 3.0;
     s->have_dense = 1;
   }
-  double a = 0.0, ga = -1.0;
+  double a = 0.0, ga = -1.0, before = INFINITY;
   for (int q = 1; q <= 8; ++q) {
     double b = q / 8.0;
     if (q < 8 && !suspect) continue;
@@ -112,9 +141,16 @@ static double tr_find_event(tr_sim *s, int *which) {
     if (g != g) return 3.0;
     if (g > 0.0) {
       *which = w;
-      return tr_first_root(s, a, b, ga, g, which);
+      return tr_event_at(s, tr_first_root(s, a, b, ga, g, which), *which);
     }
-    a = b, ga = g;
+    if (suspect && s->still && q > 1 && ga > before && ga > g && ga > -2.0 * NEAR_RELEASE / TOL_RELEASE) {
+      double top = a + 0.5 / 8.0 * (before - g) / (before - 2.0 * ga + g), peak = tr_probe(s, top, &w); /* of the parabola */
+      if (peak > 0.0) {
+        *which = w;
+        return tr_event_at(s, tr_first_root(s, top < a ? a - 0.125 : a, top, top < a ? before : ga, peak, which), *which);
+      }
+    }
+    before = ga, a = b, ga = g;
   }
   return 2.0;
 }
@@ -199,6 +235,23 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   }
 }
 
+/* Pairs with a set-valued law at the start: sliding, or at rest and then decided. Maps in place. */
+static int tr_start_sets(tr_sim *s, double *y) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1];
+  tr_set_arms(s);
+  memset(TR_A(s, vmin), 0, sizeof(double) * k->nsliders);
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_is_set(s, i)) tr_mode(s, i)[0] = tr_pair_speed(s, i) > REST_SPEED * tr_speed_unit(s) ? TR_SLIPS : TR_STUCK;
+  int n = tr_at_rest(s, -1, rest);
+  if (n == 0) return TR_OK;
+  tr_bring_to_rest(s, y, rest, n);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  if (tr_decide(s, rest, n, -1)) return TR_OK;
+  s->event_slider = rest[0];
+  return TR_FAIL_MODES;
+}
+
 /* Modes at the start: saturated where the sliding could be faster than the kink (a ball's speed depends on its load; without load
  * it is largest), then proportional where with the loads found it is not. */
 static int tr_start_modes(tr_sim *s) {
@@ -209,16 +262,24 @@ static int tr_start_modes(tr_sim *s) {
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = 0.0;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? 1.0 : 0.0;
-  if (k->nsliders == 0) return 1;
+  s->still = s->shares = s->aside = 0, s->capture = s->missed = -1;
+  if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode(s, i), 0, sizeof(double) * TR_MODE), tr_zone(s, i)[0] = 0.0;
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
   for (int i = 0; i < k->nsliders; ++i) tr_freeze(s, i);
   const double *rates = map_rates(k, TR_A(s, maps)), *speed = TR_A(s, speed);
   k->laws(none, rates, TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, speed));
   for (int i = 0; i < k->nsliders; ++i)
-    if (tr_slider(s, i)[5] && fabs(speed[2 * i]) > speed[2 * i + 1]) tr_mode(s, i)[0] = 1.0;
-  if (!tr_rhs(s, s->t, y, TR_A(s, dy))) return 0;
-  for (int i = 0; i < k->nsliders; ++i)
-    if (tr_mode(s, i)[0] > 0.5 && fabs(speed[2 * i]) < speed[2 * i + 1]) tr_mode(s, i)[0] = 0.0;
-  return tr_rhs(s, s->t, y, TR_A(s, dy));
+    if (tr_slider(s, i)[5] == TR_KIND_KINK && fabs(speed[2 * i]) > speed[2 * i + 1]) tr_mode(s, i)[0] = 1.0;
+  if (k->sets) {
+    int code = tr_start_sets(s, y);
+    if (code != TR_OK) return code;
+  }
+  if (!tr_rhs(s, s->t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  for (int i = 0; i < k->nsliders; ++i) {
+    double *m = tr_mode(s, i);
+    if (m[0] > 0.5 && tr_slider(s, i)[5] == TR_KIND_KINK && fabs(speed[2 * i]) < speed[2 * i + 1]) m[0] = 0.0;
+    if (m[0] > 0.5 && tr_slider(s, i)[5] == TR_KIND_SET && speed[2 * i + 1] < 0.0) m[0] = TR_CONE;
+  }
+  return tr_rhs(s, s->t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }

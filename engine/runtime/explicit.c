@@ -2,6 +2,12 @@
 #include "tr.h"
 #include "tr_tables.h"
 
+/* A work is measured by itself, but not by less than these shares of the largest work and of the energy scale of the scene, nor finer
+ * than its round-off (1e-14 of that scale). */
+#define SMALL_WORK 1e-2
+#define SMALL_ENERGY 1e-6
+#define NOISE_ENERGY 1e-14
+
 typedef struct tr_erk {
   int stages, extra, dense, order, end_in_error;
   const double *c;
@@ -16,15 +22,52 @@ static const tr_erk *tr_erk_of(int method) { return method == TR_RK5 ? &TR_ERK5 
 
 static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
 
-/* Weighted norm (root mean square over positions and velocities) of `e` between y and ynew. */
-static double tr_norm2(const tr_sim *s, const double *e, const double *y, const double *ynew) {
+#define DIRECTION_ERROR 1e-3
+
+/* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(0.001 |v|))²,
+ * worst pair. */
+static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew) {
+  double worst = 0.0, least = 1e-9 * tr_speed_unit(s);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    if (!tr_is_set(s, i) || sl[4] == 1 || sl[8] < 0 || tr_is_stuck(s, i)) continue;
+    double size = 0.0, error = 0.0, along = 0.0;
+    for (int j = 0; j < sl[4]; ++j) {
+      double arm = TR_A(s, arm)[sl[1] + j], v = arm * ynew[s->k->nq + sl[8] + j], d = arm * e[s->k->nq + sl[8] + j];
+      size += v * v, error += d * d, along += v * d;
+    }
+    if (size > 0.0) error = fmax(error - along * along / size, 0.0);
+    worst = fmax(worst, error / fmax(size, least * least));
+  }
+  return worst / (DIRECTION_ERROR * DIRECTION_ERROR);
+}
+
+/* The least a work is measured by, J; this step's share of the works counts, so that they are not 0 at the start. */
+static double tr_work_unit(const tr_sim *s, double h, const double *y) {
+  double most = 0.0;
+  const double *power = TR_A(s, K);
+  for (int i = s->ny; i < s->ny + s->k->nquad; ++i) most = fmax(most, fabs(y[i]) + fabs(h * power[i]));
+  return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->rtol) * s->energy_unit;
+}
+
+/* Squared error `e` of a step between y and ynew relative to the tolerance, over the number of positions and velocities (works only
+ * tighten it). Multipliers show in the velocities as far as they move anything; the others (a driven joint's effort, the force in a
+ * damper) in the works. */
+static double tr_norm2(const tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
   const double *unit = TR_A(s, scale);
   double sum = 0.0;
   for (int i = 0; i < s->ny; ++i) {
     double q = e[i] / (unit[i] + fmax(fabs(y[i]), fabs(ynew[i])));
     sum += q * q;
   }
-  return sum / (s->rtol * s->rtol);
+  if (s->energy_unit > 0.0)
+    for (int i = s->ny; i < s->ny + s->k->nquad; ++i) {
+      double q = e[i] / (work + fmax(fabs(y[i]), fabs(ynew[i])));
+      sum += q * q;
+    }
+  int count = s->ny ? s->ny : s->k->nquad + 1;
+  sum /= s->rtol * s->rtol * count;
+  return s->k->sets ? sum + tr_direction_error(s, e, ynew) : sum;
 }
 
 /* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
@@ -39,16 +82,17 @@ static double tr_step_explicit(tr_sim *s, const tr_erk *m, double h) {
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (m->end_in_error && !tr_rhs(s, s->t + h, ynew, K + m->stages * n)) return NAN;
   if (s->hfixed > 0.0) return 0.0;
+  double work = tr_work_unit(s, h, y);
   if (m == &TR_ERK5) {
     rk5_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
-    return sqrt(tr_norm2(s, tmp, y, ynew) / s->ny);
+    return sqrt(tr_norm2(s, tmp, y, ynew, work));
   }
   double *tmp2 = TR_A(s, yout);
   rk8_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
   rk8_error1(nv, h, (tr_vec *)K, (tr_vec *)tmp2);
-  double e5 = tr_norm2(s, tmp, y, ynew), e3 = tr_norm2(s, tmp2, y, ynew);
+  double e5 = tr_norm2(s, tmp, y, ynew, work), e3 = tr_norm2(s, tmp2, y, ynew, work);
   double den = e5 + 0.01 * e3;
-  return den > 0.0 ? e5 / sqrt(den * s->ny) : (e5 == 0.0 ? 0.0 : NAN);
+  return den > 0.0 ? e5 / sqrt(den) : (e5 == 0.0 ? 0.0 : NAN);
 }
 
 /* Spectral radius estimate h|λ| from the last stage and the end (Hairer): > about 3 (order 5), 6 (order 8) means stiff. */

@@ -23,12 +23,14 @@ static void tr_residual(const tr_sim *s, const double *h, double *position, doub
   }
 }
 
-/* δv (nv) = M⁻¹Gᵀ δλ at the state whose stage 1 is in place. */
-static void tr_impulse(tr_sim *s, const double *y, const double *dlam, double *dv) {
+/* δv (nv) caused by impulses [δλ | δη] at the state whose stage 1 is in place. deta may be 0; response: what a unit of each η does to
+ * its own freedom. */
+static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, double *dv) {
   const tr_kernel *k = s->k;
-  int a = k->active, n = tr_width(s);
+  int a = k->active, e = deta ? k->neta : 0, n = tr_width(s);
   double z[a + k->neta + 1], big = 0.0, *f = TR_A(s, dy);
   for (int i = 0; i < a; ++i) big = fmax(big, fabs(dlam[i]));
+  for (int i = 0; i < e; ++i) big = fmax(big, fabs(deta[i]));
   double up = big > 0.0 ? 1.0 / big : 0.0;
   memset(z, 0, sizeof z);
   k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
@@ -40,8 +42,10 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, double *d
   const double *d = TR_A(s, d);
   double gain = 0.0;
   for (int i = 0; i < a; ++i) gain = fmax(gain, fabs(dlam[i]) * up / (d[i] * d[i]));
+  for (int i = 0; i < e; ++i) gain = fmax(gain, fabs(deta[i] * response[i]) * up);
   double f1 = gain > 0.0 ? up * fmax(1.0, size / gain) : up;
   for (int i = 0; i < a; ++i) z[i] = dlam[i] * f1;
+  for (int i = 0; i < e; ++i) z[a + i] = deta[i] * f1;
   k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
   for (int i = 0; i < k->nv; ++i) dv[i] = f1 > 0.0 ? (f[k->nq + i] - base[k->nq + i]) / f1 : 0.0;
 }
@@ -67,7 +71,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     tr_factor(s);
     for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
     tr_solve_S(s, b, dlam);
-    tr_impulse(s, y, dlam, dv);
+    tr_impulse(s, y, dlam, 0, 0, dv);
     k->qdot(y, dv, dq);
     for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
     if (k->nquat) tr_normalize(s, y);
@@ -80,7 +84,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     tr_factor(s);
     for (int i = 0; i < a; ++i) b[i] = -h[k->rows + k->active_rows[i]];
     tr_solve_S(s, b, dlam);
-    tr_impulse(s, y, dlam, dv);
+    tr_impulse(s, y, dlam, 0, 0, dv);
     for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
     k->closure(x, y, c + k->c_closure, h);
     tr_residual(s, h, &pos, &vel);

@@ -5,6 +5,7 @@
  * nearly independent; a pivot beyond the remembered rank counts only when it is large. Close to a singular configuration a kept
  * pivot p amplifies that error by 1/√p; below KEEP_PIVOT it is dropped, which costs an acceleration error of √p for a moment. */
 #include "linalg.h"
+#include "modes.h"
 #include "tr.h"
 
 #define KEEP_PIVOT 1e-9
@@ -30,7 +31,8 @@ static void tr_solve_S(tr_sim *s, const double *b, double *x) {
   tr_cholesky_solve(s->k->active, s->rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
 }
 
-/* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind. */
+/* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind, and a kind that has
+ * nothing but round-off (the turns of a planar loop, unless its axes are the world's) what the other amounts to over the length. */
 static void tr_scale_rows(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *S = TR_A(s, maps);
@@ -40,6 +42,9 @@ static void tr_scale_rows(tr_sim *s) {
     int kind = k->row_kind[k->active_rows[i]];
     if (S[i + i * n] > big[kind]) big[kind] = S[i + i * n];
   }
+  double turn = big[0] / (s->length * s->length), travel = big[1] * s->length * s->length;
+  if (big[1] < 1e-12 * turn) big[1] = turn;
+  else if (big[0] < 1e-12 * travel) big[0] = travel;
   for (int i = 0; i < n; ++i) {
     double m = S[i + i * n], b = big[k->row_kind[k->active_rows[i]]];
     if (!(m > 1e-9 * b)) m = b;
@@ -55,7 +60,12 @@ static void tr_note_rank(tr_sim *s) {
   if (r > s->rank) s->rank = r;
 }
 
-static inline const double *map_kappa(const tr_kernel *k, const double *m) { return map_rates(k, m) + k->nrates; }
+static inline const double *map_Q0(const tr_kernel *k, const double *m) { return map_rates(k, m) + k->nrates; }
+static inline const double *map_Ql(const tr_kernel *k, const double *m) { return map_Q0(k, m) + k->neta; }
+static inline const double *map_Qe(const tr_kernel *k, const double *m) { return map_Ql(k, m) + k->neta * k->active; }
+static inline const double *map_kappa(const tr_kernel *k, const double *m) {
+  return map_Q0(k, m) + (k->sets ? k->neta * (1 + k->active + k->neta) : 0);
+}
 
 /* λ that the motion leaves open: columns V (a×r) with S V = 0, one for each pivot beyond the rank. */
 static int tr_null_space(tr_sim *s, double *V) {
@@ -65,30 +75,22 @@ static int tr_null_space(tr_sim *s, double *V) {
   const double *S = TR_A(s, maps);
   double b[a + 1];
   for (int q = 0; q < r; ++q) {
-    int out = perm[s->rank_now + q];
-    for (int i = 0; i < a; ++i) b[i] = -S[i + out * a];
-    tr_solve_S(s, b, V + q * a);
+    int out = perm[s->rank_now + q], empty = 1;
+    for (int i = 0; i < a; ++i) b[i] = -S[i + out * a], empty &= b[i] == 0.0;
+    if (empty) memset(V + q * a, 0, sizeof(double) * a);
+    else tr_solve_S(s, b, V + q * a);
     V[out + q * a] = 1.0;
   }
   return r;
 }
 
-/* Orthonormalise the directions N (m×r) and carry the combinations V (a×r) along; dependent ones become zero. */
-static void tr_orthonormal(int m, int a, int r, double *N, double *V) {
-  for (int q = 0; q < r; ++q) {
-    double *n = N + m * q, *v = V + a * q, len0 = 0.0, len = 0.0;
-    for (int i = 0; i < m; ++i) len0 += n[i] * n[i];
-    for (int pass = 0; pass < 2; ++pass)
-      for (int p = 0; p < q; ++p) {
-        double dot = 0.0, *np = N + m * p;
-        for (int i = 0; i < m; ++i) dot += n[i] * np[i];
-        for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
-        for (int i = 0; i < a; ++i) v[i] -= dot * V[i + a * p];
-      }
-    for (int i = 0; i < m; ++i) len += n[i] * n[i];
-    double inv = len > 1e-20 * len0 && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
-    for (int i = 0; i < m; ++i) n[i] *= inv;
-    for (int i = 0; i < a; ++i) v[i] *= inv;
+/* y (m) += sign · A x, A m×n; absent columns are skipped. */
+static void tr_add_columns(int m, int n, const double *A, const double *x, double sign, double *y) {
+  for (int j = 0; j < n; ++j) {
+    const double *col = A + (size_t)j * m;
+    double f = sign * x[j];
+    if (f != 0.0)
+      for (int i = 0; i < m; ++i) y[i] += col[i] * f;
   }
 }
 
@@ -98,27 +100,36 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, m = k->nkappa, r = a - s->rank_now;
   if (m == 0 || r <= 0) return;
-  double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m];
+  double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m], x[r];
   const double *k0 = map_kappa(k, TR_A(s, maps)), *kl = k0 + m, *ke = kl + m * a;
   tr_null_space(s, V);
-  for (int q = 0; q < r; ++q)
-    for (int i = 0; i < m; ++i) {
-      double sum = 0.0;
-      for (int j = 0; j < a; ++j) sum += kl[i + j * m] * V[j + q * a];
-      Q[i + q * m] = sum;
-    }
-  tr_orthonormal(m, a, r, Q, V);
+  memset(Q, 0, sizeof(double) * m * r);
+  for (int q = 0; q < r; ++q) tr_add_columns(m, a, kl, V + q * a, 1.0, Q + q * m);
+  tr_least least = tr_least_of(m, r, Q, TR_A(s, gram));
   for (int col = 0; col <= e; ++col) { /* column 0: lam0 with κ0; column j: −T_j with κe_j */
     double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
-    const double *base = col == 0 ? k0 : ke + (col - 1) * m;
-    for (int i = 0; i < m; ++i) {
-      kap[i] = base[i];
-      for (int j = 0; j < a; ++j) kap[i] += sign * kl[i + j * m] * lam[j];
-    }
-    for (int q = 0; q < r; ++q) {
-      double dot = 0.0;
-      for (int i = 0; i < m; ++i) dot += Q[i + q * m] * kap[i];
-      for (int j = 0; j < a; ++j) lam[j] -= sign * dot * V[j + q * a];
+    memcpy(kap, col == 0 ? k0 : ke + (col - 1) * m, sizeof kap);
+    tr_add_columns(m, a, kl, lam, sign, kap);
+    tr_least_solve(&least, kap, x);
+    tr_add_columns(a, r, V, x, sign, lam);
+  }
+}
+
+/* q̈ of the sliding freedoms = Q0' + Qe' η with λ eliminated. */
+static void tr_held_maps(tr_sim *s, const double *lam0) {
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps), *Ql = map_Ql(k, maps), *T = TR_A(s, T);
+  int a = k->active, e = k->neta;
+  double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
+  memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
+  memcpy(Qe, map_Qe(k, maps), sizeof(double) * e * e);
+  for (int j = 0; j < a; ++j) {
+    const double *col = Ql + j * e;
+    for (int i = 0; i < e; ++i) Q0[i] += col[i] * lam0[j];
+    for (int q = 0; q < e; ++q) {
+      double t = T[j + q * a];
+      if (t != 0.0)
+        for (int i = 0; i < e; ++i) Qe[i + q * e] -= col[i] * t;
     }
   }
 }
@@ -177,6 +188,41 @@ static void tr_law_jacobian(tr_sim *s, double *J) {
   }
 }
 
+/* Residual and Jacobian rows of pairs held at rest replace those of their law: q̈ = 0 (scaled to the own multiplier), η = 0 where the
+ * motion is prescribed, or a share of the group's load: friction ratio equal to the leader's. */
+static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, n = k->nn;
+  const int *row = (const int *)TR_A(s, rowk), *lead = (const int *)TR_A(s, lead);
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *u = TR_A(s, share), *Ne = TR_A(s, Np) + n, *hold = TR_A(s, hold), *dhold = TR_A(s, dhold);
+  if (s->shares) k->held(TR_A(s, NN), u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  for (int m = 0, at = 0; m < k->nsliders; ++m) {
+    const int *sl = tr_slider(s, m), *el = k->element + 7 * sl[0];
+    for (int i = sl[1]; i < sl[1] + sl[2]; ++i) {
+      if (row[i] == TR_ROW_STILL) {
+        double acc = Q0[i], inv = 1.0 / Qe[i + i * e];
+        for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j], J[i + j * e] = Qe[i + j * e] * inv;
+        r[i] = -acc * inv;
+      } else if (row[i] == TR_ROW_FREE) {
+        for (int j = 0; j < e; ++j) J[i + j * e] = i == j;
+        r[i] = -eta[i];
+      } else if (row[i] == TR_ROW_SHARE) {
+        int L = lead[i], ml = lead[e + i], atl = lead[2 * e + i];
+        const int *ell = k->element + 7 * tr_slider(s, ml)[0];
+        double fit = hold[3 * m] / hold[3 * m + 1], fitl = hold[3 * ml] / hold[3 * ml + 1], ratio = u[i] / u[L], share = ratio * fit / fitl;
+        for (int j = 0; j < e; ++j) {
+          double d = 0.0, dl = 0.0;
+          for (int q = 0; q < el[1]; ++q) d += dhold[at + q] * Ne[el[0] + q + j * n];
+          for (int q = 0; q < ell[1]; ++q) dl += dhold[atl + q] * Ne[ell[0] + q + j * n];
+          J[i + j * e] = (i == j) - eta[L] * share * (d / hold[3 * m] - dl / hold[3 * ml]) - (j == L ? share : 0.0);
+        }
+        r[i] = eta[L] * share - eta[i];
+      }
+    }
+    at += el[1];
+  }
+}
+
 /* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
  * convergence has made the next one negligible (the Jacobian is exact). */
 static int tr_newton(tr_sim *s, double *eta) {
@@ -188,10 +234,8 @@ static int tr_newton(tr_sim *s, double *eta) {
     tr_law_jacobian(s, J);
     const double *law = TR_A(s, law);
     double size = 0.0, step = 0.0;
-    for (int i = 0; i < e; ++i) {
-      r[i] = law[i] - eta[i];
-      size = fmax(size, fabs(law[i]));
-    }
+    for (int i = 0; i < e; ++i) r[i] = law[i] - eta[i];
+    if (s->still) tr_still_rows(s, eta, r, J);
     if (e == 1) {
       if (!(fabs(J[0]) > 1e-300)) return 0;
       r[0] /= J[0];
@@ -230,6 +274,7 @@ static int tr_multipliers(tr_sim *s) {
   }
   double lam0[a > 0 ? a : 1];
   tr_eliminate(s, lam0);
+  if (s->still) tr_held_maps(s, lam0);
   if (!tr_newton(s, eta)) {
     memset(eta, 0, sizeof(double) * e);
     if (!tr_newton(s, eta)) {

@@ -4,14 +4,14 @@
 /* `extra` block handed to the output unit. */
 enum { TR_X_ENERGY0, TR_X_CLOSURE, TR_X_COMPLEMENT, TR_X_CONTRACTION, TR_X_EVENTS, TR_X_STEP, TR_X_STATES };
 
-/* Directions of λ (rows × count) that the motion leaves open at the state just solved, made orthonormal in the scaled reactions N
- * (nkappa × count); base: the scaled reactions of z. Returns the count. */
+/* Directions of λ (rows × count) that the motion leaves open at the state just solved, and their scaled reactions N (nkappa × count);
+ * base: the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
   int rows = k->rows, m = o->nkappa, a = k->active, extra = a - s->rank_now, count = 0;
   char is_active[rows + 1];
-  double V[a * extra + 1], zz[rows + k->neta + 1];
+  double *V = TR_A(s, nul), zz[rows + k->neta + 1];
   memset(is_active, 0, sizeof is_active);
   memset(dir, 0, sizeof(double) * rows * (rows - a + extra));
   tr_null_space(s, V);
@@ -27,7 +27,6 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
     o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, N + m * q);
     for (int i = 0; i < m; ++i) N[i + m * q] -= base[i];
   }
-  tr_orthonormal(m, rows, count, N, dir);
   return count;
 }
 
@@ -37,14 +36,11 @@ static void tr_resolve(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
   if (rows == 0 || m == 0 || (k->active == rows && s->rank_now == k->active)) return;
-  double *base = TR_A(s, kap), *N = base + m, *dir = TR_A(s, cand);
+  double *base = TR_A(s, kap), *N = base + m, *dir = TR_A(s, cand), x[rows];
   int count = tr_open_reactions(s, y, z, dir, N, base);
-  for (int q = 0; q < count; ++q) {
-    double dot = 0.0, *n = N + m * q;
-    for (int i = 0; i < m; ++i) dot += n[i] * base[i];
-    for (int i = 0; i < m; ++i) base[i] -= dot * n[i];
-    for (int i = 0; i < rows; ++i) z[i] -= dot * dir[rows * q + i];
-  }
+  tr_least least = tr_least_of(m, count, N, TR_A(s, gram));
+  tr_least_solve(&least, base, x);
+  tr_add_columns(rows, count, dir, x, 1.0, z);
 }
 
 /* z over all rows: [λ | η] from [λ active | η]. */

@@ -1,13 +1,35 @@
 /* ẏ(t, y): signals, stage 1, multipliers, stage 2. */
 #include "tr.h"
 
-/* Tables: [count | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
+/* An external input from its communication point on: D = [2, followed, t0, u, u̇, ü, e, ė, ω]. A motion that follows it starts where
+ * it was (off by e, ė) and closes the gap critically damped: q = u + (e + (ė + ω e) τ) exp(−ω τ). out: value, three derivatives. */
+static void tr_input_signal(const double *D, double t, double *out) {
+  double tau = t - D[2], w = D[8];
+  out[0] = D[3] + tau * (D[4] + 0.5 * tau * D[5]), out[1] = D[4] + tau * D[5], out[2] = D[5], out[3] = 0.0;
+  if (D[1] == 0.0 || (D[6] == 0.0 && D[7] == 0.0)) return;
+  double c = D[7] + w * D[6], a = D[6] + c * tau, f = exp(-w * tau);
+  out[0] += a * f, out[1] += (c - w * a) * f, out[2] += w * (w * a - 2.0 * c) * f, out[3] += w * w * (3.0 * c - w * a) * f;
+}
+
+/* External inputs: the first tables. */
+static int tr_inputs(const tr_sim *s) {
+  const double *T = TR_A(s, tables);
+  int n = 0;
+  while (n < s->k->ntables && T[(int)T[n]] == 2.0) ++n;
+  return n;
+}
+
+/* Tables: [offset | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
 static void tr_signals(tr_sim *s, double t) {
   const tr_kernel *k = s->k;
   const double *T = TR_A(s, tables);
-  double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2 + k->ninputs;
+  double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2;
   for (int i = 0; i < k->ntables; ++i, out += TR_TABLE) {
     const double *D = T + (int)T[i];
+    if (D[0] == 2.0) {
+      tr_input_signal(D, t, out);
+      continue;
+    }
     int spline = (int)D[0], n = (int)D[1], lo = 0, hi = n - 1;
     const double *tt = D + 2, *v = tt + n, *m = v + n;
     double last = tt[n - 1], first = tt[0];
@@ -43,11 +65,22 @@ static void tr_set_time(tr_sim *s, double t) {
   if (s->k->ntables) tr_signals(s, t);
 }
 
-/* Record the extremes of (signed sliding speed − kink speed) of every pair over the stages of a step. */
+static double tr_set_violation(tr_sim *s, int i);
+static void tr_holding(tr_sim *s);
+static void tr_set_time(tr_sim *s, double t);
+static void tr_keep_still(const tr_sim *s, double *v);
+
+/* Record the extremes of (signed sliding speed − kink speed) of every pair over the stages of a step; of a pair with a set-valued law
+ * how far it has come from its mode. */
 static void tr_watch(tr_sim *s) {
   const double *v = TR_A(s, speed);
   double *lo = TR_A(s, smin), *hi = TR_A(s, smax);
+  if (s->still) tr_holding(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
+    if (tr_is_set(s, i)) {
+      hi[i] = fmax(hi[i], tr_set_violation(s, i));
+      continue;
+    }
     double g = v[2 * i] - v[2 * i + 1], b = -v[2 * i] - v[2 * i + 1];
     if (g < lo[i]) lo[i] = g;
     if (fmax(g, b) > hi[i]) hi[i] = fmax(g, b);
@@ -66,5 +99,6 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   if (!tr_multipliers(s)) return 0;
   if (s->watch) tr_watch(s);
   k->stage2(x, y, c, w, TR_A(s, z), dy);
+  if (s->still) tr_keep_still(s, dy);
   return 1;
 }

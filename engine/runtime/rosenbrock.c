@@ -4,6 +4,21 @@
  * (powers) do not act back on the motion; their rows are solved after it. */
 #include "tr.h"
 
+/* Right-hand sides of the rows of pairs held at rest (``tr_still_rows``): R is the derivative of their acceleration. */
+static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double *deta) {
+  const tr_kernel *k = s->k;
+  const int *row = (const int *)TR_A(s, rowk);
+  const double *Ql = map_Ql(k, TR_A(s, maps)), *Qe = TR_A(s, Q) + k->neta;
+  for (int i = 0; i < k->neta; ++i) {
+    if (row[i] == TR_ROW_LAW) continue;
+    deta[i] = 0.0;
+    if (row[i] != TR_ROW_STILL) continue;
+    double a = R[i];
+    for (int q = 0; q < k->active; ++q) a += Ql[i + q * k->neta] * lam[q];
+    deta[i] = -a / Qe[i + i * k->neta];
+  }
+}
+
 /* dz/d[y, t] (nz × (ny+1)) from the residual rows of the Jacobian: R_z dz = −R_y, with S factorised and dlaw/dN in place. */
 static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double *dz) {
   const tr_kernel *k = s->k;
@@ -13,6 +28,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double 
   int *perm = (int *)TR_A(s, perm) + a;
   if (e) {
     tr_law_jacobian(s, lu);
+    if (s->still) tr_still_rows(s, TR_A(s, z) + a, TR_A(s, r), lu);
     if (!tr_lu(e, lu, perm)) return 0;
   }
   for (int j = 0; j < cols; ++j) {
@@ -33,6 +49,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double 
       for (int r = 0; r < el[3]; ++r)
         for (int i = 0; i < el[1]; ++i) deta[el[2] + r] += D[r + i * el[3]] * shift[el[0] + i];
     }
+    if (s->still) tr_still_shift(s, R + a, lam, deta);
     tr_lu_solve(e, lu, perm, deta);
     for (int i = 0; i < a; ++i)
       for (int q = 0; q < e; ++q) out[i] -= T[i + q * a] * deta[q];
@@ -126,7 +143,7 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
   for (int p = 0; p < TR_ROS_STAGES; ++p)
     for (int i = 0; i < ny + nquad; ++i) ynew[i] += tr_ros_b[p] * K[(p + 1) * n + i];
   if (s->hfixed > 0.0) return 0.0;
-  return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew) / ny);
+  return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew, tr_work_unit(s, h, y)));
 }
 
 /* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */

@@ -8,7 +8,7 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 5
+#define TR_ABI 7
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
@@ -17,20 +17,23 @@
 
 typedef struct tr_kernel {
   int abi, nq, nv, nx, np, nc, nw, nmaps;
-  int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, ninputs, nquat, nelements, ndn;
-  int nkappa, loop_friction, coupled; /* redundant variant; friction on a loop; inactive rows matter to the choice of reactions */
-  int c_closure, c_laws, c_events;
+  int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, nquat, nelements, ndn;
+  int nkappa, loop_friction, coupled, sets; /* redundant variant; friction on a loop; inactive rows matter to the
+                                             choice of reactions; some law is set-valued at rest */
+  int c_closure, c_laws, c_events, c_held;
   const int *active_rows; /* active: indices of constraint rows that are not structurally empty */
   const int *row_kind;    /* rows: 0 travel (force), 1 turn (torque) */
   const int *qkind;       /* nq: 0 angle, 1 length, 2 quaternion */
   const int *vkind;       /* nv: 0 angle, 1 length */
   const int *quat;        /* nquat: offsets in q of quaternions */
   const int *element;     /* 7 per element: n0, needs, eta0, neta, rate0, nrates, dn0 */
-  const int *slider;      /* 8 per slider: element, eta0, neta, rate0, nrates, kinks, contact0, ncontacts */
+  const int *slider;      /* 10 per slider: element, eta0, neta, rate0, nrates, kind (0 smooth, 1 kinks, 2 set-valued), contact0,
+                             ncontacts, v0 (index among the rates of the state, -1: none), cone (turns without sliding: ball) */
   void (*prepare)(const double *p, double *c);
   void (*stage1)(const double *x, const double *y, const double *c, double *w, double *maps, double *dy);
   void (*stage2)(const double *x, const double *y, const double *c, const double *w, const double *z, double *dy);
   void (*laws)(const double *N, const double *r, const double *x, const double *c, double *eta, double *dN, double *speed);
+  void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN);
   void (*closure)(const double *x, const double *y, const double *c, double *h);
   void (*events)(const double *x, const double *y, const double *c, double *g);
   void (*qdot)(const double *y, const double *v, double *dq);
@@ -70,7 +73,8 @@ enum tr_status {
   TR_FAIL_MULTIPLIERS = 12, /* complement equations have no reachable root */
   TR_FAIL_CLOSURE = 13,   /* loops cannot be closed */
   TR_FAIL_MAX_STEPS = 14,
-  TR_FAIL_SINGULAR = 15
+  TR_FAIL_SINGULAR = 15,
+  TR_FAIL_MODES = 16      /* no set of sticking and slipping pairs satisfies the friction laws */
 };
 
 enum tr_method { TR_AUTO = 0, TR_RK5 = 1, TR_RK8 = 2, TR_ROSENBROCK = 3 };
@@ -94,13 +98,17 @@ typedef struct tr_sim {
   long row_index;
   int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch;
   int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
-  double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, eta_scale, solve_error;
+  double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
   double jac_t;
   int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
+  double capture_h, capture_dec;
+  int still, shares, capture, aside, missed; /* pairs held at rest; whether some of them share their load as a group; pair about to
+                                 come to rest; pair that has turned too fast for a step (-1: none) */
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
-      smax, h_res, ev, breaks, tables, wrap, contact_a, contact_b, jac, jw, jp, W, Wlu, Wt, wperm, lin0, held, kap, nul, cand, weight, kstep;
+      smax, h_res, ev, breaks, tables, wrap, jac, jw, jp, W, wperm, lin0, kap, nul, gram, cand, kstep, Q, rowk, lead, share, hold, dhold,
+      arm, vmin;
   int ny, nz, nrows;
 } tr_sim;
 

@@ -67,7 +67,7 @@ class Friction:
 class FrictionDefaults:
     """What frictional joints use where they do not say otherwise."""
 
-    law: Law = "regularized"
+    law: Law = "coulomb"
     """Friction law."""
     v_eps: Velocity = 1e-4
     """Sliding speed at which the law ``regularized`` saturates."""

@@ -1,6 +1,6 @@
 """Friction laws a scene may name in this version, and the numbers each needs."""
 
-AVAILABLE_LAWS = {"regularized", "viscous"}
+AVAILABLE_LAWS = {"coulomb", "regularized", "viscous"}
 """Laws that are built (the format knows more: ``jointed.Law``)."""
 
 NEEDS = {"viscous": "viscosity"}

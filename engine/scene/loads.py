@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.scene.quantities import Damping, Length, Number, Stiffness
+from engine.scene.quantities import Damping, Length, Number, Per, Stiffness
 from engine.scene.signals import LoadVector
 from engine.scene.values import STRICT
 
@@ -82,3 +82,5 @@ class Input:
     """Its unit (SI)."""
     description: str = ""
     """What it is."""
+    bandwidth: Annotated[float, Per("rad/s")] = 100.0
+    """Where it prescribes a motion: how fast the motion follows it (critically damped, rad/s)."""

@@ -83,6 +83,8 @@ class Drive:
     """Sine motion."""
     table: Table | None = None
     """Spline through values at times."""
+    input: str | None = None
+    """The scene's named external input; the motion follows it smoothly (see its bandwidth)."""
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -51,6 +51,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_array.argtypes, lib.tr_array.restype = [p, i], p
     lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
     lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
+    lib.tr_set_energy.argtypes, lib.tr_set_energy.restype = [p, d], None
     lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
     lib.tr_start.argtypes, lib.tr_start.restype = [p, d, d, d, p], i
     lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
@@ -81,11 +82,15 @@ def spline_moments(t: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.ndarray:
-    """All tables as the runtime reads them: offsets, then kind, n, t, v, second derivatives of each."""
+    """All tables as the runtime reads them: offsets, then kind, n, t, v, second derivatives of each; of an input: kind 2, whether a
+    motion follows it, t0, value and two derivatives there, offset and rate of the motion from it, bandwidth."""
     data: list[float] = []
     offsets = []
     for kind, t, v in tables:
         offsets.append(len(tables) + len(data))
+        if kind in ("input", "tracked"):
+            data += [2.0, float(kind == "tracked"), 0.0, *v, 0.0, 0.0, 0.0, 0.0, *t]
+            continue
         m = spline_moments(t, v) if kind == "spline" else np.zeros(len(t))
         data += [float(kind == "spline"), float(len(t)), *t, *v, *m]
     return np.array([*offsets, *data], float)
@@ -109,7 +114,6 @@ class Block:
         self._view(3, len(breaks))[:] = breaks
         self._view(4, len(tables))[:] = tables
         self.parameters[:] = parameters
-        self.x[2 : 2 + len(numbers.inputs)] = numbers.inputs
         self.width = 1 + ctypes.c_int.from_address(o + 4).value
         self.prepare()
 
@@ -150,6 +154,7 @@ class Block:
         scales = (self.numbers.length, self.numbers.rate)
         c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps)
         self.lib.tr_configure(self.at, ctypes.addressof(c))
+        self.lib.tr_set_energy(self.at, self.numbers.energy)
 
     def assemble(self, t: float = 0.0) -> int:
         """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""

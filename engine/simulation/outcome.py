@@ -12,6 +12,7 @@ NAMES = {
     13: "open_loop",
     14: "max_steps",
     15: "singular",
+    16: "inconsistent",
 }
 ADVICE = {
     "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint",
@@ -19,6 +20,8 @@ ADVICE = {
     "rtol, or look at the mechanism's configuration at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
     "Painlevé); lengthen the guide (half_length), lower mu or radius, or bring the load closer",
+    "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé, or a jam): lower mu or "
+    "radius, lengthen the guide, or continue with law regularized",
     "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on",
     "max_steps": "the step budget is used up: raise max_steps, or try method rosenbrock",
     "singular": "the mechanism is singular here: its motion is not determined by its state",

@@ -17,8 +17,9 @@ class Builder:
 
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
-        self.tables: list[tuple[str, sm.Table]] = []
-        """("spline" or "linear", data) of every table signal."""
+        self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
+        """("input", input) of every external input, then ("spline" or "linear", data) of every table signal. An input that prescribes
+        a motion becomes "tracked": the motion follows it smoothly."""
         self.stops = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
@@ -68,7 +69,7 @@ class Builder:
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:
         """A load: number, input or signal."""
         if isinstance(value, sm.FromInput):
-            return Signal("input", index=self.inputs[value.input])
+            return Signal("table", index=self.inputs[value.input])
         if isinstance(value, sm.Signal):
             return self.signal(path, value, unit, "linear")
         return Signal("value", (self.table.scalar(path, value, unit),))
@@ -86,6 +87,10 @@ class Builder:
             s = self.table.scalar
             return Signal("rate", (s(f"{path}.constant.start", d.constant.start, unit),
                                    s(f"{path}.constant.rate", d.constant.rate, f"{unit}/s")))
+        if d.input is not None:
+            index = self.inputs[d.input]
+            self.tables[index] = ("tracked", self.tables[index][1])
+            return Signal("table", index=index)
         return self.signal(path, d, unit, "spline")
 
     def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, interpolation: str) -> Signal:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.scene import model as sm
+from engine.scene.mass import mass_properties
 from engine.system.devices import Builder
 from engine.system.frames import direction
 from engine.system.structure import System, state_coordinates
@@ -16,7 +17,7 @@ from engine.system.structure import System, state_coordinates
 @dataclass(frozen=True)
 class Numbers:
     """q (nq), v (nv): start values, zero (identity) where the scene gives none; q_given, v_given: 1 where it does.
-    tables: (kind, times, values). breaks: times at which a signal has a kink. length, rate: scales for tolerances."""
+    tables: (kind, times, values), inputs first. breaks: times at which a signal has a kink. length, rate: scales for tolerances."""
 
     q: np.ndarray
     v: np.ndarray
@@ -26,6 +27,8 @@ class Numbers:
     breaks: tuple[float, ...]
     length: float
     rate: float
+    energy: float
+    """Mass of all bodies · (length · rate)², J."""
     inputs: np.ndarray
     ignored: tuple[str, ...]
     """Start values that are not used, and why."""
@@ -58,10 +61,19 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
         + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
            and scene.joints[j.name].start is not None]
     )
-    tables = tuple((kind, np.array(t.time, float), np.array(t.value, float)) for kind, t in devices.tables)
+    tables = tuple((kind, *_table(t)) for kind, t in devices.tables)
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
-    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate_scale(scene, v, length), inputs, ignored, by_rate)
+    rate = rate_scale(scene, v, length)
+    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (length * rate) ** 2
+    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
+
+
+def _table(t: sm.Table | sm.Input) -> tuple[np.ndarray, np.ndarray]:
+    """(times, values); of an input: (bandwidth with which a motion follows it, start value)."""
+    if isinstance(t, sm.Input):
+        return np.array([t.bandwidth], float), np.array([t.start], float)
+    return np.array(t.time, float), np.array(t.value, float)
 
 
 def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:

@@ -46,7 +46,7 @@ def functions(element: str, law: str, adams: bool, pin: int) -> tuple[ca.Functio
     kinks = [one.kink for one in laws()]
     speeds = ca.vertcat(*e.speeds(w, r, laws(), g, adams), *kinks)
     friction = ca.vertcat(*e.friction(w, r, laws(), g, adams))
-    touching = ca.vertcat(*[x for c in e.contacts(w, r, laws(), g) for x in (c.force, *c.vector)])
+    touching = ca.vertcat(*[x for c in e.contacts(w, r, laws(), g, [ca.SX(0)] * len(r)) for x in (c.force, *c.vector)])
     full = ca.jacobian(friction, wrench)
     return (
         ca.Function("speeds", arguments, [speeds]),

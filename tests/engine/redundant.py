@@ -1,13 +1,15 @@
-"""Redundant loops at a moving state: Bricard's mechanism, and a four-bar of spatial revolutes that rub, under oblique gravity."""
+"""Redundant loops in motion, under oblique gravity: Bricard's mechanism, a four-bar that rubs, a four-bar of several loops."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from engine.scene import load_scene
 from engine.scene import model as sm
+from engine.scene.generate import n_four_bar
 from engine.simulation.run import simulate
 from tests.reference import forward
 from tests.reference.bodies import GROUND, part
@@ -44,9 +46,13 @@ def moving(scene: sm.Scene, at: float, tree: tuple[str, ...]) -> Case:
 
 @cache
 def case_of(which: str) -> Case:
-    """ "bricard", or a four-bar by its law."""
+    """ "bricard", "loops" (the four-bar of four loops), or the four-bar that rubs by its law."""
     if which == "bricard":
         return moving(load_scene("bricard"), 0.7, ("j0", "j1", "j2", "j3", "j4"))
+    if which == "loops":
+        several = n_four_bar(4)
+        tree = tuple(n for n in several.joints if not n.startswith("right"))
+        return moving(replace(several, gravity=(1.5, -8.0, 4.0)), 0.2, tree)
     return moving(four_bar(which), 0.05, ("a", "b", "d"))
 
 

@@ -10,6 +10,7 @@ import pytest
 from engine.scene import model as sm
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
+from tests.laws import PAPER
 
 PUSH = 4.0
 
@@ -17,7 +18,7 @@ PUSH = 4.0
 @cache
 def relieved() -> Result:
     """A wheel on a journal that is pressed until t = 1 and not at all afterwards: no gravity, centre on the axis."""
-    rub = sm.Friction(mu=0.3, radius=0.02, half_length=0.05, v_eps=1e-3)
+    rub = sm.Friction(mu=0.3, radius=0.02, half_length=0.05, law="regularized", v_eps=1e-3)
     joint = sm.Joint("revolute", "ground", "wheel", axis="z", friction=rub, start=sm.Start(0.0, 5.0))
     press = sm.Signal(table=sm.Table((0.0, 0.5, 1.0), (PUSH, PUSH, 0.0)))
     force = sm.Force("force", "wheel", (press, 0.0, 0.0))
@@ -57,7 +58,7 @@ def test_friction_takes_the_spin_that_its_torque_says() -> None:
 
 
 def test_the_sliding_state_is_the_sign_of_the_rate_beyond_the_kink_and_zero_within() -> None:
-    r = simulate("crank_slider", until=1.0, every=0.0007, rtol=1e-9)
+    r = simulate("crank_slider", until=1.0, every=0.0007, rtol=1e-9, overrides=PAPER)
     speed = 0.01 * r["slider_pin.qd[1]"]
     expected = np.where(np.abs(speed) > 1e-4, np.sign(speed), 0.0)
     assert np.array_equal(r["slider_pin.friction.state[1]"], expected)
@@ -65,7 +66,7 @@ def test_the_sliding_state_is_the_sign_of_the_rate_beyond_the_kink_and_zero_with
 
 
 def test_each_journal_of_a_cross_has_a_state_of_its_own() -> None:
-    r = simulate("double_pendulum", until=0.5, every=0.002, rtol=1e-9)
+    r = simulate("double_pendulum", until=0.5, every=0.002, rtol=1e-9, overrides=PAPER)
     for k in (1, 2):
         speed = 0.01 * r[f"cross.qd[{k}]"]
         clear = np.abs(np.abs(speed) - 1e-4) > 1e-9
@@ -75,7 +76,7 @@ def test_each_journal_of_a_cross_has_a_state_of_its_own() -> None:
 
 
 def test_work_by_joint_adds_up_to_what_was_dissipated() -> None:
-    r = simulate("double_pendulum", until=1.0, every=0.01)
+    r = simulate("double_pendulum", until=1.0, every=0.01, overrides=PAPER)
     work = r["guide.friction.work"] + r["cross.friction.work"]
     assert work == pytest.approx(-r["energy.dissipated"], abs=1e-9)
     for joint in ("guide", "cross"):

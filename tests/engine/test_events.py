@@ -21,14 +21,14 @@ NORMAL_TURNS = {1: 58.897, 5: 57.610}
 @cache
 def pendulum(every: float = 0.1, rtol: float = 1e-9, locate: bool = True, v_eps: float = 1e-4, until: float = 10.0) -> Result:
     """Example 8.1."""
-    scene = apply(load_scene("spherical_pendulum"), {"friction.v_eps": v_eps})
+    scene = apply(load_scene("spherical_pendulum"), {"friction.law": "regularized", "friction.v_eps": v_eps})
     return run(Model(scene, ("*",)), until, every, bl.Settings(rtol=rtol, locate=locate))
 
 
 @cache
 def crank(v_eps: float = 1e-4) -> Result:
     """Example 8.2 for one second."""
-    scene = apply(load_scene("crank_slider"), {"friction.v_eps": v_eps})
+    scene = apply(load_scene("crank_slider"), {"friction.law": "regularized", "friction.v_eps": v_eps})
     return run(Model(scene, ("*",)), 1.0, 0.1, bl.Settings(rtol=1e-10))
 
 

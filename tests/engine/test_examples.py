@@ -13,12 +13,13 @@ from engine.simulation.evaluate import evaluate
 from engine.simulation.result import Result
 from engine.simulation.run import Model, simulate
 from tests.engine.planar import pendulum_run, slider_crank
+from tests.laws import PAPER
 
 
 @cache
 def pendulum(normal_force: str = "exact", every: float = 0.01) -> Result:
     """8.1 at v_eps 1e-4, rtol 1e-9."""
-    changes = {"friction.v_eps": 1e-4, "friction.normal_force": normal_force}
+    changes = PAPER | {"friction.normal_force": normal_force}
     return simulate("spherical_pendulum", until=10.0, every=every, rtol=1e-9, overrides=changes)
 
 
@@ -89,7 +90,7 @@ def test_adams_torque_is_larger_by_the_cosine_of_the_friction_angle() -> None:
 
 
 def test_slider_follows_the_closed_form() -> None:
-    r = simulate("crank_slider", until=10.0, every=0.01, rtol=1e-9)
+    r = simulate("crank_slider", until=10.0, every=0.01, rtol=1e-9, overrides=PAPER)
     x = 0.5 * np.cos(10 * r.time) + np.sqrt(1 - 0.25 * np.sin(10 * r.time) ** 2)
     assert np.abs(r["slider.position[1]"] - x).max() <= 1e-9
     assert np.abs(r["energy.residual"]).max() <= 1e-8 * turned_over(r)
@@ -100,7 +101,8 @@ def test_slider_follows_the_closed_form() -> None:
 def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
     """At random crank angles, slow and fast, in the linear zone of the law and beyond it."""
     rng = np.random.default_rng(8)
-    model = Model(apply(load_scene("crank_slider"), {"friction.normal_force": normal_force, "friction.v_eps": 0.01}), ("*",))
+    changes = PAPER | {"friction.normal_force": normal_force, "friction.v_eps": 0.01}
+    model = Model(apply(load_scene("crank_slider"), changes), ("*",))
     slow = 0
     for phi in [*rng.uniform(0, 2 * np.pi, 40), np.pi / 2 + 0.02, np.pi / 2 - 0.1]:
         s = slider_crank(phi, v_eps=0.01, adams=normal_force == "adams")
@@ -120,12 +122,12 @@ def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
 
 
 def test_pivot_slides_as_computed_by_two_other_formulations() -> None:
-    r = simulate("double_pendulum", until=1.0, every=0.25, rtol=1e-10)
+    r = simulate("double_pendulum", until=1.0, every=0.25, rtol=1e-10, overrides=PAPER)
     assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822549, 4.71556293, 8.32814917], abs=1e-6)
 
 
 def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
-    r = simulate("double_pendulum", until=60.0, every=0.5)
+    r = simulate("double_pendulum", until=60.0, every=0.5, overrides=PAPER)
     assert r.outcome.ok
     assert r["guide.q[1]"][9] == pytest.approx(13.75, abs=0.02)  # at 4.5 s; soft: the motion is sensitive after the first second
     assert r["guide.q[1]"][-1] == pytest.approx(13.75, abs=0.03)
@@ -136,7 +138,7 @@ def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
 
 def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
     """c = 0.15 m: the inertia acts beyond c/μ, the complement equations have no root (F3)."""
-    r = simulate("double_pendulum", until=1.0, overrides={"joints.guide.friction.half_length": 0.15})
+    r = simulate("double_pendulum", until=1.0, overrides=PAPER | {"joints.guide.friction.half_length": 0.15})
     assert r.outcome.name == "no_solution"
     assert r.outcome.joint == "guide"
     assert r.outcome.time <= 1e-6
@@ -145,12 +147,12 @@ def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
 
 @pytest.mark.parametrize("half_length", [0.16, 0.17])
 def test_so_does_any_guide_below_the_threshold(half_length: float) -> None:
-    r = simulate("double_pendulum", until=0.01, overrides={"joints.guide.friction.half_length": half_length})
+    r = simulate("double_pendulum", until=0.01, overrides=PAPER | {"joints.guide.friction.half_length": half_length})
     assert r.outcome.name == "no_solution"
 
 
 @pytest.mark.parametrize("half_length", [0.19, 0.2, 0.25])
 def test_a_guide_above_the_threshold_slides(half_length: float) -> None:
-    r = simulate("double_pendulum", until=0.01, overrides={"joints.guide.friction.half_length": half_length})
+    r = simulate("double_pendulum", until=0.01, overrides=PAPER | {"joints.guide.friction.half_length": half_length})
     assert r.outcome.ok
     assert r["audit.complement"].max() <= 1e-12

@@ -17,6 +17,7 @@ from engine.scene import model as sm
 from engine.simulation import block as bl
 from engine.simulation.run import Model, simulate
 from tests.engine.states import rate
+from tests.laws import PAPER
 
 UNTIL = 1.5
 STEPS = {"rk5": (40, 80, 160, 320), "rk8": (40, 56, 80, 112), "rosenbrock": (40, 80, 160, 320)}
@@ -172,3 +173,27 @@ def test_tighter_tolerances_take_steps_by_the_order() -> None:
 def test_an_unstable_fixed_step_does_not_end_as_done() -> None:
     r = simulate("governor", until=0.05, every=0.01, step=0.01, method="rk5")
     assert not r.outcome.ok or np.isfinite(r.data).all()
+
+
+def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
+    """Friction beside a drive, whose normal force nearly vanishes twice a turn: nothing of it shows in the motion."""
+
+    def work(rtol: float) -> np.ndarray:
+        r = simulate("crank_slider", until=2.0, every=0.02, rtol=rtol, overrides=PAPER, outputs=["*.work", "energy.dissipated"])
+        return r["slider_pin.friction.work"]
+
+    fine = work(1e-12)
+    for rtol in (1e-6, 1e-8):
+        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # some 60 steps add up, unevenly
+
+
+@pytest.mark.parametrize("method", ["auto", "rosenbrock"])
+def test_what_a_stiff_damper_takes_is_found_at_a_loose_tolerance(method: str) -> None:
+    """0.003 J out of 169 J: measured by itself, not by the energy that goes round."""
+    taken = [simulate("governor", until=10.0, rtol=r, method=method)["energy.dissipated"][-1] for r in (1e-5, 1e-9)]
+    assert taken[0] == pytest.approx(taken[1], rel=0.05)
+
+
+def test_asking_for_works_leaves_the_motion_as_accurate() -> None:
+    steps = [simulate("spatial_slider_crank", until=2.0, outputs=o).stats.steps for o in (["*.q[1]"], ["*.q[1]", "energy.*"])]
+    assert steps[1] >= steps[0]

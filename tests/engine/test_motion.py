@@ -10,6 +10,7 @@ import pytest
 from engine.scene import model as sm
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
+from tests.laws import PAPER
 from tests.reference.joint_rows import FREE_DIRECTIONS
 from tests.reference.random_scenes import random_loop, random_tree
 
@@ -126,7 +127,7 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
 
 def test_angles_of_cut_joints_go_on_past_a_turn() -> None:
     """The four-bar's couplers turn with their cranks, over the top again and again: no jump of 2π in any column."""
-    r = simulate("crank_slider", until=2.0, every=0.005)
+    r = simulate("crank_slider", until=2.0, every=0.005, overrides=PAPER)
     assert r["crank_pivot.q[1]"][-1] == pytest.approx(20.0, abs=1e-12)
     r = simulate("n_four_bar", until=4.0, every=0.005)
     for n in r.matching("*.q[1]"):

@@ -9,12 +9,14 @@ import pytest
 
 from engine.scene import load_scene
 from engine.scene.expected import columns_of, evaluate, expected
+from engine.scene.laws import AVAILABLE_LAWS
 from engine.scene.library import model_names
 from engine.scene.overrides import apply
 from engine.simulation.run import simulate
+from tests.models.measures import measured
 
 CASES = [(m, i) for m in model_names() for i, e in enumerate(expected(m)) if not e.compute]
-AVAILABLE = ("regularized", "viscous")
+IN_WORDS = [(m, i) for m in model_names() for i, e in enumerate(expected(m)) if e.compute]
 
 
 @lru_cache(maxsize=64)
@@ -30,9 +32,18 @@ def row(model: str, changes: str, columns: tuple[str, ...], at: float) -> dict[s
 @pytest.mark.parametrize(("model", "index"), CASES, ids=[f"{m}-{i}" for m, i in CASES])
 def test_model_reproduces_its_reference(model: str, index: int) -> None:
     e = expected(model)[index]
-    if e.set.get("friction.law", "regularized") not in AVAILABLE:
+    if e.set.get("friction.law", "regularized") not in AVAILABLE_LAWS:
         pytest.skip(f"law {e.set['friction.law']} is not in this version")
     names = tuple(dict.fromkeys(c for x in expected(model) if x.value for c in columns_of(x.value)))
     values = row(model, json.dumps(dict(e.set)), names, e.at)
     got = evaluate(e.value, values.__getitem__)
     assert abs(got - e.expect) <= e.tolerance, f"{e.value} at {e.at}: {got!r}, expected {e.expect!r} ({e.origin})"
+
+
+@pytest.mark.parametrize(("model", "index"), IN_WORDS, ids=[f"{m}-{i}" for m, i in IN_WORDS])
+def test_model_reproduces_what_its_reference_says_in_words(model: str, index: int) -> None:
+    e = expected(model)[index]
+    if e.set.get("friction.law", "regularized") not in AVAILABLE_LAWS:
+        pytest.skip(f"law {e.set['friction.law']} is not in this version")
+    got = measured(e.compute, apply(load_scene(model), dict(e.set)))
+    assert abs(got - e.expect) <= e.tolerance, f"{e.compute}: {got!r}, expected {e.expect!r} ({e.origin})"

@@ -12,6 +12,7 @@ from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.result import Event, Result, Stats
 from engine.simulation.run import simulate
 from engine.system.build import build
+from tests.laws import PAPER
 
 REVERSALS = (1.0, 2.5)
 
@@ -51,16 +52,16 @@ def pendulum() -> Result:
 @pytest.fixture(scope="session")
 def swing() -> Result:
     """A run of 8.1."""
-    return simulate("spherical_pendulum", until=3.0)
+    return simulate("spherical_pendulum", until=3.0, overrides=PAPER)
 
 
 @pytest.fixture(scope="session")
 def slider() -> Result:
     """A run of 8.2: one turn of the crank."""
-    return simulate("crank_slider", until=0.65)
+    return simulate("crank_slider", until=0.65, overrides=PAPER)
 
 
 @pytest.fixture(scope="session")
 def double() -> Result:
     """A run of 8.3."""
-    return simulate("double_pendulum", until=2.0, every=0.01)
+    return simulate("double_pendulum", until=2.0, every=0.01, overrides=PAPER)

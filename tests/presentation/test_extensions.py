@@ -69,7 +69,7 @@ def test_a_registered_command_that_cannot_be_loaded_names_its_extra(
     assert "pip install 'trunnion[fmu]'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["fmu", "serve", "jobs", "chart", "advise"])
+@pytest.mark.parametrize("name", ["fmu", "serve", "jobs"])
 def test_a_command_that_is_not_installed_prints_its_pip_line(
     name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

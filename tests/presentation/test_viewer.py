@@ -17,8 +17,10 @@ import pytest
 from engine.basics.problems import SceneError
 from engine.plots import animate
 from engine.plots.animate import page
+from engine.plots.motion import motion
 from engine.plots.playback import MOST_BYTES, MOST_ROWS, content, thinned
 from engine.simulation.result import Result
+from engine.simulation.run import simulate
 
 
 def test_the_page_fetches_nothing(swing: Result) -> None:
@@ -36,6 +38,21 @@ def test_the_page_carries_the_rows_of_the_run(swing: Result) -> None:
     np.testing.assert_allclose(rows[:, contact["force"]], swing["ball.contact[1].normal_force"], rtol=1e-6)
     np.testing.assert_allclose(rows[:, data["parts"][0]["channel"]], swing["pendulum.position[1]"], rtol=1e-5, atol=1e-7)
     assert json.dumps(data["events"][0]["text"], ensure_ascii=False) in page(swing)
+
+
+def test_springs_between_points_are_shown_from_end_to_end() -> None:
+    """Both of the governor's: parts as the scene names them, and at the start as long as its geometry says."""
+    run = simulate("governor", until=0.01)
+    data = content(run)
+    parts = [p["name"] for p in data["parts"]]
+    moved = motion(run, parts)
+    assert len(data["springs"]) == 2
+    for ends, spring in zip(data["springs"], run.scene.forces.values(), strict=True):
+        assert [parts[e["part"]] for e in ends] == [b.split(".")[0] for b in spring.between]
+        (p, r), (q, t) = (moved.pose(e["part"], 0) for e in ends)
+        line = q + t @ ends[1]["point"] - p - r @ ends[0]["point"]
+        assert np.linalg.norm(line) == pytest.approx(0.5, abs=1e-9)  # a triangle of two sides 0.5 at 60 degrees
+    assert "springs(m, project)" in page(run)
 
 
 def test_long_runs_are_thinned_but_keep_both_sides_of_every_event(pendulum: Result) -> None:

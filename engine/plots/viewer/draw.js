@@ -136,6 +136,23 @@ function rails(m, project) {
   paint.setLineDash([]);
 }
 
+// Springs and dampers between points, as zigzags across the line of sight.
+const ZIGZAG = [[0, 0], [0.15, 0], ...Array.from({ length: 9 }, (_, k) => [0.19 + 0.0775 * k, k % 2 ? -0.05 : 0.05]), [0.85, 0], [1, 0]];
+function springs(m, project) {
+  paint.strokeStyle = run.colors.ink;
+  paint.lineWidth = 1.6;
+  for (const ends of run.springs) {
+    const [p, q] = ends.map((e) => { const b = m.pose(e.part); return project(add(b.p, apply(b.r, e.point))); });
+    const d = [q[0] - p[0], q[1] - p[1]];
+    paint.beginPath();
+    ZIGZAG.forEach(([along, aside], k) => {
+      const x = p[0] + along * d[0] + aside * d[1], y = p[1] + along * d[1] - aside * d[0];
+      if (k) paint.lineTo(x, y); else paint.moveTo(x, y);
+    });
+    paint.stroke();
+  }
+}
+
 function contacts(m, project) {
   const k = run.arrow * look.arrows;
   for (const c of m.contacts) arrow(paint, project(add(c.point, c.normal, c.force * k)), project(c.point), run.colors.arrow);
@@ -171,6 +188,7 @@ function draw(t) {
   paint.drawImage(layer, 0, 0, window.innerWidth, window.innerHeight);
   paint.globalAlpha = 1;
   rails(m, project);
+  springs(m, project);
   for (const j of run.joints) for (const pin of j.pins) visible(run.meshes[pin.mesh], m.pose(pin.part), run.colors.joint, project, 0, pins);
   paint.globalAlpha = 0.82;
   polygons(paint, pins);

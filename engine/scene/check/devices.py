@@ -12,7 +12,7 @@ from engine.scene.walk import entries, signals
 
 FIELDS = ("spring", "damping", "stops", "drive", "effort")
 NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
-KINDS = ("constant", "ramp", "harmonic", "table")
+KINDS = ("constant", "ramp", "harmonic", "table", "input")
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -69,7 +69,7 @@ def _stops(path: Path, s: Stops) -> Iterator[Finding]:
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
     kinds = [k for k in KINDS if getattr(s, k, None) is not None]
     what = "drive" if isinstance(s, Drive) else "signal"
-    known = ", ".join(KINDS if isinstance(s, Drive) else KINDS[1:])
+    known = ", ".join(KINDS if isinstance(s, Drive) else KINDS[1:4])
     if not kinds:
         yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
     for extra in kinds[1:]:

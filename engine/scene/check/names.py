@@ -9,11 +9,11 @@ from engine.scene.contexts import unit_of
 from engine.scene.dimensions import fits
 from engine.scene.finding import Finding, Path
 from engine.scene.loads import Input
-from engine.scene.model import FromInput, Scene
+from engine.scene.model import Drive, FromInput, Scene
 from engine.scene.refs import GROUND, Reference, points_of, references
 from engine.scene.suggest import did_you_mean, shown
 from engine.scene.units import UnitError, parse_unit
-from engine.scene.walk import loads
+from engine.scene.walk import loads, signals
 
 RESERVED = (GROUND, "time", "energy", "audit", "events")
 _FORM = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
@@ -26,9 +26,14 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _reference(scene, r)
     for name, given in scene.inputs.items():
         yield from _input_unit(("inputs", name, "unit"), given)
+        if not given.bandwidth > 0.0:
+            yield Finding(("inputs", name, "bandwidth"), "the bandwidth must be positive", "for example 100 rad/s")
     for path, load in loads(scene):
         if isinstance(load, FromInput):
             yield from _from_input(scene, path, load)
+    for path, signal in signals(scene):
+        if isinstance(signal, Drive) and signal.input is not None:
+            yield from _from_input(scene, path, signal)
 
 
 def _own_names(scene: Scene) -> Iterator[Finding]:
@@ -90,7 +95,8 @@ def _input_unit(path: Path, given: Input) -> Iterator[Finding]:
         )
 
 
-def _from_input(scene: Scene, path: Path, load: FromInput) -> Iterator[Finding]:
+def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[Finding]:
+    assert load.input is not None
     if load.input not in scene.inputs:
         hint = did_you_mean(load.input, scene.inputs, "inputs") or f"add inputs: {{{load.input}: {{}}}}"
         yield Finding((*path, "input"), f"there is no input {shown(load.input)}", hint, about=(("inputs", load.input),))

@@ -1,0 +1,138 @@
+"""The chart as a picture: error across, time up; methods, laws and peers each in a panel; failures as crosses beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from engine.chart.curves import Curve, curves
+from engine.chart.points import Point, front
+from engine.chart.study import Study
+from engine.plots.palette import GRID, INK, color
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
+PANEL = (5.6, 4.6)
+"""Inches of a panel."""
+FAILED = 30.0
+"""Failures stand this factor beyond the largest error shown."""
+
+
+def figure(study: Study) -> Figure:
+    """Panels: methods (the exact law), laws (errors against the exact law), peers."""
+    from matplotlib.figure import Figure
+
+    panels = [("methods", _methods(study), False)]
+    if len({p.variant for p in study.ours()}) > 1:
+        panels.append(("friction laws, against " + str(study.exact), _laws(study), True))
+    if study.theirs():
+        panels.append(("other programs, the best of each", _peers(study), False))
+    fig = Figure(figsize=(PANEL[0] * len(panels), PANEL[1] + 1.3), facecolor="white")
+    for k, (title, chosen, model) in enumerate(panels):
+        axes = fig.add_axes(((k + 0.13) / len(panels), 0.155, 0.84 / len(panels), 0.66))
+        _panel(axes, title, chosen, model, study)
+    _titles(fig, study)
+    return fig
+
+
+def _methods(study: Study) -> list[Curve]:
+    return curves([p for p in study.ours() if p.variant == study.exact])
+
+
+def _laws(study: Study) -> list[Curve]:
+    """The automatic choice for every law."""
+    auto = [p for p in study.ours() if not p.fixed and p.method == "auto"]
+    return curves(auto or [p for p in study.ours() if not p.fixed])
+
+
+def _peers(study: Study) -> list[Curve]:
+    """Our best in every law a peer solves, then the best of every peer (the page has all of them)."""
+    out = []
+    for v in dict.fromkeys(p.variant for p in study.theirs()):
+        best = front(p for p in study.ours() if p.variant == v)
+        name = "trunnion, best of all" + (f" ({v})" if v.law else "")
+        out.append(Curve("", name, v.law, v.v_eps, False, tuple(best)))
+    for program in dict.fromkeys(p.program for p in study.theirs()):
+        mine = [p for p in study.theirs() if p.program == program]
+        best = [p for p in front(mine) if p.error < 10]
+        bad = [p for p in mine if not p.ok]
+        out.append(Curve(program, "", mine[0].law, mine[0].v_eps, False, tuple(best + bad)))
+    return out
+
+
+def _panel(axes: Axes, title: str, chosen: Iterable[Curve], model: bool, study: Study) -> None:
+    from matplotlib.ticker import FuncFormatter
+
+    shown = list(chosen)
+    edge = _edge(shown, model)
+    hues = list(dict.fromkeys((c.program, c.method, *((c.law, c.v_eps) if model else ())) for c in shown))
+    for c in shown:
+        _curve(axes, c, hues.index((c.program, c.method, *((c.law, c.v_eps) if model else ()))), model, edge)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    own = study.references.get(study.exact)
+    if own and own.error > 0:
+        axes.axvline(own.error, color="#999999", lw=0.8, ls=":", zorder=0.5)
+        axes.text(own.error, 0.985, " the reference's own error", rotation=90, size=6.5, color="#777777", va="top", ha="right",
+                  transform=axes.get_xaxis_transform())
+    if any(not p.ok for c in shown for p in c.points):
+        axes.axvspan(edge / 3, edge * 6, color="#f6eeee", zorder=0.2)
+        axes.text(edge, 0.985, "failed", size=7.5, color="#B00020", va="top", ha="center", transform=axes.get_xaxis_transform())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda t, _: f"{t:g}"))
+    axes.yaxis.set_minor_formatter(FuncFormatter(lambda t, _: _minor(axes, t)))
+    axes.set_title(title, size=10, loc="left", color=INK)
+    axes.set_xlabel("error (relative)" if not model else "error against the exact law (relative)", size=8.5)
+    axes.set_ylabel("stepping time, ms (median)", size=8.5)
+    axes.grid(True, which="major", color=GRID, lw=0.6)
+    axes.tick_params(which="both", labelsize=8)
+    axes.legend(fontsize=6.5, loc="best", framealpha=0.85, ncol=1 if len(shown) < 9 else 2, handlelength=2.2)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _minor(axes: Axes, t: float) -> str:
+    """Labels between the powers of ten (2 and 5 of each) where the axis spans few of them."""
+    low, high = axes.get_ylim()
+    return f"{t:g}" if high / low < 300 and round(t / 10.0 ** math.floor(math.log10(t))) in (2, 5) else ""
+
+
+def _edge(shown: list[Curve], model: bool) -> float:
+    errors = [e for c in shown for p in c.points if p.ok and (e := _error(p, model)) > 0]
+    return FAILED * max(errors, default=1.0)
+
+
+def _error(p: Point, model: bool) -> float:
+    return p.model_error if model else p.error
+
+
+def _curve(axes: Axes, c: Curve, i: int, model: bool, edge: float) -> None:
+    """One curve; failures at the edge, at the time spent until then."""
+    good = [p for p in c.points if p.ok and _error(p, model) > 0]
+    bad = [p for p in c.points if not p.ok and p.median > 0]
+    best = c.program == ""
+    label = f"{c.law_label} ({c.method})" if model else c.label
+    look: dict[str, Any] = {"color": "black" if best else color(i), "ls": "--" if c.fixed and not best else "-", "ms": 3.6}
+    axes.plot([_error(p, model) for p in good], [1e3 * p.median for p in good], marker=MARKS[i % len(MARKS)],
+              lw=2.4 if best else 1.1, label=label, mfc="white" if c.fixed else None, **look)
+    for p in bad:
+        axes.plot([edge * 1.15 ** (i - 4)], [1e3 * p.median], marker="x", color=look["color"], ms=4.5, ls="")
+
+
+def _titles(fig: Any, study: Study) -> None:
+    height = fig.get_figheight()
+    scene = study.scene
+    fig.text(0.012, 1 - 0.24 / height, f"{scene.title or scene.name}: error against time", size=13, weight="bold", color=INK)
+    own = study.references.get(study.exact)
+    words = [f"0–{study.until:g} s", study.measure.describe()]
+    lines = [" · ".join(words)]
+    if own:
+        lines.append(f"reference: {own.made_by}, which differ by {own.error:.1e}")
+    lines[-1] += f" · {study.machine['processor']}, one core"
+    for k, line in enumerate(lines):
+        fig.text(0.012, 1 - (0.46 + 0.19 * k) / height, line, size=7.5, color="#555555")
+    build = " · ".join(f"{what} {seconds:.2g} s" for what, seconds in study.builds if not math.isnan(seconds))
+    fig.text(0.012, 0.16 / height, f"building apart, once a structure: {build}", size=7.5, color="#555555")

@@ -1,0 +1,161 @@
+"""Pinocchio: accelerations by its articulated-body algorithm (loops: its constraint dynamics), integrated by SciPy."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from engine.chart.peers.base import TOLERANCES, Peer, Setting, Unable
+from engine.chart.peers.scipy import CALLS, TooLong
+from engine.chart.peers.snapshot import Link, Snapshot
+from engine.chart.runs import Prepared
+from engine.system.structure import GROUND
+
+METHODS = ("DOP853", "LSODA")
+
+
+class Pinocchio(Peer):
+    """All joint frames are parallel to the world at the start, at the joint's point."""
+
+    name = "pinocchio"
+    package = "pin"
+
+    def __init__(self, ready: Prepared, scene: Snapshot):
+        super().__init__(ready, scene)
+        wrong = list(scene.missing) + (["springs between points"] if scene.springs else [])
+        closing = ("revolute", "spherical")
+        wrong += [f"{k.kind} {k.name}" for k in scene.links if k.kind in ("screw", "fixed") or (k.cut and k.kind not in closing)]
+        if wrong:
+            raise Unable("not represented: " + ", ".join(wrong))
+        self._build()
+
+    def leaves_out(self) -> str:
+        """Its own words."""
+        words = ["integrated by SciPy, called from Python"]
+        words += ["joint friction"] if self.scene.rubs else []
+        words += ["loops drift (accelerations only are held)"] if self.scene.loops else []
+        return "; ".join(words)
+
+    def settings(self) -> list[Setting]:
+        """Two integrators."""
+        return [Setting(m, r) for m in METHODS for r in TOLERANCES]
+
+    def _build(self) -> None:
+        import pinocchio as pin
+
+        self.pin, self.model = pin, pin.Model()
+        self.model.gravity = pin.Motion(self.scene.gravity, np.zeros(3))
+        self.ids: list[int] = []
+        self.points: list[np.ndarray] = []
+        rates: list[float] = []
+        effort: list[float] = []
+        for i, p in enumerate(self.scene.parts):
+            link = next(k for k in self.scene.links if not k.cut and k.child == i)
+            point = p.center if link.kind == "free" else link.point
+            parent = self.ids[p.parent] if p.parent != GROUND else 0
+            origin = self.points[p.parent] if p.parent != GROUND else np.zeros(3)
+            for joint, given, load in _joints(pin, link, p):
+                parent = self.model.addJoint(parent, joint, pin.SE3(np.eye(3), point - origin), f"{link.name}{len(rates)}")
+                origin = point
+                rates += given
+                effort += load
+            inertia = pin.Inertia(p.mass, p.center - point, p.R @ p.inertia @ p.R.T)
+            self.model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
+            self.ids.append(parent)
+            self.points.append(point)
+        self.data = self.model.createData()
+        self.start = np.concatenate([pin.neutral(self.model), rates])
+        self.effort = np.array(effort)
+        self.closures = pin.StdVec_RigidConstraintModel()
+        self.closures.extend(c for k in self.scene.links if k.cut for c in self._closure(k))
+        if len(self.closures):
+            self.closing = pin.StdVec_RigidConstraintData()
+            self.closing.extend(c.createData() for c in self.closures)
+            pin.initConstraintDynamics(self.model, self.data, self.closures, self.closing)
+            self.accuracy = pin.ProximalSettings(1e-12, 1e-10, 20)
+
+    def _closure(self, link: Link) -> list:
+        """Point constraints of a cut joint: one for a ball, two along the axis for a revolute."""
+        pin, out = self.pin, []
+        for a in [0.0] if link.kind == "spherical" else [-0.5, 0.5]:
+            at = link.point + (a * link.freedoms[0].axis if a else 0.0)
+            sides = [(self.ids[b], at - self.points[b]) if b != GROUND else (0, at) for b in (link.inboard, link.outboard)]
+            places = [pin.SE3(np.eye(3), s[1]) for s in sides]
+            ends = (sides[0][0], places[0], sides[1][0], places[1])
+            out.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, self.model, *ends, pin.ReferenceFrame.LOCAL))
+        return out
+
+    def _rate(self, t: float, y: np.ndarray) -> np.ndarray:
+        pin, nq = self.pin, self.model.nq
+        q, v = pin.normalize(self.model, y[:nq]), y[nq:]
+        if len(self.closures):
+            a = pin.constraintDynamics(self.model, self.data, q, v, self.effort, self.closures, self.closing, self.accuracy)
+        else:
+            a = pin.aba(self.model, self.data, q, v, self.effort)
+        return np.concatenate([self._turned(q, v), a])
+
+    def _turned(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q̇: the derivative of the configuration along the velocity."""
+        out = v
+        if self.model.nq != self.model.nv:
+            out = np.zeros(self.model.nq)
+            for j in range(1, self.model.njoints):
+                joint = self.model.joints[j]
+                a, b, n = joint.idx_q, joint.idx_v, joint.nq
+                out[a : a + n] = v[b : b + n] if n == joint.nv else _quaternion_rate(q[a : a + n], v[b : b + joint.nv])
+        return out
+
+    def run(self, s: Setting) -> tuple[np.ndarray, float]:
+        """Integrate, then the mass centres."""
+        from scipy.integrate import solve_ivp
+
+        calls = 0
+
+        def rate(t: float, y: np.ndarray) -> np.ndarray:
+            nonlocal calls
+            calls += 1
+            if calls > CALLS:
+                raise TooLong(f"more than {CALLS} evaluations")
+            return self._rate(t, y)
+
+        started = time.perf_counter()
+        out = solve_ivp(rate, (0.0, self.ready.until), self.start, method=s.method, rtol=max(s.rtol, 2.3e-14), atol=s.rtol,
+                        t_eval=self.times)
+        seconds = time.perf_counter() - started
+        if not out.success:
+            raise RuntimeError(out.message)
+        return self.by_position(np.array([self._centers(y) for y in out.y.T])), seconds
+
+    def _centers(self, y: np.ndarray) -> np.ndarray:
+        pin = self.pin
+        pin.forwardKinematics(self.model, self.data, pin.normalize(self.model, y[: self.model.nq]))
+        return np.array([
+            self.data.oMi[i].act(p.center - at) for i, p, at in zip(self.ids, self.scene.parts, self.points, strict=True)
+        ])
+
+
+def _joints(pin, link: Link, part) -> list:
+    """(joint, its start rates, efforts) from parent to child; several for joints of more than one freedom in order."""
+    sign = 1.0 if link.forward else -1.0
+    if link.kind == "free":
+        return [(pin.JointModelFreeFlyer(), [*part.velocity, *part.omega], [0.0] * 6)]
+    if link.kind == "spherical":
+        return [(pin.JointModelSpherical(), list(sign * link.omega), [0.0] * 3)]
+    chosen = list(zip(link.freedoms, link.effort, strict=True))
+    make = {True: pin.JointModelRevoluteUnaligned, False: pin.JointModelPrismaticUnaligned}
+    return [(make[f.turns](*(sign * f.axis)), [f.rate], [e]) for f, e in (chosen if link.forward else chosen[::-1])]
+
+
+def _quaternion_rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Of a ball (x, y, z, w), or of a free body: position in the local frame's rates, then the quaternion."""
+    x, y, z, w = q[-4:]
+    wx, wy, wz = v[-3:]
+    turn = 0.5 * np.array([
+        w * wx + y * wz - z * wy, w * wy + z * wx - x * wz, w * wz + x * wy - y * wx, -x * wx - y * wy - z * wz,
+    ])  # fmt: skip
+    if len(q) == 4:
+        return turn
+    u = np.array([x, y, z])
+    cross = 2 * np.cross(u, v[:3])
+    return np.concatenate([v[:3] + w * cross + np.cross(u, cross), turn])

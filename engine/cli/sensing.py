@@ -1,0 +1,102 @@
+"""``trunnion sensitivity``: derivatives of outputs by parameters, as a table and a file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from engine.cli import options
+from engine.cli.options import Findings
+from engine.cli.running import DONE, print_json
+
+if TYPE_CHECKING:
+    from engine.sensitivities import Sensitivity
+
+KNOWN = ("--to", "--output", "--until", "--every", "--set", "--law", "--rtol", "-o", "--file", "--json", "--verbose", "--help")
+
+
+@dataclass(frozen=True)
+class SensitivityWish:
+    """The command line as it was written."""
+
+    scene: list[str]
+    parameters: Sequence[str] = ()
+    outputs: Sequence[str] = ()
+    until: str | None = None
+    every: str | None = None
+    changes: Sequence[str] = ()
+    law: str | None = None
+    rtol: str | None = None
+    save: str | None = None
+    as_json: bool = False
+    verbose: bool = False
+
+
+def sensitivity_command(wish: SensitivityWish) -> int:
+    """Differentiate and tell; the exit code."""
+    from engine.cli.charting import print_lines
+    from engine.cli.simulating import loaded, pattern_problems, talk
+    from engine.sensitivities import sensitivity
+
+    talk(wish.verbose)
+    found = Findings()
+    source = options.one_scene(wish.scene, KNOWN, found)
+    until, every = options.time(wish.until, "--until", found), options.time(wish.every, "--every", found)
+    rtol = options.tolerance(wish.rtol, found) or 1e-9
+    law = options.choice(wish.law, options.laws(), "--law", found)
+    path = options.destination(wish.save, (".csv",), "-o", found)
+    scene = loaded(source, options.assignments(wish.changes, found), law, found)
+    if scene is not None:
+        found.problems += pattern_problems(scene, wish.outputs)
+    for what, given in (("--to", wish.parameters), ("--output", wish.outputs)):
+        if not given:
+            found.add(what, "none is given", "for example --to joints.ball.friction.mu --output 'ball.qd*'")
+    found.end()
+    assert scene is not None
+    result = sensitivity(scene, tuple(wish.parameters), tuple(wish.outputs), until, every, rtol)
+    if path:
+        write_table(result, path)
+    if wish.as_json:
+        print_json({"exit_code": DONE, **document(result), "file": wish.save})
+    else:
+        print_lines([*lines(scene.name, result), *([f"wrote {path}"] if path else [])])
+    return DONE
+
+
+def document(s: Sensitivity) -> dict:
+    """Everything, for JSON."""
+    return {
+        "time": s.time.tolist(), "outputs": list(s.names), "units": list(s.units), "parameters": list(s.parameters),
+        "values": s.values.tolist(), "derivatives": s.derivatives.tolist(), "notes": list(s.notes),
+        "events": [{"time": e.time, "joint": e.joint, "shift": e.shift.tolist()} for e in s.events],
+    }  # fmt: skip
+
+
+def lines(name: str, s: Sensitivity) -> list[str]:
+    """Values and derivatives at the end of the run; events that move."""
+    from engine.cli.summary import table
+
+    rows = [
+        (o, f"{s.values[-1, i]:.6g}", p, f"{s.derivatives[-1, i, k]:.6g}")
+        for i, o in enumerate(s.names) for k, p in enumerate(s.parameters)
+    ]
+    out = [f"{name}, at t = {s.time[-1]:g} s", *table(("output", "value", "by", "derivative"), rows)]
+    if s.events:
+        shown = [(f"{e.time:.6f}", e.joint, ", ".join(f"{x:.4g}" for x in e.shift)) for e in s.events[:8]]
+        out += ["", *table(("event at, s", "joint", "moves by, s per unit"), shown)]
+    return [*out, *s.notes]
+
+
+def write_table(s: Sensitivity, path: Path) -> None:
+    """CSV: time, outputs, then d(output)/d(parameter)."""
+    from engine.basics.files import writing
+
+    heads = ["time", *s.names, *(f"d({o})/d({p})" for o in s.names for p in s.parameters)]
+    with writing(path, (".csv",)) as work, work.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(heads)
+        for t, v, d in zip(s.time, s.values, s.derivatives, strict=True):
+            out.writerow([repr(float(x)) for x in (t, *v, *d.ravel())])

@@ -1,0 +1,20 @@
+"""Coulomb's law, set-valued at rest: |k| = μ while sliding, any k up to the static coefficient at rest (method §5)."""
+
+from engine.friction.base import SX, Law
+
+
+class Coulomb(Law):
+    """Sliding has one branch; rest is a constraint with its multiplier, kept by the runtime."""
+
+    name = "coulomb"
+    sets = True
+
+    @property
+    def slope(self) -> None:
+        """No proportional branch."""
+        return
+
+    @property
+    def level(self) -> SX:
+        """μ."""
+        return self.numbers["mu"]

@@ -1,0 +1,235 @@
+/* Set-valued friction: which pairs stick and which slip, and what that asks of the state (``stick.md``).
+ *
+ * Within a step modes and directions are frozen. At an event all pairs at rest are decided together: all are tried as stuck, and only
+ * the worst violator is turned, until none is left; failing that, other starts and, for few pairs, all combinations. A pair sticks
+ * while the friction it needs stays within what it can hold; it slips when friction then opposes its acceleration. */
+#include "modes.h"
+
+#define REST_SPEED 1e-11   /* of the speed unit: at rest */
+#define TOL_RESOLVE 1e-11  /* of the friction ratio, when modes are decided (below TOL_RELEASE: no dwell time is needed) */
+#define TOL_TWIST 1e-9     /* of the capacity: torque about the force that a ball at rest may have to hold */
+#define PRESCRIBED 1e-9    /* response of a freedom through the loops over its own: below it, its motion is prescribed */
+#define DECIDE_MAX 40
+
+/* Surface speed of a pair, m/s, from its rates. */
+static double tr_pair_speed(const tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  const double *r = map_rates(s->k, TR_A(s, maps)) + sl[3], *arm = TR_A(s, arm) + sl[1];
+  double sum = 0.0;
+  for (int j = 0; j < sl[4]; ++j) sum += r[j] * r[j] * arm[j] * arm[j];
+  return sqrt(sum);
+}
+
+/* Rates of a pair at the start of a step, when the maps in place may be of another state. */
+static void tr_rates_of_state(tr_sim *s, int i, double *rates) {
+  const int *sl = tr_slider(s, i);
+  const double *from = TR_A(s, y) + s->k->nq + sl[8];
+  if (sl[8] < 0) {
+    tr_set_time(s, s->t);
+    s->k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, ytmp));
+    from = map_rates(s->k, TR_A(s, maps)) + sl[3];
+  }
+  memcpy(rates, from, sizeof(double) * sl[4]);
+}
+
+static double tr_speed_of_state(tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  double r[3], sum = 0.0;
+  tr_rates_of_state(s, i, r);
+  for (int j = 0; j < sl[4]; ++j) sum += r[j] * r[j] * TR_A(s, arm)[sl[1] + j] * TR_A(s, arm)[sl[1] + j];
+  return sqrt(sum);
+}
+
+/* Levers that turn rates into surface speeds: from the size of unit frictions. */
+static void tr_set_arms(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double u[k->neta + 1], none[k->nn + 1];
+  memset(none, 0, sizeof none);
+  for (int part = 0; part < 3; ++part) {
+    memset(u, 0, sizeof u);
+    for (int i = 0; i < k->nsliders; ++i)
+      if (part < tr_slider(s, i)[2]) u[tr_slider(s, i)[1] + part] = 1.0;
+    k->held(none, u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+    for (int i = 0; i < k->nsliders; ++i)
+      if (part < tr_slider(s, i)[2]) TR_A(s, arm)[tr_slider(s, i)[1] + part] = 1.0 / fmax(TR_A(s, hold)[3 * i + 1], 1e-300);
+  }
+}
+
+/* What all pairs hold of the friction in place (z): fills `hold`. */
+static void tr_holding(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  k->held(TR_A(s, NN), TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+}
+
+/* Friction ratio needed over the ratio available, after tr_holding. */
+static double tr_ratio(const tr_sim *s, int i) {
+  const double *h = TR_A(s, hold) + 3 * i;
+  double size = h[1], cap = fmax(h[0], 1e-300);
+  if (size <= 1e-290) return 0.0;
+  return h[2] > TOL_TWIST * cap ? fmax(size / cap, 1.0 + h[2] / cap) : size / cap;
+}
+
+static void tr_group(tr_sim *s);
+
+/* How each multiplier is found in the modes in force. The maps of the state must be in place. */
+static void tr_note_modes(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, *row = (int *)TR_A(s, rowk);
+  s->still = s->shares = 0;
+  for (int i = 0; i < k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    int stuck = tr_is_stuck(s, i);
+    for (int j = 0; j < sl[2]; ++j) row[sl[1] + j] = stuck ? TR_ROW_STILL : TR_ROW_LAW;
+    s->still += stuck;
+  }
+  if (!s->still) return;
+  double lam0[a + 1];
+  if (a) tr_factor(s);
+  tr_eliminate(s, lam0);
+  tr_held_maps(s, lam0);
+  const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps));
+  for (int i = 0; i < e; ++i)
+    if (row[i] == TR_ROW_STILL && !(fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e]))) row[i] = TR_ROW_FREE;
+  tr_group(s);
+}
+
+/* The pair that owns multiplier e, and where its capacity's derivative starts. */
+static int tr_owner(const tr_sim *s, int e, int *at) {
+  int where = 0;
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const int *sl = tr_slider(s, m);
+    if (e >= sl[1] && e < sl[1] + sl[2]) {
+      *at = where;
+      return m;
+    }
+    where += (s->k->element + 7 * sl[0])[1];
+  }
+  return -1;
+}
+
+/* Let `member` hold as large a part of its capacity as `leader`. */
+static void tr_share_with(tr_sim *s, int member, int leader) {
+  int e = s->k->neta, *row = (int *)TR_A(s, rowk), *lead = (int *)TR_A(s, lead), at;
+  row[member] = TR_ROW_SHARE;
+  lead[member] = leader, lead[e + member] = tr_owner(s, leader, &at), lead[2 * e + member] = at;
+  s->shares = 1;
+}
+
+/* Loads (n) of least largest share of capacity among those with the same motion: A x = A x0 (A: n×n response, rank r), by reweighting.
+ * x0 is replaced. */
+static void tr_least_share(int n, const double *A, const double *cap, double *x) {
+  double w[n], b[n], W[n * n], L[n * n], d[n], v[n];
+  int perm[n];
+  for (int i = 0; i < n; ++i) {
+    w[i] = 1.0, b[i] = 0.0;
+    for (int j = 0; j < n; ++j) b[i] += A[i + j * n] * x[j];
+  }
+  for (int it = 0; it < 300; ++it) { /* x = D Aᵀ (A D Aᵀ)⁺ b with D = w cap²: least Σ x²/(w cap²) */
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) {
+        double sum = 0.0;
+        for (int q = 0; q < n; ++q) sum += A[i + q * n] * w[q] * cap[q] * cap[q] * A[j + q * n];
+        W[i + j * n] = sum;
+      }
+    for (int i = 0; i < n; ++i) d[i] = W[i + i * n] > 0.0 ? 1.0 / sqrt(W[i + i * n]) : 1.0;
+    int rank = tr_cholesky(n, W, d, L, perm, 0, 1e-10, 1e-10);
+    tr_cholesky_solve(n, rank, L, perm, d, b, v);
+    double total = 0.0;
+    for (int q = 0; q < n; ++q) {
+      double sum = 0.0;
+      for (int i = 0; i < n; ++i) sum += A[i + q * n] * v[i];
+      x[q] = w[q] * cap[q] * cap[q] * sum;
+      total += w[q] *= fabs(x[q]) / cap[q] + 1e-12;
+    }
+    if (!(total > 0.0)) return;
+    for (int q = 0; q < n; ++q) w[q] *= n / total;
+  }
+}
+
+/* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
+ * of their capacity do so equally. */
+static void tr_group_of(tr_sim *s, int n, const int *c) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, perm[n];
+  const double *Qe = TR_A(s, Q) + e, *eta = TR_A(s, z) + k->active;
+  double A[n * n], L[n * n], d[n], cap[n], x[n], *u = TR_A(s, share), *arm = TR_A(s, arm), *hold = TR_A(s, hold);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) A[i + j * n] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
+    d[i] = 1.0 / sqrt(A[i + i * n]);
+  }
+  int rank = tr_cholesky(n, A, d, L, perm, 0, 1e-9, 1e-9), active = n - rank + 1;
+  if (rank == n) return;
+  int leader = perm[0], at;
+  if (rank == 1) { /* one freedom: all oppose its motion */
+    for (int i = 0; i < n; ++i) x[i] = A[i + leader * n] * arm[c[i]] * arm[c[i]];
+  } else {
+    double unit[e + 1];
+    for (int i = 0; i < n; ++i) {
+      memset(unit, 0, sizeof unit);
+      unit[c[i]] = 1.0;
+      int m = tr_owner(s, c[i], &at);
+      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, hold, TR_A(s, dhold));
+      cap[i] = fmax(hold[3 * m] / hold[3 * m + 1], 1e-12);
+      x[i] = eta[c[i]];
+    }
+    tr_least_share(n, A, cap, x);
+    for (int i = 0; i < n; ++i) perm[i] = i;
+    for (int i = 0; i < n; ++i) /* by share, largest first */
+      for (int j = i + 1; j < n; ++j)
+        if (fabs(x[perm[j]]) / cap[perm[j]] > fabs(x[perm[i]]) / cap[perm[i]]) {
+          int t = perm[i];
+          perm[i] = perm[j], perm[j] = t;
+        }
+    leader = perm[0];
+  }
+  if (!(fabs(x[leader]) > 0.0)) return;
+  for (int i = 0; i < active; ++i) u[c[perm[i]]] = x[perm[i]];
+  for (int i = 1; i < active; ++i) tr_share_with(s, c[perm[i]], c[leader]);
+}
+
+/* Redundant rest conditions: several stuck pairs that one freedom would move together. */
+static void tr_group(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, *row = (int *)TR_A(s, rowk), left[e + 1], c[e + 1];
+  const double *Qe = TR_A(s, Q) + e;
+  for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_STILL;
+  memset(TR_A(s, share), 0, sizeof(double) * e);
+  for (int i = 0; i < e; ++i) {
+    if (!left[i]) continue;
+    int n = 0;
+    c[n++] = i, left[i] = 0;
+    for (int p = 0; p < n; ++p)
+      for (int j = 0; j < e; ++j)
+        if (left[j] && Qe[c[p] + j * e] * Qe[c[p] + j * e] > 1e-16 * Qe[c[p] + c[p] * e] * Qe[j + j * e]) c[n++] = j, left[j] = 0;
+    if (n > 1) tr_group_of(s, n, c);
+  }
+}
+
+/* Acceleration of multiplier i's freedom at the solution in place. */
+static double tr_freedom_acceleration(tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + k->active;
+  double acc = Q0[i];
+  for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j];
+  return acc;
+}
+
+/* Solve for the multipliers in the modes in force, and make the accelerations of the sliding freedoms available. */
+static int tr_solve_modes(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int a = k->active;
+  tr_note_modes(s);
+  if (!tr_multipliers(s)) return 0;
+  if (!s->still) {
+    double lam0[a + 1];
+    for (int i = 0; i < a; ++i) {
+      lam0[i] = TR_A(s, z)[i];
+      for (int j = 0; j < k->neta; ++j) lam0[i] += TR_A(s, T)[i + j * a] * TR_A(s, z)[a + j];
+    }
+    tr_held_maps(s, lam0);
+  }
+  tr_law(s, TR_A(s, z) + a);
+  tr_holding(s);
+  return 1;
+}

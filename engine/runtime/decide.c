@@ -1,0 +1,168 @@
+/* Deciding the modes of all pairs at rest together, and bringing them to rest before. */
+#include "modes.h"
+
+/* Turn a stuck pair into one that slips the way its friction pulls (or, where its motion is prescribed, the way it accelerates). */
+static void tr_let_slip(tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  const double *eta = TR_A(s, z) + s->k->active + sl[1], *arm = TR_A(s, arm) + sl[1];
+  double *m = tr_mode(s, i);
+  int prescribed = ((int *)TR_A(s, rowk))[sl[1]] == TR_ROW_FREE;
+  m[0] = TR_SLIPS;
+  for (int j = 0; j < 3; ++j) m[1 + j] = 0.0;
+  if (sl[4] == 1)
+    m[1] = (prescribed ? tr_freedom_acceleration(s, sl[1]) : eta[0]) < 0.0 ? -1.0 : 1.0;
+  else
+    for (int j = 0; j < sl[4]; ++j) m[1 + j] = prescribed ? tr_freedom_acceleration(s, sl[1] + j) : eta[j] / (arm[j] * arm[j]);
+}
+
+/* How far pair i (at rest) is from satisfying its mode, after tr_solve_modes; > 0: it does not. */
+static double tr_misfit(tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  const int *row = (const int *)TR_A(s, rowk);
+  double *m = tr_mode(s, i), acc[3], unit = tr_speed_unit(s) * s->rate, along = 0.0, worst = -1.0;
+  if (m[0] > 0.5) {
+    tr_pair_acceleration(s, i, acc);
+    for (int j = 0; j < sl[4]; ++j) along += acc[j] * m[1 + j] * TR_A(s, arm)[sl[1] + j];
+    if (sl[4] == 1) return -along / (unit * TR_A(s, arm)[sl[1]]) - TOL_RESOLVE;
+    for (int j = 0; j < sl[4]; ++j) worst = fmax(worst, fabs(acc[j]));
+    return worst <= FAINT * unit || along > 0.0 ? -1.0 : 1.0;
+  }
+  for (int j = 0; j < sl[2]; ++j)
+    if (row[sl[1] + j] == TR_ROW_FREE)
+      worst = fmax(worst, fabs(tr_freedom_acceleration(s, sl[1] + j)) * TR_A(s, arm)[sl[1] + j] / unit - TOL_RESOLVE);
+  return fmax(worst, tr_ratio(s, i) - 1.0 - TOL_RESOLVE);
+}
+
+/* Multipliers in the modes in force, with the onset directions of pairs of several components that start to slide. */
+static int tr_solve_onsets(tr_sim *s, const int *rest, int n) {
+  int several = 0;
+  for (int q = 0; q < n; ++q) several += tr_mode(s, rest[q])[0] > 0.5 && tr_slider(s, rest[q])[4] > 1;
+  for (int sweep = 0; several && sweep < (several > 1 ? 20 : 1); ++sweep)
+    for (int q = 0; q < n; ++q)
+      if (tr_mode(s, rest[q])[0] > 0.5 && tr_slider(s, rest[q])[4] > 1 && !tr_onset(s, rest[q])) return 0;
+  return tr_solve_modes(s);
+}
+
+/* From the modes in force: turn the worst misfit until there is none. */
+static int tr_settle_from(tr_sim *s, const int *rest, int n) {
+  for (int it = 0; it < DECIDE_MAX; ++it) {
+    if (!tr_solve_onsets(s, rest, n)) return 0;
+    int worst = -1;
+    double most = 0.0;
+    for (int q = 0; q < n; ++q) {
+      double v = tr_misfit(s, rest[q]);
+      if (!(v <= most)) most = v, worst = rest[q];
+    }
+    if (worst < 0) return 1;
+    if (tr_mode(s, worst)[0] < 0.5) tr_let_slip(s, worst); else tr_mode(s, worst)[0] = TR_STUCK;
+  }
+  return 0;
+}
+
+/* All combinations of the pairs at rest. Returns how many satisfy everything; the first of them is left in force. */
+static int tr_enumerate(tr_sim *s, const int *rest, int n) {
+  int total = 1, found = 0, first = -1;
+  double guess[3 * n + 1];
+  for (int q = 0; q < n; ++q) total *= 3, memcpy(guess + 3 * q, tr_mode(s, rest[q]) + 1, sizeof(double) * 3);
+  for (int pass = 0; pass < 2; ++pass)
+    for (int code = 0; code < total; ++code) {
+      if (pass == 1 && code != first) continue;
+      int ok = 1;
+      for (int q = 0, c = code; q < n; ++q, c /= 3) {
+        double *m = tr_mode(s, rest[q]);
+        m[0] = c % 3 ? TR_SLIPS : TR_STUCK;
+        if (tr_slider(s, rest[q])[4] == 1) m[1] = c % 3 == 2 ? -1.0 : 1.0;
+        else if (c % 3 == 2) ok = 0;
+        else memcpy(m + 1, guess + 3 * q, sizeof(double) * 3);
+      }
+      memset(TR_A(s, z) + s->k->active, 0, sizeof(double) * s->k->neta);
+      if (!ok || !tr_solve_onsets(s, rest, n)) continue;
+      for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
+      if (!ok) continue;
+      if (pass == 1) return found;
+      if (found++ == 0) first = code;
+    }
+  return found;
+}
+
+/* Modes of the pairs at rest at the state whose maps are in place. ``released``: the pair that has just been let go (its mode says
+ * how it slips), or −1. 1 when found. */
+static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
+  double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
+  memcpy(old, eta, sizeof(double) * s->k->neta);
+  for (int q = 0; q < n; ++q)
+    if (rest[q] != released) tr_mode(s, rest[q])[0] = TR_STUCK;
+  if (tr_settle_from(s, rest, n)) return 1;
+  if (released >= 0) {
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+    for (int q = 0; q < n; ++q) tr_mode(s, rest[q])[0] = TR_STUCK;
+    if (tr_settle_from(s, rest, n)) return 1;
+  }
+  memcpy(eta, old, sizeof(double) * s->k->neta);
+  for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
+  if (tr_settle_from(s, rest, n)) return 1;
+  return n <= 6 && tr_enumerate(s, rest, n) > 0;
+}
+
+/* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none). Maps in place. */
+static int tr_at_rest(tr_sim *s, int also, int *rest) {
+  int n = 0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s))) rest[n++] = i;
+  return n;
+}
+
+/* Take what is left of their rates from the pairs at rest: by impulses of their own friction, then exactly. Maps in place. */
+static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, c[e + 1], count = 0;
+  const double *rates = map_rates(k, TR_A(s, maps));
+  double biggest = 0.0;
+  for (int q = 0; q < n; ++q) {
+    const int *sl = tr_slider(s, rest[q]);
+    for (int j = 0; j < sl[4]; ++j) biggest = fmax(biggest, fabs(rates[sl[3] + j]));
+  }
+  if (biggest > (k->rows ? 0.0 : REST_SPEED * s->rate)) {
+    double lam0[a + 1];
+    if (a) tr_factor(s);
+    tr_eliminate(s, lam0);
+    tr_held_maps(s, lam0);
+    const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
+    double v[e + 1];
+    for (int q = 0; q < n; ++q) {
+      const int *sl = tr_slider(s, rest[q]);
+      for (int j = 0; j < sl[4]; ++j)
+        if (fabs(Qe[sl[1] + j + (sl[1] + j) * e]) > PRESCRIBED * fabs(raw[sl[1] + j + (sl[1] + j) * e])) v[count] = -rates[sl[3] + j], c[count++] = sl[1] + j;
+    }
+    if (count) {
+      double A[count * count], L[count * count], d[count], x[count], deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
+      int perm[count];
+      for (int i = 0; i < count; ++i) {
+        for (int j = 0; j < count; ++j) A[i + j * count] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
+        d[i] = 1.0 / sqrt(A[i + i * count]), v[i] = -v[i];
+      }
+      int rank = tr_cholesky(count, A, d, L, perm, 0, 1e-9, 1e-9);
+      tr_cholesky_solve(count, rank, L, perm, d, v, x);
+      memset(deta, 0, sizeof deta);
+      for (int i = 0; i < count; ++i) deta[c[i]] = x[i];
+      for (int i = 0; i < a; ++i) {
+        dlam[i] = 0.0;
+        for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
+      }
+      for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
+      tr_impulse(s, y, dlam, deta, response, dv);
+      for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+    }
+  }
+  for (int q = 0; q < n; ++q) {
+    const int *sl = tr_slider(s, rest[q]);
+    for (int j = 0; j < sl[4] && sl[8] >= 0; ++j) y[k->nq + sl[8] + j] = 0.0;
+  }
+}
+
+/* Rates of stuck tree joints stay exactly zero. */
+static void tr_keep_still(const tr_sim *s, double *v) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_stuck(s, i) && tr_slider(s, i)[8] >= 0)
+      for (int j = 0; j < tr_slider(s, i)[4]; ++j) v[s->k->nq + tr_slider(s, i)[8] + j] = 0.0;
+}

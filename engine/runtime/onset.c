@@ -1,0 +1,177 @@
+/* The direction in which a pair of two or three components starts to slide: one along which it then accelerates, and to which the
+ * sliding returns when it is turned a little (from v = α t d the direction follows dd/d ln t = â(d) − d; one that repels is left at
+ * once).
+ *
+ * The relaxation is infinitely fast at first, so the first step is made with the direction frozen (a frozen direction of length HUGE
+ * outweighs the velocity, ``friction.base.HAIR``) and is short; it stays frozen while the speed is below the tolerance of velocities,
+ * which bounds the error.
+ *
+ * Newton on the sphere of directions (fixed-point iteration stalls for large friction near wedging), from several starts. */
+#include "modes.h"
+
+#define TR_FROZEN 1e126
+#define FAINT 1e-7     /* of length · rate²: an acceleration this small has no direction; friction keeps the one it had while holding */
+#define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen */
+#define SAME_DIRECTION 1e-9
+#define ONSET_STEP 0.3 /* of √rtol / rate: the direction's own drift over it is below the tolerance */
+
+/* Surface acceleration of pair i at the solution in place. */
+static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
+  const int *sl = tr_slider(s, i);
+  for (int j = 0; j < sl[4]; ++j) acc[j] = tr_freedom_acceleration(s, sl[1] + j) * TR_A(s, arm)[sl[1] + j];
+}
+
+static double tr_unit(int n, double *v) {
+  double len = 0.0;
+  for (int j = 0; j < n; ++j) len += v[j] * v[j];
+  len = sqrt(len);
+  for (int j = 0; j < n && len > 0.0; ++j) v[j] /= len;
+  return len;
+}
+
+/* Whether the pair is in its first step from rest. */
+static int tr_starts_sliding(const tr_sim *s, int i) {
+  const double *m = tr_mode(s, i);
+  return tr_is_set(s, i) && m[0] > 0.5 && fmax(fabs(m[1]), fmax(fabs(m[2]), fabs(m[3]))) > 1e-6 * TR_FROZEN;
+}
+
+/* Whether the direction of pair i, with this surface speed, is to stay frozen. */
+static int tr_keeps_direction(const tr_sim *s, int i, double speed) {
+  double least = tr_starts_sliding(s, i) ? fmax(ONSET_SPEED * s->rtol, REST_SPEED) : REST_SPEED;
+  return speed <= least * tr_speed_unit(s);
+}
+
+/* Direction of acceleration (unit, n) when pair i starts to slide along d; 0 when the multipliers cannot be found. */
+static int tr_accelerates(tr_sim *s, int i, const double *d, double *dir) {
+  const int *sl = tr_slider(s, i);
+  double *m = tr_mode(s, i);
+  for (int j = 0; j < 3; ++j) m[1 + j] = j < sl[4] ? TR_FROZEN * d[j] / TR_A(s, arm)[sl[1] + j] : 0.0;
+  for (int part = 0; part < 3; ++part) { /* a ball slides or spins, depending on the force */
+    if (m[0] < 0.5) m[0] = TR_SLIPS;
+    if (!tr_solve_modes(s)) return 0;
+    int cone = sl[9] && TR_A(s, speed)[2 * i + 1] < 0.0;
+    if ((m[0] > 1.5) == cone) break;
+    m[0] = cone ? TR_CONE : TR_SLIPS;
+  }
+  tr_pair_acceleration(s, i, dir);
+  double size = tr_unit(sl[4], dir);
+  if (size <= FAINT * tr_speed_unit(s) * s->rate) memcpy(dir, d, sizeof(double) * sl[4]);
+  return size < INFINITY;
+}
+
+/* Tangent basis t (2×n) at d. */
+static void tr_tangents(int n, const double *d, double t[2][3]) {
+  if (n == 2) {
+    t[0][0] = -d[1], t[0][1] = d[0];
+    return;
+  }
+  int least = 0;
+  for (int j = 1; j < 3; ++j)
+    if (fabs(d[j]) < fabs(d[least])) least = j;
+  double e[3] = {0.0, 0.0, 0.0};
+  e[least] = 1.0;
+  for (int j = 0; j < 3; ++j) t[0][j] = e[j] - d[least] * d[j];
+  tr_unit(3, t[0]);
+  for (int j = 0; j < 3; ++j) t[1][j] = d[(j + 1) % 3] * t[0][(j + 2) % 3] - d[(j + 2) % 3] * t[0][(j + 1) % 3];
+}
+
+/* Difference of the direction of acceleration and d, in the tangents; its size. */
+static double tr_turning(int n, const double *d, const double *dir, double t[2][3], double *f) {
+  double size = 0.0;
+  for (int p = 0; p < n - 1; ++p) {
+    f[p] = 0.0;
+    for (int j = 0; j < n; ++j) f[p] += (dir[j] - d[j]) * t[p][j];
+    size += f[p] * f[p];
+  }
+  return sqrt(size);
+}
+
+/* Derivative J (columns: tangents) of the difference. */
+static int tr_turning_slope(tr_sim *s, int i, const double *d, double t[2][3], const double *f, double J[2][2]) {
+  int n = tr_slider(s, i)[4];
+  for (int p = 0; p < n - 1; ++p) {
+    double moved[3], there[3], g[2];
+    for (int j = 0; j < n; ++j) moved[j] = d[j] + 1e-6 * t[p][j];
+    tr_unit(n, moved);
+    if (!tr_accelerates(s, i, moved, there)) return 0;
+    tr_turning(n, moved, there, t, g);
+    for (int q = 0; q < n - 1; ++q) J[q][p] = (g[q] - f[q]) / 1e-6;
+  }
+  return 1;
+}
+
+enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
+
+/* What the direction d, brought to a solution, is. */
+static int tr_onset_kind(tr_sim *s, int i, const double *d, const double *dir, double t[2][3], const double *f) {
+  int n = tr_slider(s, i)[4];
+  double J[2][2], here[3];
+  if (!(tr_dot(d, dir, n) > 0.0) || !tr_turning_slope(s, i, d, t, f, J)) return TR_ONSET_NONE;
+  if (!tr_accelerates(s, i, d, here)) return TR_ONSET_NONE;
+  if (J[0][0] == 0.0 && (n == 2 || J[1][1] == 0.0)) return TR_ONSET_FAINT;
+  int attracts = n == 2 ? J[0][0] < 0.0 : J[0][0] + J[1][1] < 0.0 && J[0][0] * J[1][1] > J[0][1] * J[1][0];
+  return attracts ? TR_ONSET_ATTRACTS : TR_ONSET_REPELS;
+}
+
+static int tr_onset_from(tr_sim *s, int i, double *d) {
+  int n = tr_slider(s, i)[4];
+  double dir[3], t[2][3], f[2], g[2], J[2][2];
+  if (!tr_accelerates(s, i, d, dir)) return TR_ONSET_NONE;
+  for (int it = 0; it < 40; ++it) {
+    tr_tangents(n, d, t);
+    double best = tr_turning(n, d, dir, t, f), step[2] = {0.0, 0.0};
+    if (best <= 1e-12) return tr_onset_kind(s, i, d, dir, t, f);
+    if (!tr_turning_slope(s, i, d, t, f, J)) return TR_ONSET_NONE;
+    if (n == 2) {
+      step[0] = -f[0] / J[0][0];
+    } else {
+      double det = J[0][0] * J[1][1] - J[0][1] * J[1][0];
+      step[0] = (-f[0] * J[1][1] + f[1] * J[0][1]) / det, step[1] = (-f[1] * J[0][0] + f[0] * J[1][0]) / det;
+    }
+    double len = sqrt(step[0] * step[0] + step[1] * step[1]), cut = len > 0.5 ? 0.5 / len : 1.0;
+    if (!(len < INFINITY)) return TR_ONSET_NONE;
+    int better = 0;
+    for (int half = 0; half < 12 && !better; ++half, cut *= 0.5) {
+      double moved[3], there[3];
+      for (int j = 0; j < n; ++j) moved[j] = d[j] + cut * (step[0] * t[0][j] + (n == 3 ? step[1] * t[1][j] : 0.0));
+      tr_unit(n, moved);
+      if (!tr_accelerates(s, i, moved, there)) continue;
+      better = tr_turning(n, moved, there, t, g) < best;
+      if (better) memcpy(d, moved, sizeof moved), memcpy(dir, there, sizeof there);
+    }
+    if (!better) return best <= 1e-8 ? tr_onset_kind(s, i, d, dir, t, f) : TR_ONSET_NONE;
+  }
+  return TR_ONSET_NONE;
+}
+
+/* Make pair i slide from rest; its mode holds a first guess of the direction (rates). A direction that repels is taken only when there is
+ * no other, or when it is exactly the guess: what is symmetric (a ball swinging in a plane) stays so. */
+static int tr_onset(tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  int n = sl[4], found = 0;
+  double d[3], other[3];
+  for (int q = -1; q < 26; ++q) {
+    if (q < 0) {
+      for (int j = 0; j < n; ++j) d[j] = tr_mode(s, i)[1 + j] * TR_A(s, arm)[sl[1] + j] / (tr_starts_sliding(s, i) ? TR_FROZEN : 1.0);
+      if (!(tr_unit(n, d) > 0.0)) continue;
+    } else if (n == 2) { /* directions of a grid */
+      d[0] = cos(6.283185307179586 * q / 26.0), d[1] = sin(6.283185307179586 * q / 26.0);
+    } else {
+      int c = q < 13 ? q : q + 1;
+      d[0] = c % 3 - 1, d[1] = c / 3 % 3 - 1, d[2] = c / 9 - 1;
+      tr_unit(3, d);
+    }
+    double first[3], moved = 0.0;
+    memcpy(first, d, sizeof first);
+    int kind = tr_onset_from(s, i, d);
+    for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
+    if (kind == TR_ONSET_FAINT) return 1;
+    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* it goes on along a line: nothing turns */
+      for (int j = 0; j < 3; ++j) tr_mode(s, i)[1 + j] /= TR_FROZEN;
+      return 1;
+    }
+    if (kind == TR_ONSET_ATTRACTS) return 1;
+    if (kind == TR_ONSET_REPELS && !found) memcpy(other, d, sizeof other), found = 1;
+  }
+  return found && tr_onset_from(s, i, other) != TR_ONSET_NONE;
+}

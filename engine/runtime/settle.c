@@ -1,0 +1,139 @@
+/* What happens at an event of a set-valued law, in time: rest, decision, the record of what changed; and the end of sliding of pairs of
+ * several components, whose speed goes to zero without changing sign. */
+#include "modes.h"
+
+#define TURN_NOTED 0.017453292519943295 /* rad: contacts of other joints that turn by more at an event are recorded too */
+#define CAPTURE_LENGTH 10.0             /* of rtol · length scale: what is left to slide */
+#define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
+
+/* Contact forces of all pairs at the state just evaluated: 4 numbers each. 0 when the scene's outputs have none. */
+static int tr_all_contacts(tr_sim *s, const double *y, double *out) {
+  if (!s->o || !s->o->contacts) return 0;
+  double zf[s->k->rows + s->k->neta + 1];
+  tr_full_multipliers(s, y, zf, 0);
+  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, TR_A(s, dy) + s->k->nq, out);
+  return 1;
+}
+
+/* What became of pair i: an event kind, or 0. */
+static int tr_change(const tr_sim *s, int i, const double *old) {
+  const double *m = tr_mode(s, i);
+  int was = old[0] > 0.5, is = m[0] > 0.5;
+  if (!was || !is) return was == is ? 0 : is ? TR_EV_SLIP : TR_EV_STOP;
+  double along = 0.0;
+  for (int j = 0; j < 3; ++j) along += m[1 + j] * old[1 + j];
+  return along < 0.0 ? TR_EV_REVERSAL : 0;
+}
+
+static double tr_turn(const double *p, const double *q) {
+  double a = sqrt(p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), b = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(a > 0.0 && b > 0.0)) return 0.0;
+  return acos(fmax(-1.0, fmin(1.0, (p[1] * q[1] + p[2] * q[2] + p[3] * q[3]) / (a * b))));
+}
+
+/* Record what changed: pairs whose mode did, and contacts elsewhere that turned. */
+static void tr_log_changes(tr_sim *s, double t, const double *modes, const double *before, const double *after, int contacts) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    int kind = tr_is_set(s, i) ? tr_change(s, i, modes + TR_MODE * i) : 0;
+    const double *p = before + 4 * sl[6], *q = after + 4 * sl[6];
+    for (int j = 0; contacts && !kind && j < sl[7]; ++j)
+      if (tr_turn(p + 4 * j, q + 4 * j) > TURN_NOTED) kind = TR_EV_TURN;
+    if (kind) tr_log(s, t, kind, i, p, q, contacts ? sl[7] : 0);
+  }
+}
+
+/* At the event of ``which`` (a pair, or −1: something else has jumped) at (t, y), evaluated in the old modes: decide anew. */
+static int tr_settle(tr_sim *s, double t, double *y, int which) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], nc = s->o ? s->o->ncontacts : 0, own = which >= 0 && which < k->nsliders && tr_is_set(s, which);
+  double modes[TR_MODE * k->nsliders + 1], before[4 * nc + 4], after[4 * nc + 4];
+  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * k->nsliders);
+  int contacts = tr_all_contacts(s, y, before);
+  if (own && tr_slider(s, which)[9] && !tr_is_stuck(s, which) && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s)) {
+    double *m = tr_mode(s, which); /* a ball between sliding and spinning: its law is continuous there */
+    m[0] = m[0] > 1.5 ? TR_SLIPS : TR_CONE;
+    tr_freeze(s, which);
+    return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+  }
+  int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest);
+  if (released >= 0) tr_let_slip(s, released);
+  if (n) {
+    tr_bring_to_rest(s, y, rest, n);
+    k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    if (!tr_decide(s, rest, n, released)) {
+      s->event_slider = own ? which : rest[0];
+      return TR_FAIL_MODES;
+    }
+  }
+  if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  if (contacts) tr_all_contacts(s, y, after);
+  tr_log_changes(s, t, modes, before, after, contacts);
+  return TR_OK;
+}
+
+/* Whether the pair of several components whose turning has cut the steps will be at rest within a distance that does not count: then
+ * the pair, else −1. (One that stops along a line passes through zero and is located as any other.) After an accepted step, its end
+ * evaluated. */
+static int tr_ends_sliding(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const double *rates = map_rates(k, TR_A(s, maps)), *z = TR_A(s, z);
+  for (int i = s->missed; i >= 0 && i < k->nsliders; i = k->nsliders) {
+    const int *sl = tr_slider(s, i);
+    double *least = TR_A(s, vmin) + i;
+    if (!tr_is_set(s, i) || tr_is_stuck(s, i) || sl[4] == 1) continue;
+    double v = tr_pair_speed(s, i), along = 0.0, size = 0.0;
+    if (v > 2.0 * *least) *least = 0.0; /* it has gone faster since it was last tried */
+    if (!(v > REST_SPEED * tr_speed_unit(s)) || (*least > 0.0 && v > 0.5 * *least)) continue;
+    for (int j = 0; j < sl[4]; ++j) {
+      int e = sl[1] + j;
+      double acc = map_Q0(k, TR_A(s, maps))[e];
+      for (int q = 0; q < k->active; ++q) acc += map_Ql(k, TR_A(s, maps))[e + q * k->neta] * z[q];
+      for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, TR_A(s, maps))[e + q * k->neta] * z[k->active + q];
+      acc *= TR_A(s, arm)[e];
+      along += acc * rates[sl[3] + j] * TR_A(s, arm)[e] / v, size += acc * acc;
+    }
+    double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
+    if (dec > 0.0 && v * v <= 2.0 * dec * CAPTURE_LENGTH * s->rtol * s->length && across <= CAPTURE_ACROSS * dec) {
+      s->capture_h = v / dec, s->capture_dec = dec;
+      return i;
+    }
+  }
+  return -1;
+}
+
+/* Whether rest of the pair at (t, y), a copy of the state, leads anywhere: to sticking, or to slip in another direction. Decided and
+ * undone. */
+static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
+  double modes[TR_MODE * s->k->nsliders + 1];
+  int events = s->nev;
+  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * s->k->nsliders);
+  int has = tr_rhs(s, t, y, TR_A(s, dy)) && tr_settle(s, t, y, i) == TR_OK;
+  memcpy(tr_mode(s, 0), modes, sizeof(double) * TR_MODE * s->k->nsliders);
+  s->nev = events;
+  tr_note_modes(s);
+  return has;
+}
+
+/* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when
+ * rest there has no answer. */
+static int tr_step_capture(tr_sim *s) {
+  int n = tr_width(s), i = s->capture;
+  double h = s->capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
+  memcpy(TR_A(s, yold), y, sizeof(double) * n);
+  s->capture = -1;
+  for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
+  if (!tr_rhs(s, s->t + 0.5 * h, mid, f)) return 0;
+  for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
+  if (!tr_project(s, s->t + h, ynew)) return 0;
+  memcpy(TR_A(s, cand), ynew, sizeof(double) * n);
+  if (!tr_rest_has_answer(s, s->t + h, TR_A(s, cand), i)) {
+    TR_A(s, vmin)[i] = h * s->capture_dec;
+    return 0;
+  }
+  s->step_t0 = s->t, s->step_h = h;
+  for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
+  s->method_dense = 1, s->have_dense = 1;
+  s->p_theta = 1.0, s->p_which = i, s->p_h = s->h, s->p_t = s->t + h, s->p_grow = 1.0, s->p_cut = 0;
+  return 1;
+}

@@ -1,0 +1,182 @@
+"""The variational equation Ṡ = f_y S + f_p along a recorded run: the same Runge–Kutta steps, jumps at events.
+
+At an event g(y, p) = 0 that makes ẏ jump, its time depends on the parameters: dt = −(g_y S + g_p)/ġ, and S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt.
+Kinks of a continuous law change nothing; nor does release, unless static friction is larger than sliding friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.friction import REGISTRY as LAWS
+from engine.integrators.rk8 import RK8
+from engine.sensitivities.record import Leg, Record
+from engine.sensitivities.signals import Signals
+from engine.sensitivities.start import Start
+from engine.sensitivities.unit import Unit
+from engine.system.numbers import Numbers
+
+A = [np.array(row, float) for row in RK8.A]
+B = np.array(RK8.B, float)
+C = np.array(RK8.C, float)
+JUMP = 1e-9
+"""Change of ẏ at an event, relative to its size, below which it is continuous."""
+AT_REST = 1e-6
+"""Sliding speed at an event, relative to the speeds of the run, that counts as zero."""
+HAIR = 1e-7
+"""Part of the run's rate scale given to a pair at the instant it starts or stops sliding."""
+
+
+@dataclass(frozen=True)
+class EventShift:
+    """An event whose time moves with the parameters: time s, joint, dt/dp (one entry a parameter)."""
+
+    time: float
+    joint: str
+    shift: np.ndarray
+
+
+class March:
+    """State of the march: S (states and integrals × m), multipliers z."""
+
+    def __init__(self, unit: Unit, signals: Signals, start: Start, breaks: tuple[float, ...], rate: float):
+        self.unit, self.signals, self.start, self.breaks = unit, signals, start, breaks
+        self.m = start.p.shape[1]
+        self.S = np.vstack([start.y, np.zeros((unit.nquad, self.m))])
+        self.z = np.zeros(unit.nz)
+        self.events: list[EventShift] = []
+        self.notes: list[str] = []
+        self.speeds = np.zeros(unit.n["rates"])
+        self.rate = rate
+
+    def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(f, df, dz) at a state."""
+        self.signals.fill(x, t)
+        y, S = self._moving(y, S, x)
+        f, self.z = self.unit.solve(x, y, self.z)
+        df, dz = self.unit.total(S, self.start.p)
+        return f, df, dz
+
+    def _moving(self, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(y, S) with a hair of speed along the frozen direction for pairs of several components that slide but stand still at this
+        very instant (the end or onset of sliding): there the direction of friction has a limit, but no derivative. Velocities
+        across that direction die out as the speed goes to zero (friction turns against them), and so do their derivatives."""
+        y, system = np.array(y), self.unit.system
+        offset = len(x) - 4 * len(system.sliders)
+        for j in system.frictional:
+            assert j.friction is not None
+            if j.cut or len(j.free) != j.kind.nv or not LAWS[j.friction.law].sets:
+                continue
+            first = min(e for s in j.friction.sliders for e in s.eta)
+            for s in j.friction.sliders:
+                places = [system.nq + j.v0 + e - first for e in s.eta]
+                d = x[offset + 4 * s.flag + 1 : offset + 4 * s.flag + 1 + len(places)]
+                size = np.linalg.norm(d)
+                if len(places) > 1 and x[offset + 4 * s.flag] > 0.5 and size > 0 and np.linalg.norm(y[places]) < HAIR * self.rate:
+                    d = d / size
+                    y[places] = HAIR * self.rate * d
+                    S = S.copy()
+                    S[places] = np.outer(d, d @ S[places])
+        return y, S
+
+    def step(self, leg: Leg) -> None:
+        """Carry S over a leg, and across what happens at its end."""
+        n, h, x = self.unit.ny + self.unit.nquad, leg.t1 - leg.t0, leg.x.copy()
+        x[1] = 0.5 * (leg.t0 + leg.t1)
+        K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
+        y0 = leg.y0[:n]
+        for i in range(len(B)):
+            y = y0 + h * (A[i] @ K[:i]) if i else y0
+            S = self.S + h * np.tensordot(A[i], KS[:i], 1) if i else self.S
+            f, df, _ = self._evaluate(leg.t0 + C[i] * h, y, S, x)
+            K[i], KS[i] = f[:n], df[:n]
+        self.S = self.S + h * np.tensordot(B, KS, 1)
+        self._rates(f)
+        if leg.changed:
+            self._event(leg, x)
+        for k, at in enumerate(self.breaks):
+            if abs(at - leg.t1) <= 1e-12 * max(1.0, abs(at)) and np.any(self.start.breaks[k]):
+                self._kink(leg, k)
+
+    def _rates(self, f: np.ndarray) -> None:
+        a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]
+        self.speeds = np.maximum(self.speeds, np.abs(f[a : a + self.unit.n["rates"]]))
+
+    def _event(self, leg: Leg, x: np.ndarray) -> None:
+        n, y = self.unit.ny + self.unit.nquad, leg.y1
+        x1 = leg.x1.copy()
+        x1[1] = leg.t1 + (leg.t1 - leg.t0) * 1e-6
+        after = self._evaluate(leg.t1, y, self.S, x1)[0][:n]
+        f, df, _ = self._evaluate(leg.t1, y, self.S, x)
+        change = f[:n] - after
+        if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
+            return
+        cause = self._cause(leg, f, df)
+        if cause is None:
+            self.notes.append(f"t = {leg.t1:.6g} s: what made the motion jump is not known; derivatives after it are not reliable")
+            return
+        joint, dg, gdot = cause
+        shift = -dg / gdot
+        self.S = self.S + np.outer(change, shift)
+        self.events.append(EventShift(leg.t1, joint, shift))
+
+    def _kink(self, leg: Leg, k: int) -> None:
+        """A kink of a signal at a time that is itself a parameter's."""
+        n, sides = self.unit.ny + self.unit.nquad, []
+        for side in (-1e-9, 1e-9):
+            x = leg.x1.copy()
+            x[1] = leg.t1 + side * max(1.0, abs(leg.t1))
+            sides.append(self._evaluate(leg.t1, leg.y1, self.S, x)[0][:n])
+        self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
+
+    def _cause(self, leg: Leg, f: np.ndarray, df: np.ndarray) -> tuple[str, np.ndarray, float] | None:
+        """(joint, dg, ġ) of the event function that reached zero: the speed of a pair that came to rest, or the friction ratio of
+        one that was released. ġ is taken along the motion, with the point last evaluated (before the event)."""
+        u = self.unit
+        n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
+        flow, _ = u.total(f[:n, None], np.zeros((u.np, 1)), 1.0)
+        offset = len(leg.x) - 4 * len(u.system.sliders)
+        at = 0
+        found: list[tuple[float, str, np.ndarray, float]] = []
+        for j in u.system.frictional:
+            assert j.friction is not None
+            first = min(e for s in j.friction.sliders for e in s.eta)
+            for s in j.friction.sliders:
+                flag, *d = leg.x[offset + 4 * s.flag : offset + 4 * s.flag + 4]
+                new = leg.x1[offset + 4 * s.flag : offset + 4 * s.flag + 4]
+                rows = [rates + at + e - first for e in s.eta]
+                d_ = np.array(d[: len(rows)])
+                size = np.linalg.norm(d_)
+                if flag > 0.5 and size > 0:
+                    d_ = d_ / size
+                    speed = abs(d_ @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
+                    if speed < AT_REST:
+                        found.append((speed, j.name, d_ @ df[rows], float(d_ @ flow[rows, 0])))
+                elif flag < 0.5 < new[0] and u.n["holds"]:
+                    row = rates + u.n["rates"] + s.flag
+                    found.append((abs(f[row]), j.name, df[row], float(flow[row, 0])))
+            at += j.kind.nv
+        usable = [c for c in found if c[3] != 0.0]
+        return min(usable, key=lambda c: c[0])[1:] if usable else None
+
+
+def marched(unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers) -> tuple[np.ndarray, March]:
+    """(derivatives: samples × columns × m, the march)."""
+    march = March(unit, signals, start, numbers.breaks, numbers.rate)
+    out = [_columns(march, 0.0, run.y0, run.x0)]
+    for leg in run.legs:
+        march.step(leg)
+        if leg.sample:
+            out.append(_columns(march, leg.t1, leg.y1, leg.x1))
+    return np.array(out), march
+
+
+def _columns(march: March, t: float, y: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Derivatives of the chosen columns at a state."""
+    u, x = march.unit, x.copy()
+    x[1] = t + 1e-12
+    f, df, dz = march._evaluate(t, y, march.S, x)
+    n = u.ny + u.nquad
+    return u.outputs(x, np.ascontiguousarray(y[:n]), march.z, f, np.zeros(u.n["extra"] + 1), (march.S, dz, df, march.start.p))[1]

@@ -1,0 +1,85 @@
+"""A run kept step by step: where each step began, in which modes, and what changed at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.basics.problems import SimulationError
+from engine.simulation import block as bl
+from engine.simulation.outcome import from_status
+from engine.simulation.run import Model
+
+MOST_STEPS = 100_000
+LEAST_STEPS = 100
+"""Steps a run has at least: integrals (work of friction) are not part of the error control, and driven mechanisms need no steps."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A step: from (t0, y0) to (t1, y1), with the external values x that were in force (modes frozen); x1: those after its end."""
+
+    t0: float
+    t1: float
+    y0: np.ndarray
+    y1: np.ndarray
+    x: np.ndarray
+    x1: np.ndarray
+    sample: bool
+
+    @property
+    def changed(self) -> bool:
+        """Whether some mode changed at its end."""
+        return not np.array_equal(self.x[2:], self.x1[2:])
+
+
+@dataclass(frozen=True)
+class Record:
+    """Legs in order, and the output rows at the sample times (first: the start)."""
+
+    legs: tuple[Leg, ...]
+    rows: np.ndarray
+    y0: np.ndarray
+    x0: np.ndarray
+
+
+def record(model: Model, samples: Sequence[float], rtol: float) -> Record:
+    """Run from the assembled start through all sample times with the explicit method of order 8. SimulationError when it fails."""
+    settings = bl.Settings(rtol=rtol, method="rk8", max_step=samples[-1] / LEAST_STEPS)
+    model.block.configure(settings)
+    row = np.zeros(model.block.width)
+    status = model.begin(settings, 0.0, samples[-1], 2 * samples[-1], row)
+    if status != bl.OK:
+        raise SimulationError(f"the run cannot start: {from_status(status, 0.0, '')}")
+    block = model.block
+    rows, legs = [row.copy()], []
+    y, x = block.y.copy(), block.x.copy()
+    first = (y.copy(), x.copy())
+    buffer = np.zeros((4, block.width))
+    modes = 2 + len(model.system.inputs) + 4 * model.system.tables
+    for target in samples[1:]:
+        while True:
+            t = block.time
+            status, _ = block.advance(target, 1, buffer)
+            block.take_events()
+            if status not in (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK):
+                raise SimulationError(f"the run ends early: {from_status(status, block.time, '')}")
+            if block.time > t:
+                after, now = block.x.copy(), block.y.copy()
+                used = after if _same_flags(x, after, modes) else x
+                legs.append(Leg(t, block.time, y, now, used.copy(), after, status == bl.DONE))
+                y, x = now, after
+            if status == bl.DONE:
+                break
+            if len(legs) > MOST_STEPS:
+                raise SimulationError("too stiff for derivatives through an explicit method: raise v_eps or shorten the run")
+        block.row(row)
+        rows.append(row.copy())
+    return Record(tuple(legs), np.array(rows), *first)
+
+
+def _same_flags(a: np.ndarray, b: np.ndarray, modes: int) -> bool:
+    """Whether the modes agree, directions of several components (which are frozen anew every step) apart."""
+    return bool(np.array_equal(np.sign(a[modes:]), np.sign(b[modes:])))

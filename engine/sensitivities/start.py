@@ -1,0 +1,94 @@
+"""How the numbers a run starts from depend on a scene's parameters: run-time numbers, start state, times of kinks in signals.
+
+These are algebraic (mass from density, points relative to joints, closing of loops), so that differences of order six at steps of a
+hundredth are exact to about 1e-12; the trajectory itself is never differenced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.scene.model import Scene
+from engine.scene.overrides import apply, list_parameters
+from engine.scene.suggest import closest
+from engine.simulation.block import Settings
+from engine.simulation.run import Model
+from engine.system.build import Built, build
+
+STEP = 1e-2
+CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
+"""Weights of first derivatives to order six at unit spacing; the second where a number cannot go below its value."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Derivatives by the parameters (columns): p run-time numbers, y start state, breaks times of kinks."""
+
+    p: np.ndarray
+    y: np.ndarray
+    breaks: np.ndarray
+
+
+def checked(scene: Scene, parameters: Sequence[str]) -> list[float]:
+    """Values of the parameters; SceneError that names every path that is no single number of the scene."""
+    known = {p.path: p.value for p in list_parameters(scene)}
+    problems = []
+    for name in parameters:
+        if name not in known:
+            near = next((k for k in known if k.startswith(f"{name}[")), None) or closest(name, list(known))
+            hint = f'did you mean "{near}"?' if near else "paths are those of --set, one number each"
+            problems.append(Problem("parameters", f"{name!r} is no number of the scene", hint))
+        elif name.startswith("simulation.") or ".table." in name:
+            what = "a table" if ".table." in name else "a setting of the run"
+            problems.append(Problem("parameters", f"{name} belongs to {what}", "choose a number of the mechanism"))
+    if not parameters:
+        problems.append(Problem("parameters", "none is given", "for example joints.ball.friction.mu"))
+    if problems:
+        raise SceneError(problems)
+    return [known[n] for n in parameters]
+
+
+def start_of(model: Model, scene: Scene, parameters: Sequence[str]) -> Start:
+    """Differentiate; the block is left assembled at the scene's own numbers."""
+    values = checked(scene, parameters)
+    columns = [_column(model, scene, n, v) for n, v in zip(parameters, values, strict=True)]
+    _numbers(model, model.built)
+    return Start(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
+
+
+def _column(model: Model, scene: Scene, name: str, value: float) -> tuple[np.ndarray, ...]:
+    h = STEP * (abs(value) if value else 0.1)
+    try:
+        return _differences(model, scene, name, value, h, CENTRAL)
+    except SceneError:
+        return _differences(model, scene, name, value, h, FORWARD)
+
+
+def _differences(model: Model, scene: Scene, name: str, value: float, h: float, weights) -> tuple[np.ndarray, ...]:
+    total: list[np.ndarray] | None = None
+    for k, w in weights:
+        built = build(apply(scene, {name: value + k * h}))
+        if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
+            what = f"{name} is zero in the scene, and so part of its structure"
+            raise SceneError([Problem("parameters", what, f'add "{name}" to the scene\'s tunable list')])
+        found = _numbers(model, built)
+        total = [w / h * f for f in found] if total is None else [t + w / h * f for t, f in zip(total, found, strict=True)]
+    assert total is not None
+    return tuple(total)
+
+
+def _numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
+    """(run-time numbers, assembled start, kinks) of a scene of the same structure."""
+    block, p = model.block, np.array(built.parameters.values, float)
+    block.numbers = built.numbers
+    block.parameters[:] = p
+    block.prepare()
+    block.configure(Settings())
+    if block.assemble() != 1:
+        raise SceneError([Problem("parameters", "the loops do not close at values nearby", "start further from the dead centre")])
+    return p, block.y[: block.ny].copy(), np.array(built.numbers.breaks, float)

@@ -1,0 +1,152 @@
+"""The compiled sensitivity unit at one state: values, multipliers, and derivatives along given directions."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+from pathlib import Path
+
+import numpy as np
+
+from engine.kernel import cache, compiler
+from engine.kernel.columns import Column, needs_quadratures
+from engine.kernel.library import RUNTIME
+from engine.simulation.run import Model
+
+NEWTON = 20
+RANK = 1e-9
+"""Singular values below this part of the largest (rows and columns scaled) belong to redundant constraints."""
+
+
+class Unit:
+    """Functions of one structure with one set of parameter values.
+
+    Sizes: ny states, nquad integrals, na active constraint rows, ne friction multipliers, np parameters.
+    """
+
+    def __init__(self, model: Model, chosen: list[Column]):
+        self.system, self.chosen = model.system, chosen
+        kernel = model.kernel
+        folder, _ = cache.entry(f"sensitivity-{kernel.key}", lambda f: _build(f, model, chosen))
+        self.lib = ctypes.CDLL(str(folder / f"sensitivity{compiler.library_suffix()}"))
+        self.n = json.loads((folder / "sizes.json").read_text())
+        self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
+        self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
+        self.np = len(model.built.parameters.values)
+        self.c, self.co = np.zeros(self.n["constants"] + 1), np.zeros(self.n["o_constants"] + 1)
+        self.w, self.f = np.zeros(self.n["point"] + 1), np.zeros(self.n["values"] + 1)
+        self.wo = np.zeros(self.n["o_point"] + 1)
+        self.nz = self.na + self.ne
+        self.width = self.ny + self.nz + self.np + 1
+        self.prepare(np.array(model.built.parameters.values, float))
+
+    def prepare(self, p: np.ndarray) -> None:
+        """Constants of new parameter values."""
+        self.p = np.ascontiguousarray(p)
+        self.lib.s_prepare(_at(self.p), _at(self.c))
+        self.lib.so_prepare(_at(self.p), _at(self.co))
+
+    def point(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """All values f at (x, y, z); directions refer to this point until the next."""
+        self._now = tuple(map(_at, (x, y, self.c, z)))
+        self._keep = (x, y, z)
+        self.lib.s_point(*self._now, _at(self.w), _at(self.f))
+        return self.f[: self.n["values"]]
+
+    def along(self, seeds: np.ndarray) -> np.ndarray:
+        """Derivatives of f along the rows of ``seeds`` (k × [y | z | p | t]): values × k."""
+        out = np.empty((len(seeds), self.n["values"] + 1))
+        w = _at(self.w)
+        for s, o in zip(seeds, out, strict=True):
+            self.lib.s_along(*self._now, w, _at(s), _at(o))
+        return out[:, : self.n["values"]].T
+
+    def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(f, z) with the residuals zero, from z as a guess. RuntimeError when there is no root nearby."""
+        if self.nz == 0:
+            return self.point(x, y, z).copy(), z
+        a = self.ny + self.nquad
+        for _ in range(NEWTON):
+            f = self.point(x, y, z)
+            self.Rz = self._by_z()
+            step = self._solve(self.Rz[a : a + self.nz], f[a : a + self.nz])
+            size = max(np.abs(z).max(), np.abs(step).max(), 1e-300)
+            z = z - step
+            if np.abs(step).max() <= 1e-13 * size or np.abs(step).max() < 1e-200:
+                break
+        else:
+            if np.abs(step).max() > 1e-9 * size:
+                raise RuntimeError("no multipliers at a state of the run")
+        f = self.point(x, y, z).copy()
+        self.Rz = self._by_z()
+        return f, z
+
+    def _by_z(self) -> np.ndarray:
+        seeds = np.zeros((self.nz, self.width))
+        seeds[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
+        return self.along(seeds)
+
+    def _solve(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """A⁺ b, rows scaled; least norm where constraints are redundant."""
+        scale = np.abs(A).max(axis=1)
+        scale[scale == 0] = 1.0
+        A, b = A / scale[:, None], (b.T / scale).T
+        if len(A) == 1:
+            return b / A[0, 0]
+        columns = np.linalg.norm(A, axis=0)
+        columns[columns == 0] = 1.0
+        found = np.linalg.lstsq(A / columns, b, rcond=RANK)[0]
+        return (found.T / columns).T
+
+    def total(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """(df, dz): derivatives of f and of the multipliers when y moves by S (ny × m), p by dp (np × m), time by dt, at the point
+        last solved."""
+        m = S.shape[1]
+        seeds = np.zeros((m, self.width))
+        seeds[:, : self.ny] = S[: self.ny].T
+        seeds[:, self.ny + self.nz : -1] = dp.T
+        seeds[:, -1] = dt
+        df = self.along(seeds)
+        if self.nz == 0:
+            return df, np.zeros((0, m))
+        a = self.ny + self.nquad
+        dz = -self._solve(self.Rz[a : a + self.nz], df[a : a + self.nz])
+        return df + self.Rz @ dz, dz
+
+    def outputs(
+        self, x: np.ndarray, y: np.ndarray, z: np.ndarray, rate: np.ndarray, extra: np.ndarray, seeds: tuple[np.ndarray, ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(columns, columns × m): values and derivatives. y: states and integrals; seeds: derivatives (rows × m) of y, of the
+        multipliers z, of F (with v̇), of p."""
+        S, dz, dF, dp = seeds
+        rows, nv, m = self.system.rows, self.system.nv, S.shape[1]
+        full = np.zeros(rows + self.ne)
+        full[self.active] = z[: self.na]
+        full[rows:] = z[self.na :]
+        lam = np.zeros((rows + self.ne, m))
+        lam[self.active] = dz[: self.na]
+        lam[rows:] = dz[self.na :]
+        acc = np.ascontiguousarray(rate[self.ny - nv : self.ny])
+        at = tuple(map(_at, (x, y, self.co, full, acc, extra)))
+        value, out = np.zeros(len(self.chosen) + 1), np.zeros((m, len(self.chosen) + 1))
+        self.lib.so_point(*at, _at(self.wo), _at(value))
+        seeds_ = np.vstack([S, lam, dF[self.ny - nv : self.ny], dp, np.zeros((1, m))]).T.copy()
+        for s, o in zip(seeds_, out, strict=True):
+            self.lib.so_along(*at, _at(self.wo), _at(s), _at(o))
+        return value[:-1], out[:, :-1].T
+
+
+def _at(a: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(a.ctypes.data)
+
+
+def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
+    """Fill a cache entry."""
+    from engine.kernel.parameter_unit import parameter_unit
+
+    system, parameters, quadratures, redundant = model.kernel.structure
+    unit = parameter_unit(system, parameters, chosen, quadratures and needs_quadratures(chosen), redundant)
+    file = folder / "sensitivity.c"
+    file.write_text(unit.text)
+    (folder / "sizes.json").write_text(json.dumps(unit.sizes))
+    compiler.build_library([file], folder / f"sensitivity{compiler.library_suffix()}", [RUNTIME], cache.cache_folder())

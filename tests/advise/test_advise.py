@@ -1,0 +1,122 @@
+"""Advice: no more model than the asked outputs need, and no less; the written scene keeps the promise."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import engine
+from engine.advise import Advice, advise
+from engine.advise.reduce import forms, in_form, planar, rubbing, with_friction_in
+from engine.basics.problems import SceneError
+from engine.cli import main
+from engine.scene import load_scene
+
+WANTED = 1e-4
+QUICK = {"repeats": 1, "samples": 50, "until": 0.65}
+
+
+@pytest.fixture(scope="module")
+def torque() -> Advice:
+    """8.2, asked for the drive's torque over one turn."""
+    return advise(load_scene("crank_slider"), WANTED, ("crank_pivot.drive.effort[1]",), **QUICK)  # type: ignore[arg-type]
+
+
+def test_friction_of_the_slider_pin_does_not_matter_to_the_sliders_motion() -> None:
+    """8.2 is kinematically driven: the motion cannot depend on forces."""
+    a = advise(load_scene("crank_slider"), WANTED, ("slider.position[1]", "slider.velocity[1]"), **QUICK)  # type: ignore[arg-type]
+    assert a.chosen is not None
+    assert a.chosen.joints == ()
+    assert a.scene is not None
+    assert rubbing(a.scene) == []
+    assert a.influences[0].predicted < 1e-10
+
+
+def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) -> None:
+    assert torque.chosen is not None
+    assert torque.chosen.joints == ("slider_pin",)
+    assert torque.chosen.setting is not None
+    assert torque.chosen.setting.error <= WANTED
+
+
+def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) -> None:
+    """To first order: friction enters its own normal force, so a tenth is allowed."""
+    ideal = next(r for r in torque.rungs if not r.joints)
+    assert not ideal.predicted
+    assert ideal.setting is None
+    assert torque.influences[0].predicted == pytest.approx(ideal.model_error, rel=0.1)
+
+
+def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice) -> None:
+    own = [r for r in torque.rungs if r.joints and not r.flat]
+    assert [r.form for r in own] == forms(load_scene("crank_slider"))
+    assert own[-1].model_error < 1e-12  # the scene itself
+
+
+def test_what_the_wanted_error_rules_out_is_not_run() -> None:
+    """Without friction 8.1 is wrong altogether: sensitivities say so, and that rung has no run."""
+    a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)
+    assert a.rungs[0].predicted
+    assert a.rungs[0].model_error > 30 * 1e-3
+    assert a.chosen is not None
+    assert a.chosen.joints == ("ball",)
+
+
+def test_a_column_the_lesser_model_does_not_have_counts_as_zero() -> None:
+    a = advise(load_scene("crank_slider"), 1e-2, ("slider_pin.friction.torque[1]",), **QUICK)  # type: ignore[arg-type]
+    assert a.rungs[0].model_error > 0.1
+    assert a.chosen is not None
+    assert a.chosen.joints == ("slider_pin",)
+
+
+def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "reduced.yaml"
+    words = ["advise", "crank_slider", "--error", "1e-4", "--output", "crank_pivot.drive.effort[1]", "--until", "0.65"]
+    assert main([*words, "--repeat", "1", "-o", str(file)]) == 0
+    assert "advice: friction in slider_pin" in capsys.readouterr().out
+    mine = engine.simulate(str(file), 0.65, 0.013)
+    full = engine.simulate("crank_slider", 0.65, 0.013, rtol=1e-10)
+    name = "crank_pivot.drive.effort[1]"
+    off = np.sqrt(((mine[name] - full[name]) ** 2).mean()) / np.abs(full[name]).max()
+    assert off < 2e-4  # other sample times than the advice was measured at
+
+
+def test_planar_mechanisms_are_found_and_spatial_ones_are_not() -> None:
+    changed, flat = planar(with_friction_in(load_scene("crank_slider"), ()), 0.3)
+    assert flat == ["crank_pin"]
+    assert changed.joints["crank_pin"].type == "revolute"
+    a = engine.simulate("crank_slider", 0.3, 0.01, outputs=["slider.position[1]"])
+    b = engine.simulate(changed, 0.3, 0.01, outputs=["slider.position[1]"])
+    assert np.abs(a.data - b.data).max() < 1e-10
+    assert planar(load_scene("spatial_slider_crank"), 0.1)[1] == []
+
+
+def test_forms_reach_joints_that_name_their_own() -> None:
+    from engine.scene.overrides import apply
+
+    scene = apply(load_scene("spherical_pendulum"), {"joints.ball.friction.normal_force": "adams"})
+    own = in_form(scene, forms(scene)[-1])
+    friction = own.joints["ball"].friction
+    assert friction is not None
+    assert friction.normal_force == "exact"
+
+
+def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["advise", "crank_slider", "--error", "2", "--norm", "least", "-o", "x.txt"]) == 2
+    err = capsys.readouterr().err
+    for word in ("--error", "least", "-o", "--output"):
+        assert word in err
+    with pytest.raises(SceneError) as e:
+        advise(load_scene("crank_slider"), 0.0, ())
+    assert len(e.value.problems) == 2
+
+
+def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["advise", "crank_slider", "--error", "1e-3", "--output", "slider.position[1]", "--until", "0.2"]
+    assert main([*words, "--repeat", "1", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["rungs"][document["chosen"]]["model"] == "all joints ideal"
+    assert document["scene"]["name"] == "crank_slider"

@@ -1,0 +1,142 @@
+"""Charts: errors are true errors, failures are points, files hold what was measured."""
+
+from __future__ import annotations
+
+import csv
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.chart import Choice, Study, chart, write
+from engine.chart.curves import curves
+from engine.chart.measures import Measure, measure
+from engine.chart.points import Point, Variant, front
+from engine.chart.runs import variants, with_law
+from engine.scene import laws, load_scene
+from engine.scene.overrides import apply
+
+QUICK = Choice(methods=("rk5", "rk8"), rtols=(1e-4, 1e-7, 1e-10), repeats=1, samples=20, peers=False)
+PERIOD = 2.36784194757623745
+"""Of benchmark A01, s (elliptic functions)."""
+
+
+@pytest.fixture(scope="module")
+def swing() -> Study:
+    """The simple pendulum, measured for a second."""
+    return chart(load_scene("simple_pendulum"), Choice(**(QUICK.__dict__ | {"until": 1.0})))
+
+
+@pytest.fixture(scope="module")
+def rubbing() -> Study:
+    """Example 8.1 with the regularised law at two values of v_eps."""
+    scene = load_scene("spherical_pendulum")
+    return chart(scene, Choice(**(QUICK.__dict__ | {"laws": ("regularized",), "v_eps": (1e-2, 1e-3), "until": 2.0})))
+
+
+def test_the_reference_says_which_two_methods_made_it_and_they_differ(swing: Study) -> None:
+    own = swing.references[Variant()]
+    first, second = own.made_by.split(", ")
+    assert first.split()[0] != second.split()[0]
+    assert 0 <= own.error < 1e-10  # both run at 1e-12 or less over less than half a period
+
+
+def test_the_reference_is_the_closed_form() -> None:
+    """After one period the pendulum is back at (−1, 0)."""
+    scene = load_scene("simple_pendulum")
+    study = chart(scene, Choice(rtols=(1e-6,), methods=("rk8",), until=PERIOD, samples=1, repeats=1, fixed=False, peers=False))
+    body = next(iter(scene.bodies))
+    at = [study.measure.names.index(f"{body}.position[{k}]") for k in (1, 2)]
+    end = study.references[Variant()].data[-1][at]
+    assert np.abs(end - [-1.0, 0.0]).max() < 1e-10  # the period is known to 17 digits, the reference to about 1e-12
+
+
+def test_tighter_tolerances_give_smaller_errors_until_the_references_own(swing: Study) -> None:
+    for c in curves(swing.points):
+        errors = [p.error for p in c.points]
+        assert all(p.ok for p in c.points)
+        if not c.fixed:
+            assert errors == sorted(errors, reverse=True)
+            assert errors[0] > 100 * errors[-1]
+
+
+def test_a_fixed_step_halved_divides_the_error_by_the_order(swing: Study) -> None:
+    """Order 5: 32; measured where the error is neither round-off nor out of the asymptotic range."""
+    steps = next(c for c in curves(swing.points) if c.fixed and c.method == "rk5").points
+    ratios = [a.error / b.error for a, b in pairwise(steps) if 1e-11 < b.error < 1e-5]
+    assert ratios
+    assert max(ratios) > 24
+    assert min(ratios) < 100
+
+
+def test_the_regularised_law_has_an_error_of_its_own_that_no_tolerance_removes(rubbing: Study) -> None:
+    """First order in v_eps: measured against v_eps 1e-3, the law with 1e-2 stays off by the same amount at 1e-7 and 1e-10."""
+    rough = [p for p in rubbing.points if p.v_eps == 1e-2 and not p.fixed and p.rtol <= 1e-7]
+    assert all(p.error < 1e-5 for p in rough)
+    floor = {round(p.model_error, 6) for p in rough}
+    assert len(floor) == 1
+    assert floor.pop() > 1e-5
+
+
+def test_a_run_that_fails_is_a_point_with_its_reason() -> None:
+    """With a step budget of nothing left, or a guide that jams from the start: no exception, and no error given."""
+    jammed = apply(load_scene("double_pendulum"), {"joints.guide.friction.half_length": 0.15, "friction.law": "regularized"})
+    study = chart(jammed, Choice(**(QUICK.__dict__ | {"laws": ("regularized",), "v_eps": (1e-4,), "rtols": (1e-6,), "until": 0.5})))
+    assert study.points
+    for p in study.points:
+        assert not p.ok
+        assert p.outcome != "done"
+        assert math.isnan(p.error)
+    assert any("no two methods" in n for n in study.notes)
+
+
+def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
+    found, notes = variants(load_scene("spherical_pendulum"))
+    assert {v.law for v in found} == laws.AVAILABLE_LAWS - {"viscous"}
+    assert any("viscous" in n and "viscosity" in n for n in notes)
+    assert variants(load_scene("simple_pendulum")) == ([Variant()], [])
+
+
+def test_a_law_reaches_joints_that_name_their_own() -> None:
+    scene = apply(load_scene("spherical_pendulum"), {"joints.ball.friction.law": "regularized", "joints.ball.friction.v_eps": 1e-3})
+    changed = with_law(scene, Variant("regularized", 1e-5))
+    friction = changed.joints["ball"].friction
+    assert friction is not None
+    assert friction.v_eps == 1e-5
+
+
+def test_errors_are_relative_to_the_quantity_and_a_vector_is_one_quantity() -> None:
+    m = Measure(("a[1]", "a[2]", "b"), ((0, 1), (2,)), ("m", "N"))
+    ref = np.array([[3.0, 4.0, 100.0], [0.0, 1.0, -200.0]])
+    data = ref + np.array([[0.0, 0.5, 0.0], [0.0, 0.0, 2.0]])
+    assert m.each(data, ref).tolist() == pytest.approx([0.1, 0.01])
+    assert m.error(data, ref) == pytest.approx(0.1)
+    assert math.isnan(m.error(data[:1], ref))
+
+
+def test_coordinates_are_quantities_of_their_own_and_vectors_are_not() -> None:
+    m = measure(load_scene("double_pendulum"), ("guide.q[*", "upper.position[*"))
+    assert m.groups == ((0, 1, 2), (3,), (4,))
+
+
+def test_the_front_keeps_what_nothing_else_beats() -> None:
+    def at(error: float, seconds: float) -> Point:
+        return Point("trunnion", "m", 1e-6, 0, "", 0, error, error, seconds, seconds, 1)
+
+    best = front([at(1e-3, 1.0), at(1e-4, 3.0), at(1e-2, 0.5), at(1e-3, 2.0), at(1e-5, 2.5)])
+    assert [(p.error, p.median) for p in best] == [(1e-2, 0.5), (1e-3, 1.0), (1e-5, 2.5)]
+
+
+def test_the_files_hold_every_point_and_the_page_needs_nothing_else(rubbing: Study, tmp_path: Path) -> None:
+    files = write(rubbing, tmp_path / "new")
+    assert sorted(f.name for f in files) == ["chart.csv", "chart.html", "chart.png", "chart.svg"]
+    lines = [x for x in (tmp_path / "new" / "chart.csv").read_text().splitlines() if not x.startswith("#")]
+    rows = list(csv.DictReader(lines))
+    assert len(rows) == len(rubbing.points)
+    assert float(rows[0]["median [s]"]) > 0
+    text = (tmp_path / "new" / "chart.html").read_text()
+    assert "https:" not in text
+    assert "http:" not in text.replace("http://www.w3.org/2000/svg", "")
+    assert text.count('"setting"') == len(rubbing.points)

@@ -1,0 +1,35 @@
+"""``trunnion chart`` as its user runs it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from engine.cli import main
+
+FEW = ["--method", "rk8", "--rtol", "1e-6", "--until", "0.5", "--repeat", "1", "--samples", "10", "--no-fixed", "--no-peers"]
+
+
+def test_it_writes_four_files_and_says_what_is_fastest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["chart", "simple_pendulum", "-o", str(tmp_path / "c"), *FEW]) == 0
+    out = capsys.readouterr().out
+    assert {p.name for p in (tmp_path / "c").iterdir()} == {"chart.svg", "chart.png", "chart.html", "chart.csv"}
+    assert "fastest at each error" in out
+    assert "which differ by" in out
+
+
+def test_its_json_is_one_document(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["chart", "simple_pendulum", "-o", str(tmp_path), "--json", *FEW]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["exit_code"] == 0
+    assert document["curves"][0]["points"][0]["outcome"] == "done"
+
+
+def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = ["chart", "simple_pendulum", "--method", "rk6", "--rtol", "7", "--norm", "least", "--output", "no.such"]
+    assert main([*wrong, "--repeat", "0"]) == 2
+    err = capsys.readouterr().err
+    for word in ("-o:", "rk6", "--rtol", "least", "no.such", "--repeat"):
+        assert word in err

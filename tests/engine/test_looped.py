@@ -1,0 +1,92 @@
+"""Large trees run in loops over their bodies, small ones unrolled: both say the same, whatever rubs, is driven or pushed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.kernel import main_unit
+from engine.kernel.looped import MIN_BODIES, loops_pay
+from engine.scene import model as sm
+from engine.simulation import block as bl
+from engine.simulation.run import Model
+
+BODIES = 18
+RUB = {
+    "revolute": sm.Friction(mu=0.3, radius=0.02, half_length=0.05, law="regularized", v_eps=1e-2),
+    "spherical": sm.Friction(mu=0.5, radius=0.03, law="regularized", v_eps=1e-2),
+    "universal": sm.Friction(mu=0.2, radius=0.01, half_length=0.04, law="viscous", viscosity=2.0),
+    "cylindrical": sm.Friction(mu=0.1, radius=0.02, half_length=0.1, law="regularized", v_eps=1e-1),
+}
+ROUND_OFF = 1e-11
+"""Of the largest value; bodies one behind the other amplify 1e-16 by the spread of their inertias."""
+
+
+def tree(kinds: tuple[str, ...], rubbing: bool) -> sm.Scene:
+    """A tree with branches whose joints take turns; every fifth is told from the other side, every third pin sits outboard."""
+    link = sm.Body(box=(0.4, 0.05, 0.03), density=2000.0, center=(0.2, 0.01, 0.0), points={"end": (0.4, 0.0, 0.05)})
+    joints = {}
+    for i in range(BODIES):
+        kind = kinds[i % len(kinds)]
+        parent = f"b{i - 3 if i % 4 == 3 else i - 1}.end" if i else "ground"
+        sides = (f"b{i}", parent) if i % 5 == 4 else (parent, f"b{i}")
+        joints[f"j{i}"] = sm.Joint(
+            kind,
+            *sides,
+            axis=None if kind == "spherical" else "z",
+            pin="outboard" if i % 3 == 2 and kind != "universal" else "inboard",
+            friction=RUB[kind] if rubbing and i % 4 == 2 else None,
+            damping=0.05 if kind == "revolute" else None,
+            effort=0.2 if kind == "revolute" and i % 2 else None,
+        )
+    push = sm.Force("force", on="b3.end", force=(1.0, -2.0, 0.5))
+    return sm.Scene({f"b{i}": link for i in range(BODIES)}, joints, gravity=(1.0, -9.0, 3.0), forces={"push": push})
+
+
+def derivative(scene: sm.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """(ẏ, multipliers) at a random state."""
+    model, rng = Model(scene, ("b0.position[1]",)), np.random.default_rng(7)
+    block = model.block
+    block.configure(bl.Settings())
+    assert block.assemble() == 1
+    nq = block.kernel.sizes["nq"]
+    block.y[:nq] += rng.normal(0.0, 0.3, nq)
+    block.y[nq : block.ny] += rng.normal(0.0, 1.0, block.ny - nq)
+    assert model.begin(bl.Settings(), 0.0, 1.0, 1.0, np.zeros(block.width)) == bl.OK
+    return block.evaluate()
+
+
+CASES = [(("revolute",), False), (("revolute", "spherical"), True), (("universal", "revolute"), True), (("cylindrical",), True)]
+
+
+@pytest.mark.parametrize(("kinds", "rubbing"), CASES, ids=["+".join(k) + " rubbing" * r for k, r in CASES])
+def test_looped_and_unrolled_kernels_agree(
+    kinds: tuple[str, ...], rubbing: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    scene = tree(kinds, rubbing)
+    assert BODIES >= MIN_BODIES
+    assert loops_pay(Model(scene, ("b0.position[1]",)).system, False)
+    looped, eta = derivative(scene)
+    monkeypatch.setattr(main_unit, "loops_pay", lambda system, quadratures: False)
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))  # the key of a kernel is its scene's, not its text's
+    unrolled, same = derivative(scene)
+    assert (eta.size > 0) == rubbing
+    assert np.abs(looped - unrolled).max() <= ROUND_OFF * np.abs(unrolled).max()
+    if rubbing:
+        assert np.abs(eta).max() > 0.0
+        assert np.abs(eta - same).max() <= ROUND_OFF * np.abs(same).max()
+
+
+def test_a_run_in_loops_is_the_run_unrolled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Steps, kinks and rows included."""
+    from engine.simulation.run import simulate
+
+    scene, wanted = tree(("revolute",), True), ["b17.position*", "j2.q[1]"]
+    looped = simulate(scene, until=0.2, every=0.02, rtol=1e-9, outputs=wanted)
+    monkeypatch.setattr(main_unit, "loops_pay", lambda system, quadratures: False)
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
+    unrolled = simulate(scene, until=0.2, every=0.02, rtol=1e-9, outputs=wanted)
+    assert looped.outcome.ok
+    assert np.abs(looped.data - unrolled.data).max() <= 1e-7  # a hundred times rtol: steps may be chosen differently

@@ -1,0 +1,103 @@
+"""The house keeps its rules: style, types, layers, the README's commands, and registries that agree with each other."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from engine import contact, joints
+from engine.cli.app import app
+from engine.joints.base import JointKind
+
+ROOT = Path(__file__).resolve().parents[2]
+CHECKS = {
+    "ruff": ["-m", "ruff", "check", "."],
+    "mypy": ["-m", "mypy"],
+    "import-linter": ["-c", "from importlinter.cli import lint_imports_command as f; f()"],
+}
+RUBBING = sorted((k for k in joints.REGISTRY.values() if k.friction), key=lambda k: k.name)
+
+
+@pytest.mark.parametrize("check", CHECKS)
+def test_it_finds_nothing(check: str) -> None:
+    done = subprocess.run([sys.executable, *CHECKS[check]], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+# -- README ---------------------------------------------------------------------------------------------------------------------
+
+
+def blocks(kind: str) -> list[list[str]]:
+    """Fenced code blocks of the README of one kind, as lines."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    return [b.strip().splitlines() for b in re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)]
+
+
+def test_the_first_code_block_is_one_line_to_run_and_one_to_test() -> None:
+    first = re.search(r"^```.*?^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    assert first is not None
+    run, test = first.group().splitlines()[1:-1]
+    assert all(line.startswith("python3 -m venv .venv && .venv/bin/pip install ") for line in (run, test))
+    assert " trunnion simulate spherical_pendulum " in run.replace(".venv/bin/", " ")
+    assert test.endswith("python -m pytest")
+
+
+def test_ci_runs_the_readmes_test_command() -> None:
+    """The line it picks, by its own words."""
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    pick = re.search(r"command=\$\((.*)\)$", script, re.MULTILINE)
+    assert pick is not None
+    got = subprocess.run(["bash", "-c", pick.group(1)], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+    assert got == blocks("bash")[0][1]
+    assert 'eval "$command"' in script
+
+
+def test_windows_is_told_the_same_two_lines() -> None:
+    def plain(line: str) -> str:
+        return line.replace("\\Scripts\\", "/bin/").replace("py -m", "python3 -m")
+
+    assert [plain(x) for x in blocks("bat")[0]] == blocks("bash")[0]
+
+
+def test_every_command_the_readme_names_exists() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"(?:`|/bin/)trunnion ([a-z]+)", text))
+    known = {c.name or c.callback.__name__ for c in app.registered_commands if c.callback}
+    assert {"new", "check", "simulate", "models"} <= named
+    assert named <= known
+
+
+def test_every_script_named_in_the_documents_exists() -> None:
+    for file in ("README.md", "CONTRIBUTING.md", "tests/benchmarks/README.md"):
+        for module in re.findall(r"python -m (tests[\w.]+)", (ROOT / file).read_text(encoding="utf-8")):
+            assert (ROOT / (module.replace(".", "/") + ".py")).is_file(), f"{file}: {module}"
+
+
+@pytest.mark.parametrize("file", ["README.md", "CONTRIBUTING.md", "engine/NOTATION.md"])
+def test_every_link_leads_somewhere(file: str) -> None:
+    links = re.findall(r"\]\(([^)\s#]+)\)", (ROOT / file).read_text(encoding="utf-8"))
+    assert not [x for x in links if not re.match(r"[a-z]+:", x) and not ((ROOT / file).parent / x).exists()]
+
+
+def test_every_module_opens_with_a_sentence() -> None:
+    for file in (ROOT / "engine").rglob("*.py"):
+        words = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))
+        assert words, f"{file.relative_to(ROOT)} has no sentence at its top"
+
+
+# -- Registries -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", RUBBING, ids=lambda k: k.name)
+def test_a_joint_type_has_as_many_contacts_as_its_contact_element(kind: JointKind) -> None:
+    assert kind.contacts == contact.REGISTRY[kind.friction].count
+
+
+def test_every_contact_element_belongs_to_a_joint_type_and_the_other_way_round() -> None:
+    assert {k.friction for k in RUBBING} == set(contact.REGISTRY)
+    assert all(k.contacts == 0 for k in joints.REGISTRY.values() if not k.friction)

@@ -1,0 +1,89 @@
+"""What the ``compute`` entries of reference.yaml ask for in words, measured: what is no value of columns at one time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from engine.scene.model import Scene
+from engine.simulation.block import Settings
+from engine.simulation.result import Event, Result
+from engine.simulation.run import Model, run, simulate
+
+Measure = Callable[[Scene, re.Match[str]], float]
+ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+SLIDING_ENDS = ("reversal", "stop")
+
+
+def stops(scene: Scene) -> list[Event]:
+    """Ends of sliding over the scene's own time."""
+    return [e for e in simulate(scene).events if e.kind in SLIDING_ENDS]
+
+
+def which(words: str) -> int:
+    """Index of an ordinal; "last" counts from the end."""
+    return -1 if words == "last" else ORDINALS.index(words)
+
+
+def turn(e: Event) -> float:
+    """Largest turn of the event's contact angles, degrees."""
+    return float(np.degrees(np.abs(np.subtract(e.after, e.before)).max()))
+
+
+def time_of_stop(scene: Scene, m: re.Match[str]) -> float:
+    """s."""
+    return stops(scene)[which(m[1])].time
+
+
+def turn_at_stop(scene: Scene, m: re.Match[str]) -> float:
+    """Degrees."""
+    return turn(stops(scene)[which(m[1])])
+
+
+def turn_at_time(scene: Scene, m: re.Match[str]) -> float:
+    """Degrees; t = n pi/m."""
+    t = float(m[1] or 1) * np.pi / float(m[2])
+    return turn(min(simulate(scene, until=1.2 * t).events, key=lambda e: abs(e.time - t)))
+
+
+def largest(scene: Scene, m: re.Match[str]) -> float:
+    """Largest magnitude of a joint's rate near the step of a run in which it is largest, by ending runs ever closer to it."""
+    model, column = Model(scene, (f"{m[1]}.qd[1]",)), f"{m[1]}.qd[1]"
+    settings = Settings(rtol=float(scene.simulation.rtol))
+
+    rough: Result = run(model, float(scene.simulation.until), 0.0, settings)
+    i = int(np.argmax(np.abs(rough[column][: len(rough) // 2])))
+    middle, before, after = (float(rough.time[k]) for k in (i, i - 1, i + 1))
+
+    def value(later: float) -> float:
+        return abs(float(run(model, middle + later, middle + later, settings)[column][-1]))
+
+    bounds = (before - middle, after - middle)
+    return value(float(minimize_scalar(lambda x: -value(x), bounds=bounds, method="bounded", options={"xatol": 1e-13}).x))
+
+
+def solutions_at_start(scene: Scene, m: re.Match[str]) -> float:
+    """0 when the run ends for want of a solution before it begins, else 1 at least."""
+    outcome = simulate(scene, until=1e-3).outcome
+    return 0.0 if (outcome.name, outcome.time) == ("no_solution", 0.0) else 1.0
+
+
+MEASURES: dict[str, Measure] = {
+    r"time of the (\w+) stop\b.*": time_of_stop,
+    r"turn of the contact normal at the (\w+) stop in degrees": turn_at_stop,
+    r"turn of the contact normals at t = (\d*) ?pi/(\d+) in degrees": turn_at_time,
+    r"largest magnitude of (\w+)\.qd over a period": largest,
+    r"number of solutions of the complement equations at t = 0 with .*": solutions_at_start,
+}
+
+
+def measured(words: str, scene: Scene) -> float:
+    """What the words ask for. LookupError when nobody knows how."""
+    for pattern, measure in MEASURES.items():
+        m = re.fullmatch(pattern, words)
+        if m:
+            return measure(scene, m)
+    raise LookupError(f"no measure for {words!r}: write one in tests/models/measures.py")
