@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.basics.problems import SceneError
+from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.system.build import Built, build
@@ -44,8 +45,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Rows:
-    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings (n × 5): rtol, length,
-    rate, until, every."""
+    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings (n × 6): rtol, length,
+    rate, until, every, energy."""
 
     built: Built
     index: np.ndarray
@@ -58,7 +59,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class _Entry:
-    """One built scene as flat numbers: [p | q v | inputs | until every rtol | length gravity]; built: itself, None where it is of
+    """One built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]; built: itself, None where it is of
     the base's structure."""
 
     built: Built | None
@@ -148,7 +149,8 @@ class Preparer:
         """Its numbers, side by side."""
         n, (until, every, rtol) = built.numbers, self.run.of(built.scene)
         pull = float(np.linalg.norm(np.array(built.scene.gravity, float)))
-        rest = [until, every, rtol, n.length, pull]
+        mass = sum(mass_properties(b)[0] for b in built.scene.bodies.values())
+        rest = [until, every, rtol, mass, n.length, pull]
         return np.concatenate([built.parameters.values, n.q, n.v, n.inputs, rest])
 
     def _alike(self, built: Built) -> bool:
@@ -159,10 +161,7 @@ class Preparer:
             and built.parameters.paths == self.start.parameters.paths
             and a.breaks == b.breaks
             and all(np.array_equal(x, y) for x, y in ((a.q_given_by_rate, b.q_given_by_rate), (a.v_given, b.v_given)))
-            and all(
-                k == m and np.array_equal(t, u) and np.array_equal(v, w)
-                for (k, t, v), (m, u, w) in zip(a.tables, b.tables, strict=True)
-            )
+            and same_tables(a.tables, b.tables)
         )
 
     # -- rows ---------------------------------------------------------------------------------------------------------------
@@ -188,6 +187,17 @@ class Preparer:
         return out
 
 
+Tables = tuple[tuple[str, np.ndarray, np.ndarray], ...]
+
+
+def same_tables(a: Tables, b: Tables) -> bool:
+    """Whether tables are equal; values of inputs may differ, since each case has its own."""
+    return len(a) == len(b) and all(
+        k == m and np.array_equal(t, u) and (k in ("input", "tracked") or np.array_equal(v, w))
+        for (k, t, v), (m, u, w) in zip(a, b, strict=True)
+    )
+
+
 def owner(path: str) -> tuple[str, ...]:
     """What a path belongs to: paths of different owners do not act on the same numbers of the system."""
     steps = path.replace("[", ".[").split(".")
@@ -201,9 +211,10 @@ def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
     n, s = built.numbers, built.system
     ends = np.cumsum([len(built.parameters.values), s.nq + s.nv, len(n.inputs)])
     p, y, inputs, rest = np.split(flat, ends, axis=1)
-    until, every, rtol, length, pull = rest.T
+    until, every, rtol, mass, length, pull = rest.T
     base = np.where(pull > 0.0, np.sqrt(pull / length), 1.0)
     rate = np.maximum(base, np.abs(y[:, s.nq :]).max(axis=1, initial=0.0))
     given = np.repeat(np.concatenate([n.q_given_by_rate, n.v_given])[None, :], len(flat), axis=0)
-    settings = np.column_stack([rtol, length, rate, until, every])
+    energy = [m * (x * r) ** 2 for m, x, r in zip(mass.tolist(), length.tolist(), rate.tolist(), strict=True)]
+    settings = np.column_stack([rtol, length, rate, until, every, energy])
     return Rows(built, index, *(np.ascontiguousarray(a) for a in (p, y, given, inputs, settings)))
