@@ -59,8 +59,8 @@ class Rows:
 
 @dataclass(frozen=True)
 class _Entry:
-    """One built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]; built: itself, None where it is of
-    the base's structure."""
+    """One built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]; built: itself, None where it is
+    of the base's structure."""
 
     built: Built | None
     flat: np.ndarray

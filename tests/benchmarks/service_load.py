@@ -85,9 +85,8 @@ def main() -> None:
         got = load(seconds, Path(folder))
     for name, label in (("polls", "GET /v1/jobs/{id}"), ("submits", "POST /v1/jobs")):
         p50, p99 = np.percentile(got[name], [50, 99])
-        print(
-            f"{label}: {len(got[name])} requests, median {1e3 * p50:.1f} ms, p99 {1e3 * p99:.1f} ms, longest {1e3 * got[name].max():.0f} ms"
-        )
+        most = 1e3 * got[name].max()
+        print(f"{label}: {len(got[name])} requests, median {1e3 * p50:.1f} ms, p99 {1e3 * p99:.1f} ms, longest {most:.0f} ms")
     print(f"errors: {got['errors']}")
 
 

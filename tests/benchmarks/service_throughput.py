@@ -1,7 +1,7 @@
 """How much of two cores a batch gets through the service: example 8.1, friction and start angle swept, reductions only.
 
-Run it with ``python -m tests.benchmarks.service_throughput [CASES]`` on an idle machine. It starts a server with two workers, warms it
-up, measures what one core steps bare (the same C loop in this process), runs 10,000 cases end to end, then the large batch.
+Run it with ``python -m tests.benchmarks.service_throughput [CASES]`` on an idle machine. It starts a server with two workers,
+warms it up, measures what one core steps bare (the same C loop in this process), runs 10,000 cases end to end, then the large batch.
 """
 
 from __future__ import annotations
@@ -116,20 +116,13 @@ def main() -> None:
             again, again_cpu = bare(large, 10.0)
             best, best_cpu = max(rate, again), max(by_cpu, again_cpu)
             got = end["cases"] / wall
-            print(
-                f"{end['cases']} cases: {end['cases'] / best:.0f} s of bare stepping done in {wall:.1f} s, first rows after {first:.2f} s"
-            )
-            print(
-                f"outcomes {end['outcomes']}, {end['bytes'] / 1e6:.1f} MB, stepping {end['stepping_seconds']:.1f} s on the workers"
-            )
+            n, mb, stepped = end["cases"], end["bytes"] / 1e6, end["stepping_seconds"]
+            print(f"{n} cases: {n / best:.0f} s of bare stepping done in {wall:.1f} s, first rows after {first:.2f} s")
+            print(f"outcomes {end['outcomes']}, {mb:.1f} MB, stepping {stepped:.1f} s on the workers")
             print(f"bare rate again: {again:.0f} cases/s")
-            print(
-                f"throughput {got:.0f} cases/s = {100 * got / (WORKERS * best):.0f} % of {WORKERS} x bare (at least 80 % is wanted)"
-            )
-            share = 100 * end["cases"] / best_cpu / sum(used)
-            print(
-                f"processor seconds (server, workers) {[round(x, 1) for x in used]}, bare stepping {end['cases'] / best_cpu:.1f}: {share:.0f} %"
-            )
+            print(f"throughput {got:.0f} cases/s = {100 * got / (WORKERS * best):.0f} % of {WORKERS} x bare (80 % is wanted)")
+            share, taken = 100 * n / best_cpu / sum(used), [round(x, 1) for x in used]
+            print(f"processor seconds (server, workers) {taken}, bare stepping {n / best_cpu:.1f}: {share:.0f} %")
             print(f"memory, MB (server, workers): before {before}, on the way {sizes[len(sizes) // 4 :: max(1, len(sizes) // 4)]}")
 
 

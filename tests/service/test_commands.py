@@ -36,7 +36,7 @@ class Told:
 
 
 @pytest.fixture
-def told(served: Served, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Told]:
+def told(served: Served, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Told:
     """The command with its sub-commands registered, talking to that server."""
 
     class Here:
@@ -47,7 +47,7 @@ def told(served: Served, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
     monkeypatch.setattr(extensions, "registered", lambda: {"jobs": Here()})
     monkeypatch.setenv("TRUNNION_SERVER", f"http://127.0.0.1:{served.port}")
-    yield Told(capsys)
+    return Told(capsys)
 
 
 def test_a_job_is_submitted_waited_for_and_fetched(told: Told, tmp_path: Path) -> None:

@@ -18,9 +18,33 @@ from tests.service.serving import MU, Served
 
 PLACES = ("/v1/jobs", "/v1/jobs/check", "/v1/scenes/check")
 ODD: list[Any] = [
-    None, True, -1, 0, 1e308, -1e-320, 2**70, "", "x", "1 parsec", "\u0000", "\ud800", "../../etc/passwd", "http://127.0.0.1:1/", "a" * 5000,
-    [], [[]], {}, {"": {}}, [1, 2], "!!python/object/apply:os.system [ls]", "${jndi}", {"$ref": "file:///etc/passwd"}, "0x7f", "1e400", "nan",
-]  # fmt: skip
+    None,
+    True,
+    -1,
+    0,
+    1e308,
+    -1e-320,
+    2**70,
+    "",
+    "x",
+    "1 parsec",
+    "\u0000",
+    "\ud800",
+    "../../etc/passwd",
+    "http://127.0.0.1:1/",
+    "a" * 5000,
+    [],
+    [[]],
+    {},
+    {"": {}},
+    [1, 2],
+    "!!python/object/apply:os.system [ls]",
+    "${jndi}",
+    {"$ref": "file:///etc/passwd"},
+    "0x7f",
+    "1e400",
+    "nan",
+]
 GROWTH = 300_000_000
 """Bytes the server may grow by: what its libraries and caches take when first used, not a share of what was sent."""
 
