@@ -73,7 +73,7 @@ def serve(
     ] = "",
     lease: Annotated[float, typer.Option(hidden=True, min=0.3)] = 6.0,
     retry_delay: Annotated[float, typer.Option(hidden=True, min=0.0)] = 2.0,
-    chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 0.5,
+    chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 2.0,
 ) -> None:
     """Serve batches over HTTP, with a web page at /."""
     from service.store.database import Unreachable

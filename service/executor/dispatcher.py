@@ -253,9 +253,8 @@ class Dispatcher:
         if left <= 0.0:
             self._stop_job(active, "failed", [OUT_OF_TIME])
             return False
-        remaining = max(1, (active.job.cases - active.planned) // (2 * max(1, self.cluster.counted)))
         try:
-            chunk = self.store.cut(self.name, active.job.id, min(active.size(self.settings.chunk_seconds), remaining))
+            chunk = self.store.cut(self.name, active.job.id, active.size(self.settings.chunk_seconds, max(1, self.cluster.counted)))
         except LeaseLost:
             self._forget(active)
             return False
