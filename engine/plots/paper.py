@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.plots.files import save_figure
+from engine.plots.files import save_figure, small
 from engine.plots.palette import GRID, INK, color
 from engine.scene.library import models_dir
 from engine.simulation.result import Result
@@ -145,9 +145,9 @@ def pages() -> dict[str, tuple[str, list[Panel], float]]:
 def numbers() -> list[tuple[str, str, str]]:
     """(what the text says, text, ours)."""
     adams = ran("spherical_pendulum", "coulomb", "adams", 10.0)
-    stops = [e.time for e in adams.events if e.kind in ("reversal", "stick")]
+    stops = [e.time for e in adams.events if e.kind in ("reversal", "stop")]
     exact = ran("spherical_pendulum", "coulomb", "exact", 10.0)
-    ends = [e.time for e in exact.events if e.kind in ("reversal", "stick")]
+    ends = [e.time for e in exact.events if e.kind in ("reversal", "stop")]
     rows = [
         ("8.1, Adams’ law: speed and acceleration both close to zero", "7.7 s", f"{min(stops, key=lambda t: abs(t - 7.7)):.4f} s"),
         ("8.1: at rest, sticking", "close to 10 s", f"{ends[-1]:.4f} s"),
@@ -177,16 +177,6 @@ def _travelled(law: str) -> list[tuple[str, str, str]]:
         (f"8.3, {law}: pivot's speed after 10 s", "never above 0.01 m/s", f"up to {v[far.time > 10].max():.4f} m/s"),
         (f"8.3, {law}: friction force along the guide above 5 N", "about 10 s after rest", f"until {far.time[f > 5].max():.1f} s"),
     ]
-
-
-def small(path: Path) -> Path:
-    """The picture with few colours: a third of the bytes."""
-    from PIL import Image
-
-    with Image.open(path) as picture:
-        reduced = picture.convert("RGB").quantize(48)
-    reduced.save(path, optimize=True)
-    return path
 
 
 def main(arguments: Sequence[str] = ()) -> None:
