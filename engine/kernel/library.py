@@ -109,7 +109,7 @@ class Kernel:
 
 SIZE_NAMES = (
     "abi", "nq", "nv", "nx", "np", "nc", "nw", "nmaps", "rows", "active", "neta", "nn", "nrates", "nquad", "nsliders", "nstops",
-    "ntables", "ninputs", "nquat", "nelements", "ndn",
+    "ntables", "nquat", "nelements", "ndn",
     "nkappa", "loop_friction", "coupled", "sets",
 )
 

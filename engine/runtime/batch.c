@@ -72,7 +72,8 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   memcpy(s, v->fresh, v->fresh->bytes);
   const tr_kernel *k = s->k;
   memcpy(TR_A(s, p), b->p + (size_t)b->at * k->np, sizeof(double) * k->np);
-  memcpy(TR_A(s, x) + 2, b->inputs + (size_t)b->at * k->ninputs, sizeof(double) * k->ninputs);
+  int n = tr_inputs(s);
+  for (int i = 0; i < n; ++i) TR_A(s, tables)[(int)TR_A(s, tables)[i] + 3] = b->inputs[(size_t)b->at * n + i];
   tr_set_parameters(s);
   const double *set = b->set + (size_t)b->at * TR_CASE_SETTINGS;
   tr_settings o = b->settings;

@@ -15,9 +15,9 @@ enum { TR_ROW_LAW = 0, TR_ROW_STILL = 1, TR_ROW_FREE = 2, TR_ROW_SHARE = 3 };
 static inline const int *tr_slider(const tr_sim *s, int i) { return s->k->slider + TR_SLIDER * i; }
 static inline double *tr_mode(const tr_sim *s, int slider) {
   const tr_kernel *k = s->k;
-  return TR_A(s, x) + 2 + k->ninputs + TR_TABLE * k->ntables + k->nstops + TR_MODE * slider;
+  return TR_A(s, x) + 2 + TR_TABLE * k->ntables + k->nstops + TR_MODE * slider;
 }
-static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + s->k->ninputs + TR_TABLE * s->k->ntables + stop; }
+static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + TR_TABLE * s->k->ntables + stop; }
 static inline int tr_is_set(const tr_sim *s, int i) { return tr_slider(s, i)[5] == TR_KIND_SET; }
 static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set(s, i) && tr_mode(s, i)[0] < 0.5; }
 /* Unit of sliding speed, m/s. */

@@ -11,11 +11,19 @@ static void tr_input_signal(const double *D, double t, double *out) {
   out[0] += a * f, out[1] += (c - w * a) * f, out[2] += w * (w * a - 2.0 * c) * f, out[3] += w * w * (3.0 * c - w * a) * f;
 }
 
+/* External inputs: the first tables. */
+static int tr_inputs(const tr_sim *s) {
+  const double *T = TR_A(s, tables);
+  int n = 0;
+  while (n < s->k->ntables && T[(int)T[n]] == 2.0) ++n;
+  return n;
+}
+
 /* Tables: [offset | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
 static void tr_signals(tr_sim *s, double t) {
   const tr_kernel *k = s->k;
   const double *T = TR_A(s, tables);
-  double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2 + k->ninputs;
+  double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2;
   for (int i = 0; i < k->ntables; ++i, out += TR_TABLE) {
     const double *D = T + (int)T[i];
     if (D[0] == 2.0) {

@@ -8,7 +8,7 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 6
+#define TR_ABI 7
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
@@ -17,7 +17,7 @@
 
 typedef struct tr_kernel {
   int abi, nq, nv, nx, np, nc, nw, nmaps;
-  int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, ninputs, nquat, nelements, ndn;
+  int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, nquat, nelements, ndn;
   int nkappa, loop_friction, coupled, sets; /* redundant variant; friction on a loop; inactive rows matter to the
                                              choice of reactions; some law is set-valued at rest */
   int c_closure, c_laws, c_events, c_held;
