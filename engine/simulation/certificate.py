@@ -44,7 +44,8 @@ def certificate_notes(c: Certificate) -> list[str]:
         way = "could both stick and slip, or slip either way; sticking was preferred"
         out.append(f"indeterminate at t = {time:.6g} s: joint {joint} {way}")
     if c.time_stepped is not None:
-        out.append(f"events accumulated at t = {c.time_stepped:.6g} s: time stepping (moreau, first order) took over while they did")
+        what = "time stepping (moreau, first order) took over while they did"
+        out.append(f"events accumulated at t = {c.time_stepped:.6g} s: {what}")
     if max(c.roots) > 1:
         out.append(f"the complement equations have {max(c.roots)} roots: the one continued from zero friction was followed")
     return out
