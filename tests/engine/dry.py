@@ -16,10 +16,10 @@ from engine.simulation.run import simulate
 DRY = {"friction.law": "coulomb"}
 
 
-def run(scene: sm.Scene | str, until: float, every: float, rtol: float = 1e-9, outputs: list[str] | None = None, **changes) -> Result:
+def run(scene: sm.Scene | str, until: float, every: float, rtol: float = 1e-9, max_steps: int = 1_000_000, **changes) -> Result:
     """A run that ends as it should. changes: ``path__to__number=value``."""
     overrides = {**DRY, **{k.replace("__", "."): v for k, v in changes.items()}}
-    r = simulate(scene, until=until, every=every, rtol=rtol, outputs=outputs, overrides=overrides)
+    r = simulate(scene, until=until, every=every, rtol=rtol, max_steps=max_steps, overrides=overrides)
     assert r.outcome.ok, r.outcome
     return r
 
@@ -53,19 +53,3 @@ def arm(tilt: float, mu: float = 0.3, mu_static: float | None = None, load: sm.A
         for k in range(1, 7)
     }  # fmt: skip
     return sm.Scene(bodies, joints, "arm", gravity=(0.0, 0.0, -9.81), forces={} if load is None else {"load": load})
-
-
-def journal_ratio(fc: np.ndarray, mc: np.ndarray, radius: float, half_length: float) -> float:
-    """Friction ratio |k| a journal needs to hold the torque mc[0] about its axis with the load fc, mc across it: by bisection on the
-    paper's own equations (115)-(126), not on their closed form."""
-    from scipy.optimize import brentq
-
-    from tests.reference.contacts import journal
-    from tests.reference.laws import Law
-
-    need = abs(mc[0])
-
-    def lack(mu: float) -> float:
-        return abs(journal(fc, mc, 1.0, 0.0, radius, half_length, Law("coulomb", mu)).torque) - need
-
-    return 0.0 if need == 0.0 else float(brentq(lack, 1e-12, 50.0, xtol=1e-15, rtol=1e-14)) if lack(50.0) > 0 else math.inf

@@ -83,7 +83,7 @@ def test_the_double_pendulum_starts_as_computed() -> None:
 
 
 def test_its_events_converge_as_the_tolerance_falls() -> None:
-    """Times of the first stops against those at 1e-11; motion is sensitive, so 30 times the tolerance over the first two seconds."""
+    """Times of the first stops against those at 1e-11; the motion is sensitive: 30 times the tolerance over two seconds."""
     runs = {r: [e.time for e in run("double_pendulum", 2.0, 1.0, r).events if e.kind != "turn"] for r in (1e-6, 1e-8, 1e-11)}
     truth = runs.pop(1e-11)
     assert len(truth) >= 3

@@ -76,7 +76,7 @@ def test_travel_and_turn_share_one_friction() -> None:
     load, spin, slide = np.array([0.0, 0.0, -MASS * 9.81]), math.sin(direction) / radius, math.cos(direction)
     out = journal(load, np.zeros(3), spin, slide, radius, HALF_LENGTH, Law("coulomb", MU))
     base = pushed("cylindrical", 1.0, 0.0)
-    for share, moves in ((1 - EXACT, False), (1 + EXACT, True)):
+    for share, moves in ((1 - EXACT, False), (1 + 1e-6, True)):
         loads: dict[str, sm.Applied] = {
             "push": sm.Force("force", "carriage", (share * abs(out.force), 0.0, 0.0)),
             "turn": sm.Torque("torque", "carriage", (share * abs(out.torque), 0.0, 0.0)),

@@ -95,7 +95,8 @@ def test_static_friction_holds_what_sliding_friction_would_not() -> None:
     held = pendulum_at(limit - 1e-6, 10.0, 100.0, mu_static=0.8)
     assert np.ptp(pendulum_angle(held)) == 0.0
     gone = pendulum_at(limit + 1e-6, 0.001, 0.01, mu_static=0.8)
-    weight, reach = MASS * 9.81, RADIUS * MU / math.sqrt(1 + MU * MU)
-    rate = gone["ball.qdd[2]"][0]
-    force = math.hypot(weight - MASS * ARM * abs(rate) * math.sin(math.radians(limit)), MASS * ARM * abs(rate) * math.cos(math.radians(limit)))
-    assert INERTIA * abs(rate) == pytest.approx(weight * ARM * math.sin(math.radians(limit)) - reach * force, rel=1e-5)
+    weight, reach, sine = MASS * 9.81, RADIUS * MU / math.sqrt(1 + MU * MU), math.sin(math.radians(limit))
+    rate = abs(gone["ball.qdd[2]"][0])
+    cosine = math.cos(math.radians(limit))
+    force = math.hypot(weight * sine - MASS * ARM * rate, weight * cosine)
+    assert INERTIA * rate == pytest.approx(weight * ARM * sine - reach * force, rel=1e-5)
