@@ -22,7 +22,8 @@ def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) ->
     watched = sizes["nsliders"] + sizes["nstops"]
     arrays = [
         doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables),
-        doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given), _settings(settings), _outcomes(model),
+        doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given),
+        _settings(settings), _outcomes(model),
     ]
     counts = [sum(v.causality == c for v in listed) for c in ("output", "input")]
     values = [

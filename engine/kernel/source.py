@@ -123,6 +123,6 @@ def _outputs_text(out: OutputUnit) -> str:
     contacts = "o_contacts_at" if out.ncontacts else "0"
     struct = (
         f"const tr_outputs trunnion_outputs={{{ABI},{out.nout},{out.ncontacts},{out.nc},{out.nkappa},{len(out.post)},{out.energy},"
-        f"o_post,o_prepare_all,o_eval,{contacts},{kappa}}};\n"
+        f"{out.wants},o_post,o_prepare_all,o_eval,{contacts},{kappa}}};\n"
     )
     return PREAMBLE + out.text + _ints("o_post", post) + struct

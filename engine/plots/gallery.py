@@ -58,7 +58,7 @@ class Choice:
     changes: dict[str, Any] = field(default_factory=dict)
 
 
-LAW = {"friction.law": "regularized", "friction.v_eps": 1e-4}
+LAW = {"friction.law": "coulomb"}
 CHOICES: dict[str, Choice] = {
     "andrews": Choice(
         0.0072,
@@ -114,6 +114,16 @@ CHOICES: dict[str, Choice] = {
         until=6.0,
         aside=(20.0, 14.0),
         changes=LAW,
+    ),
+    "friction_identification": Choice(
+        0.35,
+        "At every stop friction turns round; how fast the swings die away, and how, tells friction from drag",
+        (
+            Plot("Angle of the arm", "angle", ("pivot.q[1]",), True),
+            Plot("Friction torque of pivot", "torque", ("pivot.friction.torque[1]",)),
+        ),
+        aside=(20.0, 14.0),
+        changes={"joints.pivot.friction.mu": 0.23, "joints.pivot.damping": 0.008},
     ),
     "governor": Choice(
         1.1116,

@@ -108,8 +108,8 @@ numpy.savez(sys.argv[4], data=r.data, names=numpy.array(r.names))
 
 
 def engine_run(model: str, until: float) -> dict[str, np.ndarray]:
-    """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for (in a process of its own: otherwise
-    fused operations of newer processors round differently)."""
+    """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for (in a process of its own:
+    otherwise fused operations of newer processors round differently)."""
     file = FOLDER / f"{model}.npz"
     command = [sys.executable, "-c", REFERENCE, model, repr(until), repr(until / ROWS), str(file)]
     subprocess.run(command, env=dict(os.environ, TRUNNION_CPU="x86_64"), check=True)

@@ -95,8 +95,8 @@ def test_the_command_writes_and_tells(tmp_path: Path) -> None:
 
 def test_a_scene_that_cannot_start_is_not_exported(tmp_path: Path) -> None:
     scene = engine.load_scene("crank_slider")
+    short = {"bodies.rod.points.end": [0.3, 0, 0], "joints.crank_pivot.drive.constant.start": 1.5}
     with pytest.raises(SimulationError, match="open_loop"):
-        short = {"bodies.rod.points.end": [0.3, 0, 0], "joints.crank_pivot.drive.constant.start": 1.5}
         export(scene, tmp_path / "a.fmu", overrides=short)
     assert not list(tmp_path.iterdir())
 
