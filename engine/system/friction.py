@@ -8,7 +8,7 @@ from engine.system.structure import FrictionElement, Joint, Slider
 
 NUMBERS = {
     "mu": "1", "mu_static": "1", "radius": "m", "half_length": "m", "half_width": "m", "half_height": "m",
-    "viscosity": "s/m", "thrust_radius": "m", "v_eps": "m/s",
+    "viscosity": "s/m", "thrust_radius": "m", "v_eps": "m/s", "v_stribeck": "m/s",
 }
 
 

@@ -117,7 +117,6 @@ def test_kinks_must_be_located(rtol: float) -> None:
     assert errors[0] < 0.1 * errors[1]
 
 
-@pytest.mark.xfail(strict=True, reason="a driven joint beside one free rate: given() multiplies 6x0 by 1x0 (RuntimeError)")
 def test_stops_of_a_table_are_hit_exactly() -> None:
     """Steps end at every kink of a signal: with them a ramped drive is exact however loose the tolerance."""
     from engine.scene import model as sm
