@@ -48,12 +48,12 @@ def children(s: Served) -> list[psutil.Process]:
     return [p for p in found if "spawn_main" in " ".join(p.cmdline())]
 
 
-@pytest.mark.parametrize(("cases", "kills"), [(CASES, 1), pytest.param(1000, 5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("cases", "kills", "until"), [(CASES, 1, 40.0), pytest.param(1000, 5, 150.0, marks=pytest.mark.slow)])
 def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_random(
-    tmp_path: Path, cases: int, kills: int
+    tmp_path: Path, cases: int, kills: int, until: float
 ) -> None:
     chance = random.Random(8)
-    asked = LONG | {"over": {MU: f"0.1:0.6:{cases}"}}
+    asked = LONG | {"over": {MU: f"0.1:0.6:{cases}"}, "until": until}
     s = Served(tmp_path / "data", "--workers", "2", *QUICK).start()
     job = s.submit(asked)
     for _ in range(kills):
