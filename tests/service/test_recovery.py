@@ -54,27 +54,26 @@ def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_
 ) -> None:
     chance = random.Random(8)
     asked = LONG | {"over": {MU: f"0.1:0.6:{cases}"}, "until": until}
-    s = Served(tmp_path / "data", "--workers", "2", *QUICK).start()
-    job = s.submit(asked)
-    for _ in range(kills):
-        before = s.job(job)["done"]
-        eventually(lambda b=before: s.job(job)["done"] > b + 15)
-        workers = children(s)
-        if chance.random() < 0.7:
-            chance.choice(workers).kill()
+    with Served(tmp_path / "data", "--workers", "2", *QUICK) as s:
+        job = s.submit(asked)
+        for _ in range(kills):
             before = s.job(job)["done"]
-            eventually(lambda b=before: s.job(job)["done"] > b)
-        workers = children(s)
-        assert s.job(job)["state"] == "running"
-        s.kill()
-        eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
-        s.start()
-    end = s.ended(job)
-    assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})
-    assert s.rows(job) == uninterrupted(asked)
-    parts = [tuple(map(int, p.stem.split("-")[1:])) for p in (tmp_path / "data" / "results" / job).glob("*.parquet")]
-    assert sum(stop - start for start, stop in parts) == cases, "a case was computed into two parts"
-    s.stop()
+            eventually(lambda b=before: s.job(job)["done"] > b + 15)
+            workers = children(s)
+            if chance.random() < 0.7:
+                chance.choice(workers).kill()
+                before = s.job(job)["done"]
+                eventually(lambda b=before: s.job(job)["done"] > b)
+            workers = children(s)
+            assert s.job(job)["state"] == "running"
+            s.kill()
+            eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
+            s.start()
+        end = s.ended(job)
+        assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})
+        assert s.rows(job) == uninterrupted(asked)
+        parts = [tuple(map(int, p.stem.split("-")[1:])) for p in (tmp_path / "data" / "results" / job).glob("*.parquet")]
+        assert sum(stop - start for start, stop in parts) == cases, "a case was computed into two parts"
 
 
 @contextmanager
