@@ -94,6 +94,11 @@ def _friction(j: Joint) -> Iterator[Column]:
     for n, s in enumerate(j.friction.sliders):
         text = "sliding state: −1, +1 slipping, 0 proportional zone or stick"
         yield Column(f"{name}.friction.state[{n + 1}]", "1", text, ("state", s.flag))
+    if j.friction.bristles:
+        for k in range(kind.nv):
+            turns = kind.columns[k][0].rot
+            text = f"deflection of the bristles of {name} along freedom {k + 1}" + (", at the radius" if turns else "")
+            yield Column(f"{name}.friction.bristle[{k + 1}]", "m", text, ("bristle", name, k))
     yield Column(f"{name}.friction.work", "J", f"work of friction in {name} (≤ 0)", ("quad", f"friction:{name}"))
     ball = j.friction.contact == "ball"
     for i in range(kind.contacts):

@@ -8,15 +8,16 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 7
+#define TR_ABI 8
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
 #define TR_BREAKS 4096
 #define TR_EVENT 24     /* doubles of one event record */
 
+/* State y: q (nq), v (nv), states of friction laws (nb; friction ratios), integrals (nquad). */
 typedef struct tr_kernel {
-  int abi, nq, nv, nx, np, nc, nw, nmaps;
+  int abi, nq, nv, nb, nx, np, nc, nw, nmaps;
   int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, nquat, nelements, ndn;
   int nkappa, loop_friction, coupled, sets; /* redundant variant; friction on a loop; inactive rows matter to the
                                              choice of reactions; some law is set-valued at rest */
