@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from engine.batch.sweeping import Sweep, sweep
     from engine.scene import Scene, load_scene, models_dir
     from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
+    from engine.simulation.linearize import Linearization, linearize
     from engine.simulation.result import Event, Result
     from engine.simulation.run import simulate
 
@@ -32,12 +33,15 @@ _HOMES = {
     "sensitivity": "engine.sensitivities",
     "Event": "engine.simulation.result",
     "Result": "engine.simulation.result",
+    "Linearization": "engine.simulation.linearize",
+    "linearize": "engine.simulation.linearize",
     "simulate": "engine.simulation.run",
     "Sweep": "engine.batch.sweeping",
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
-    "Event", "Fit", "Problem", "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Sweep", "fit", "load_scene",
+    "Event", "Fit", "Linearization", "Problem", "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Sweep", "fit",
+    "linearize", "load_scene",
     "models_dir", "sensitivity", "simulate", "sweep",
 ]  # fmt: skip
 

@@ -1,0 +1,22 @@
+"""Scenes as FMI 2.0 co-simulation FMUs, in two flavours: ``fmu.export(scene, file, flavour=…, platforms=…)``.
+
+``native`` needs nothing on the host but libc and libm; ``python`` (built with pythonfmu) runs the same compiled library from a
+Python slave. Same variables, same numbers, bit for bit.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fmu.export import Export, export
+
+__all__ = ["Export", "export"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        from importlib import import_module
+
+        return getattr(import_module("fmu.export"), name)
+    raise AttributeError(f"module 'fmu' has no attribute {name!r}")

@@ -9,12 +9,17 @@ from engine.cli.running import FAILED, failure_end, problems_end
 from service.cli import serve
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Serve; the exit code."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command("serve")(serve)
     try:
-        return typer.main.get_command(app).main(sys.argv[1:], prog_name="trunnion serve", standalone_mode=False) or 0
+        return (
+            typer.main.get_command(app).main(
+                sys.argv[1:] if arguments is None else arguments, prog_name="trunnion serve", standalone_mode=False
+            )
+            or 0
+        )
     except SceneError as e:
         return problems_end(e.problems, False)
     except SimulationError as e:

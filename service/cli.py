@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,33 @@ import typer
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from service.settings import Limits, Settings
+
+
+def limit_names() -> list[str]:
+    """Limits that are numbers."""
+    return [f.name for f in fields(Limits) if f.name != "rate"]
+
+
+def limits_of(rate: str, texts: list[str]) -> Limits:
+    """Limits of the options; SceneError with every problem."""
+    from service.api.security import Rates
+
+    problems, given = [], {}
+    try:
+        Rates(rate)
+    except ValueError:
+        problems.append(Problem("--rate", f"{rate!r} is no rate", "such as 1200/minute or 20/second"))
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            given[name] = type(getattr(Limits, name) if name in limit_names() else 0)(float(value))
+        except (ValueError, OverflowError):
+            problems.append(Problem("--limit", f"{text!r} is not NAME=N", "such as cases=100000"))
+        if name not in limit_names():
+            problems.append(Problem("--limit", f"there is no limit {name!r}", f"one of {', '.join(limit_names())}"))
+    if problems:
+        raise SceneError(problems)
+    return Limits(rate=rate, **given)
 
 
 def serve(
@@ -37,22 +65,22 @@ def serve(
     workers: Annotated[int, typer.Option(metavar="N", min=0, help="Processes, without a scheduler (default: one a core).")] = 0,
     keys: Annotated[bool, typer.Option("--keys", help="Ask for keys on this machine too.")] = False,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Most requests a key, such as 1200/minute.")] = "",
+    limit: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=N", help="Another limit: " + ", ".join(limit_names()) + " (repeatable).")
+    ] = None,
     new_key: Annotated[
         str, typer.Option("--new-key", metavar="NAME:ROLE", help="Make a key (read, submit, admin), print it, and end.")
     ] = "",
     lease: Annotated[float, typer.Option(hidden=True, min=0.3)] = 6.0,
-    chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 0.5,
+    retry_delay: Annotated[float, typer.Option(hidden=True, min=0.0)] = 2.0,
+    chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 2.0,
 ) -> None:
     """Serve batches over HTTP, with a web page at /."""
-    from service.api.security import Rates
     from service.store.database import Unreachable
 
-    try:
-        Rates(rate)
-    except ValueError as e:
-        raise SceneError([Problem("--rate", f"{rate!r} is no rate", "such as 1200/minute or 20/second")]) from e
+    limits = limits_of(rate, limit or [])
     settings = Settings(
-        data, host, port, database, results, scheduler, workers, keys, Limits(rate=rate), chunk_seconds, lease=lease
+        data, host, port, database, results, scheduler, workers, keys, limits, chunk_seconds, retry_delay=retry_delay, lease=lease
     )
     try:
         raise typer.Exit(_make_key(settings, new_key) if new_key else _serve(settings))

@@ -31,6 +31,8 @@ class Server:
 
     def __init__(self, url: str, key: str):
         try:
+            if not httpx.URL(url).host:
+                raise ValueError("it names no host")
             self.http = httpx.Client(base_url=url, timeout=120, headers={"Authorization": f"Bearer {key}"} if key else {})
         except (httpx.InvalidURL, ValueError) as e:
             raise SceneError([Problem("--server", f"{url!r} is no address: {e}", f"such as {HERE}")]) from e
@@ -40,7 +42,7 @@ class Server:
         """A request; its good answer."""
         try:
             answer = self.http.request(method, path, **more)
-        except (httpx.HTTPError, httpx.InvalidURL) as e:
+        except httpx.HTTPError as e:
             raise SimulationError(f"no answer from {self.url}: {e}\nIs it running? Start one with: trunnion serve") from e
         return checked(answer)
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.plan import Plan, Run, plan
@@ -22,10 +22,39 @@ Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]
 Number = float | Annotated[str, StringConstraints(max_length=100)]
 
 
+DEEPEST = 60
+
+
+def _unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 class Asked(BaseModel):
     """Unknown fields are mistakes."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sound(cls, data: Any) -> Any:
+        """Only text that is Unicode, and nothing nested without end."""
+        todo = [(data, 0)]
+        while todo:
+            value, depth = todo.pop()
+            if depth > DEEPEST:
+                raise ValueError(f"it is nested more than {DEEPEST} deep")
+            if isinstance(value, str) and not _unicode(value):
+                raise ValueError("it holds half of a surrogate pair, which is no text")
+            if isinstance(value, dict):
+                todo += [(k, depth + 1) for k in value]
+                value = list(value.values())
+            if isinstance(value, list):
+                todo += [(v, depth + 1) for v in value]
+        return data
 
 
 class SceneSource(Asked):

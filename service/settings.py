@@ -28,7 +28,8 @@ class Limits:
 @dataclass(frozen=True)
 class Settings:
     """data: folder for the database, results and scratch files unless they are given elsewhere. database: SQLAlchemy URL. results:
-    fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine."""
+    fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine.
+    chunk_seconds: longest a chunk should take."""
 
     data: Path
     host: str = "127.0.0.1"
@@ -39,7 +40,7 @@ class Settings:
     workers: int = 0
     require_keys: bool = False
     limits: Limits = field(default_factory=Limits)
-    chunk_seconds: float = 0.5
+    chunk_seconds: float = 2.0
     attempts: int = 5
     retry_delay: float = 2.0
     lease: float = 6.0

@@ -92,7 +92,8 @@ class Loop:
         self.blocks: list[bl.Block] = []
         self._variant(self.model.kernel)
         sim = rows.built.scene.simulation
-        self.batch.settings = bl._Settings(1e-6, np.inf, 0.0, 0.0, 1.0, 1.0, bl.METHODS[method or sim.method], 1, 1, 0)
+        through = sim.jams == "impact"
+        self.batch.settings = bl._Settings(1e-6, np.inf, 0.0, 0.0, 1.0, 1.0, bl.METHODS[method or sim.method], 1, 1, 0, through)
         self.width = self.blocks[0].width
         self.batch.width, self.batch.capacity = self.width, CAPACITY
         self.batch.ntable = self.blocks[0]._sizes[1]

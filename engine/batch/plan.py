@@ -13,7 +13,7 @@ import numpy as np
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases, grid, listed, sampled
 from engine.batch.loop import Loop, Stopped, invalid
-from engine.batch.preparing import Preparer, Rows, Run
+from engine.batch.preparing import Preparer, Rows, Run, same_tables
 from engine.batch.reductions import Reduction, reductions
 from engine.batch.table import schema, table
 from engine.kernel.columns import columns
@@ -154,12 +154,11 @@ def fits(loop: Loop, rows: Rows) -> bool:
     a, b = loop.model.built, rows.built
     if a is b:
         return True
-    tables = zip(a.numbers.tables, b.numbers.tables, strict=False)
     return (
         a.system == b.system
         and a.parameters.paths == b.parameters.paths
         and a.numbers.breaks == b.numbers.breaks
-        and all(k == m and np.array_equal(t, u) and np.array_equal(v, w) for (k, t, v), (m, u, w) in tables)
+        and same_tables(a.numbers.tables, b.numbers.tables)
         and a.scene.simulation.method == b.scene.simulation.method
     )
 

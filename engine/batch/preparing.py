@@ -13,13 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.basics.problems import SceneError
+from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.system.build import Built, build
 
 MANY = 48
 """New values of one path above which it is tried whether the path's number is simply copied."""
-MOST_KEPT = 200_000
+MOST_KEPT = 20_000
+"""Built values kept for later chunks, each a few hundred bytes."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Rows:
-    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings (n × 5): rtol, length,
-    rate, until, every."""
+    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings (n × 6): rtol, length,
+    rate, until, every, energy."""
 
     built: Built
     index: np.ndarray
@@ -57,9 +59,10 @@ class Rows:
 
 @dataclass(frozen=True)
 class _Entry:
-    """One built scene as flat numbers: [p | q v | inputs | until every rtol | length gravity]."""
+    """One built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]; built: itself, None where it is
+    of the base's structure."""
 
-    built: Built
+    built: Built | None
     flat: np.ndarray
 
 
@@ -68,7 +71,8 @@ class Preparer:
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
         self.scene, self.paths, self.run = scene, tuple(paths), run
-        self.base = self._entry(build(scene))
+        self.start = build(scene)
+        self.base = self._flat(self.start)
         owners = [owner(p) for p in paths]
         self.groups = [[i for i, o in enumerate(owners) if o == own] for own in dict.fromkeys(owners)]
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
@@ -77,13 +81,13 @@ class Preparer:
     def rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
         """(rows by structure, what is wrong with the cases that have none), by place in ``values``."""
         n = len(values)
-        flat = np.repeat(self.base.flat[None, :], n, axis=0)
+        flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)
-        touched = np.zeros(len(self.base.flat), int)
+        touched = np.zeros(len(self.base), int)
         wrong: dict[int, SceneError] = {}
         for g, columns in enumerate(self.groups):
             self._group(g, values[:, columns], flat, alone, touched, wrong)
-        size = len(self.base.flat) - 2
+        size = len(self.base) - 2
         if (touched[:size] > 1).any() or touched[size] > 1 or (touched[size] and self.sizing > 1):
             alone[:] = True
         out = [self._together(np.flatnonzero(~alone), flat[~alone])] if not alone.all() else []
@@ -104,9 +108,9 @@ class Preparer:
             touched[place] += 1
             return
         entries = [self._built(g, v) for v in distinct]
-        good = np.array([isinstance(e, _Entry) and self._alike(e.built) for e in entries])
-        changed = np.array([e.flat if ok else self.base.flat for e, ok in zip(entries, good, strict=True)])  # type: ignore[union-attr]
-        differs = np.flatnonzero((changed.view(np.uint64) != self.base.flat.view(np.uint64)).any(axis=0))
+        good = np.array([isinstance(e, _Entry) and e.built is None for e in entries])
+        changed = np.array([e.flat if ok else self.base for e, ok in zip(entries, good, strict=True)])  # type: ignore[union-attr]
+        differs = np.flatnonzero((changed.view(np.uint64) != self.base.view(np.uint64)).any(axis=0))
         flat[:, differs] = changed[np.ix_(inverse, differs)]
         touched[differs] += 1
         alone |= ~good[inverse]
@@ -126,45 +130,45 @@ class Preparer:
         tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, 5).astype(int))]
         tried = tried[tried[:, 0] != 0.0]
         entries = [self._built(g, v) for v in tried]
-        if not all(isinstance(e, _Entry) and self._alike(e.built) for e in entries):
+        if not all(isinstance(e, _Entry) and e.built is None for e in entries):
             return None
         rows = np.array([e.flat for e in entries])  # type: ignore[union-attr]
-        differs = np.flatnonzero((rows != self.base.flat).any(axis=0))
+        differs = np.flatnonzero((rows != self.base).any(axis=0))
         return differs if len(differs) and (rows[:, differs] == tried).all() else None
 
     # -- entries ------------------------------------------------------------------------------------------------------------
 
     def _made(self, changes: dict[str, float]) -> _Entry | SceneError:
         try:
-            return self._entry(build(apply(self.scene, changes)))
+            built = build(apply(self.scene, changes))
         except SceneError as e:
             return e
+        return _Entry(None if self._alike(built) else built, self._flat(built))
 
-    def _entry(self, built: Built) -> _Entry:
+    def _flat(self, built: Built) -> np.ndarray:
+        """Its numbers, side by side."""
         n, (until, every, rtol) = built.numbers, self.run.of(built.scene)
         pull = float(np.linalg.norm(np.array(built.scene.gravity, float)))
-        rest = [until, every, rtol, n.length, pull]
-        return _Entry(built, np.concatenate([built.parameters.values, n.q, n.v, n.inputs, rest]))
+        mass = sum(mass_properties(b)[0] for b in built.scene.bodies.values())
+        rest = [until, every, rtol, mass, n.length, pull]
+        return np.concatenate([built.parameters.values, n.q, n.v, n.inputs, rest])
 
     def _alike(self, built: Built) -> bool:
         """Same structure, tables, kinks and given start values as the base."""
-        a, b = built.numbers, self.base.built.numbers
+        a, b = built.numbers, self.start.numbers
         return (
-            built.system == self.base.built.system
-            and built.parameters.paths == self.base.built.parameters.paths
+            built.system == self.start.system
+            and built.parameters.paths == self.start.parameters.paths
             and a.breaks == b.breaks
             and all(np.array_equal(x, y) for x, y in ((a.q_given_by_rate, b.q_given_by_rate), (a.v_given, b.v_given)))
-            and all(
-                k == m and np.array_equal(t, u) and np.array_equal(v, w)
-                for (k, t, v), (m, u, w) in zip(a.tables, b.tables, strict=True)
-            )
+            and same_tables(a.tables, b.tables)
         )
 
     # -- rows ---------------------------------------------------------------------------------------------------------------
 
     def _together(self, index: np.ndarray, flat: np.ndarray) -> Rows:
         """Rows of cases of the base's structure."""
-        return _rows(self.base.built, index, flat)
+        return _rows(self.start, index, flat)
 
     def _singly(self, index: np.ndarray, values: np.ndarray, wrong: dict[int, SceneError]) -> list[Rows]:
         """Rows of cases built one by one."""
@@ -174,13 +178,24 @@ class Preparer:
             e = self._made(dict(zip(self.paths, map(float, values[i]), strict=True)))
             if isinstance(e, SceneError):
                 wrong[int(i)] = e
-            elif self._alike(e.built):
+            elif e.built is None:
                 same.append((int(i), e.flat))
             else:
                 out.append(_rows(e.built, np.array([i]), e.flat[None, :]))
         if same:
-            out.insert(0, _rows(self.base.built, np.array([i for i, _ in same]), np.array([f for _, f in same])))
+            out.insert(0, _rows(self.start, np.array([i for i, _ in same]), np.array([f for _, f in same])))
         return out
+
+
+Tables = tuple[tuple[str, np.ndarray, np.ndarray], ...]
+
+
+def same_tables(a: Tables, b: Tables) -> bool:
+    """Whether tables are equal; values of inputs may differ, since each case has its own."""
+    return len(a) == len(b) and all(
+        k == m and np.array_equal(t, u) and (k in ("input", "tracked") or np.array_equal(v, w))
+        for (k, t, v), (m, u, w) in zip(a, b, strict=True)
+    )
 
 
 def owner(path: str) -> tuple[str, ...]:
@@ -196,9 +211,10 @@ def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
     n, s = built.numbers, built.system
     ends = np.cumsum([len(built.parameters.values), s.nq + s.nv, len(n.inputs)])
     p, y, inputs, rest = np.split(flat, ends, axis=1)
-    until, every, rtol, length, pull = rest.T
+    until, every, rtol, mass, length, pull = rest.T
     base = np.where(pull > 0.0, np.sqrt(pull / length), 1.0)
     rate = np.maximum(base, np.abs(y[:, s.nq :]).max(axis=1, initial=0.0))
     given = np.repeat(np.concatenate([n.q_given_by_rate, n.v_given])[None, :], len(flat), axis=0)
-    settings = np.column_stack([rtol, length, rate, until, every])
+    energy = [m * (x * r) ** 2 for m, x, r in zip(mass.tolist(), length.tolist(), rate.tolist(), strict=True)]
+    settings = np.column_stack([rtol, length, rate, until, every, energy])
     return Rows(built, index, *(np.ascontiguousarray(a) for a in (p, y, given, inputs, settings)))

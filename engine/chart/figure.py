@@ -86,7 +86,7 @@ def _panel(axes: Axes, title: str, chosen: Iterable[Curve], model: bool, study: 
     axes.yaxis.set_minor_formatter(FuncFormatter(lambda t, _: _minor(axes, t)))
     axes.set_title(title, size=10, loc="left", color=INK)
     axes.set_xlabel("error (relative)" if not model else "error against the exact law (relative)", size=8.5)
-    axes.set_ylabel("stepping time, ms (median)", size=8.5)
+    axes.set_ylabel(f"stepping time, ms (minimum of {study.choice.repeats})", size=8.5)
     axes.grid(True, which="major", color=GRID, lw=0.6)
     axes.tick_params(which="both", labelsize=8)
     axes.legend(fontsize=6.5, loc="best", framealpha=0.85, ncol=1 if len(shown) < 9 else 2, handlelength=2.2)
@@ -112,14 +112,14 @@ def _error(p: Point, model: bool) -> float:
 def _curve(axes: Axes, c: Curve, i: int, model: bool, edge: float) -> None:
     """One curve; failures at the edge, at the time spent until then."""
     good = [p for p in c.points if p.ok and _error(p, model) > 0]
-    bad = [p for p in c.points if not p.ok and p.median > 0]
+    bad = [p for p in c.points if not p.ok and p.minimum > 0]
     best = c.program == ""
     label = f"{c.law_label} ({c.method})" if model else c.label
     look: dict[str, Any] = {"color": "black" if best else color(i), "ls": "--" if c.fixed and not best else "-", "ms": 3.6}
-    axes.plot([_error(p, model) for p in good], [1e3 * p.median for p in good], marker=MARKS[i % len(MARKS)],
+    axes.plot([_error(p, model) for p in good], [1e3 * p.minimum for p in good], marker=MARKS[i % len(MARKS)],
               lw=2.4 if best else 1.1, label=label, mfc="white" if c.fixed else None, **look)
     for p in bad:
-        axes.plot([edge * 1.15 ** (i - 4)], [1e3 * p.median], marker="x", color=look["color"], ms=4.5, ls="")
+        axes.plot([edge * 1.15 ** (i - 4)], [1e3 * p.minimum], marker="x", color=look["color"], ms=4.5, ls="")
 
 
 def _titles(fig: Any, study: Study) -> None:

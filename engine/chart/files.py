@@ -12,7 +12,7 @@ from engine.chart.figure import figure
 from engine.chart.page import page
 from engine.chart.points import write_table
 from engine.chart.study import Study
-from engine.plots.files import save_figure
+from engine.plots.files import save_figure, small
 
 
 def folder_of(path: str | os.PathLike[str]) -> Path:
@@ -31,7 +31,7 @@ def write(study: Study, folder: str | os.PathLike[str]) -> list[Path]:
     """Write all of them into a folder (created when missing); their paths. SceneError when it cannot be written."""
     target = folder_of(folder)
     drawn = figure(study)
-    out = [save_figure(drawn, target / f"chart{s}", dpi=110) for s in (".svg", ".png")]
+    out = [save_figure(drawn, target / "chart.svg"), small(save_figure(drawn, target / "chart.png", dpi=100))]
     with writing(target / "chart.html", (".html",)) as work:
         work.write_text(page(study), encoding="utf-8")
     return [*out, target / "chart.html", write_table(study.points, target / "chart.csv", notes(study))]

@@ -90,9 +90,9 @@ def write_table(points: Iterable[Point], path: Path, notes: Iterable[str] = ()) 
 
 
 def front(points: Iterable[Point], model: bool = False) -> list[Point]:
-    """The points that no other beats in both error and median time, by falling error."""
+    """The points that no other beats in both error and least time, by falling error."""
     alive = [p for p in points if p.ok and (p.model_error if model else p.error) >= 0.0]
-    alive.sort(key=lambda p: (p.median, p.model_error if model else p.error))
+    alive.sort(key=lambda p: (p.minimum, p.model_error if model else p.error))
     out: list[Point] = []
     for p in alive:
         e = p.model_error if model else p.error

@@ -148,10 +148,10 @@ def _cases(counts: Sequence[int], repeats: int) -> tuple[Size, ...]:
 
 def write_scaling(families: Sequence[Family], folder: Path) -> list[Path]:
     """``scaling.svg``, ``scaling.png``, ``scaling.csv`` in the folder."""
-    from engine.plots.files import save_figure
+    from engine.plots.files import save_figure, small
 
     drawn = figure(families)
-    out = [save_figure(drawn, folder / f"scaling{s}", dpi=110) for s in (".svg", ".png")]
+    out = [save_figure(drawn, folder / "scaling.svg"), small(save_figure(drawn, folder / "scaling.png", dpi=90))]
     with writing(folder / "scaling.csv", (".csv",)) as work, work.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# {', '.join(f'{k}: {v}' for k, v in describe().items())}, one core\n")
         for f in families:

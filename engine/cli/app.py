@@ -67,6 +67,9 @@ def simulate(
     save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="Draw the curves: .png, .svg or .pdf.")] = None,
     animate: Annotated[str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html.")] = None,
+    linear: Annotated[
+        str | None, typer.Option("--linearize", metavar="FILE", help="Write A, B, C, D at the end of the run: .json or .npz.")
+    ] = None,
     step: Annotated[str | None, typer.Option(metavar="H", help="Fixed step instead of error control.")] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
@@ -75,7 +78,7 @@ def simulate(
     from engine.cli.simulating import Wish, simulate_command
 
     words, sets = _words(scene, ctx), changes or []
-    wish = Wish(words, until, every, sets, law, method, rtol, outputs, save, plot, animate, step, as_json, verbose)
+    wish = Wish(words, until, every, sets, law, method, rtol, outputs, save, plot, animate, step, as_json, verbose, linear)
     raise typer.Exit(simulate_command(wish))
 
 

@@ -1,4 +1,4 @@
-"""The commands that measure: ``chart``, ``sensitivity``, ``advise``. Their work is in modules imported when they are invoked."""
+"""Commands that measure (``chart``, ``sensitivity``, ``advise``) and ``import``. Their work is imported when they are invoked."""
 
 from __future__ import annotations
 
@@ -85,3 +85,17 @@ def advise(
 
     wish = AdviseWish(_words(scene, ctx), error, output or [], until, changes or [], norm, repeat, save, as_json, verbose)
     raise typer.Exit(advise_command(wish))
+
+
+@app.command(name="import")
+def import_(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A URDF (a whole scene) or a closed mesh: STL, OBJ, PLY (a body).")],
+    save: Annotated[str | None, typer.Option("-o", "--file", metavar="FILE", help="Write .yaml instead of printing.")] = None,
+    density: Annotated[str, typer.Option(metavar="D", help="Density of a mesh's solid.")] = "7800 kg/m^3",
+    unit: Annotated[str, typer.Option(metavar="U", help="Unit of a mesh's numbers: m, cm, mm, in.")] = "mm",
+    as_json: Annotated[bool, JSON] = False,
+) -> None:
+    """Take over a URDF as a scene, or a mesh as a body with its mass properties."""
+    from engine.cli.importing import import_command
+
+    raise typer.Exit(import_command(file, save, density, unit, as_json))

@@ -20,6 +20,7 @@ class Watch:
         self.task: Any = None
         self.lock = threading.Lock()
         self.over = False
+        self.now: tuple[str, int, int] | None = None
         self.timer: threading.Timer | None = None
 
     def __enter__(self) -> Watch:
@@ -41,6 +42,7 @@ class Watch:
             self.bar = Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
             self.task = self.bar.add_task(f"{self.what}: building", total=None, reached="")
             self.bar.start()
+            self._tell_part()
 
     def tell(self, time: float, until: float) -> None:
         """Progress of a run: the time it has reached."""
@@ -48,6 +50,17 @@ class Watch:
             if self.bar is not None:
                 reached = f"t = {time:.4g} of {until:.4g} s"
                 self.bar.update(self.task, description=self.what, total=until, completed=time, reached=reached)
+
+    def part(self, what: str, done: int, of: int) -> None:
+        """Progress of work in parts: what is being done now, parts done, parts in all."""
+        with self.lock:
+            self.now = (what, done, of)
+            self._tell_part()
+
+    def _tell_part(self) -> None:
+        if self.bar is not None and self.now is not None:
+            what, done, of = self.now
+            self.bar.update(self.task, description=f"{self.what}: {what}", total=of, completed=done, reached=f"{done} of {of}")
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self.timer is not None:

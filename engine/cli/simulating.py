@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from engine.simulation.result import Result
 
 TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".html", ".htm")
+MATRICES = (".json", ".npz")
 KNOWN = (
     "--until",
     "--every",
@@ -31,6 +32,7 @@ KNOWN = (
     "--output",
     "--plot",
     "--animate",
+    "--linearize",
     "--step",
     "--json",
     "--verbose",
@@ -56,6 +58,7 @@ class Wish:
     step: str | None = None
     as_json: bool = False
     verbose: bool = False
+    linearize: str | None = None
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ def understood(wish: Wish) -> Job:
         "table": options.destination(wish.save, TABLES, "-o", found),
         "plot": options.destination(wish.plot, PICTURES, "--plot", found),
         "animation": options.destination(wish.animate, PAGES, "--animate", found),
+        "linearization": options.destination(wish.linearize, MATRICES, "--linearize", found),
     }
     changes = options.assignments(wish.changes, found)
     scene = loaded(source, changes, law, found)
@@ -194,6 +198,8 @@ def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]
     for kind, path in job.files.items():
         if not started(result) and kind != "table":
             found.add(kind, "nothing to draw: the run did not get further than its start", "see the outcome")
+        elif kind == "linearization" and not result.outcome.ok:
+            found.add("--linearize", "the run did not get to its end, where it would be linearised", "see the outcome")
         elif found.attempt(partial(_write, result, job, kind, path)):
             written[kind] = str(path)
     return written, found.problems
@@ -206,6 +212,11 @@ def _write(result: Result, job: Job, kind: str, path: Path) -> Path:
         from engine.plots import figure, save_figure
 
         return save_figure(figure(kept(result, job.patterns)), path)
+    if kind == "linearization":
+        from engine.simulation.linearize import linearize
+
+        used = result.settings
+        return linearize(job.scene, used["until"], [p for p in job.patterns if p != "time"], rtol=used["rtol"]).save(path)
     from engine.plots import animate
 
     return animate(result, path)

@@ -218,6 +218,10 @@ class _Emitter:
 
 
 def literal(value: float) -> str:
-    """A double that reads back exactly."""
+    """A double that reads back exactly; infinity and NaN by their names in C."""
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), -float("inf")):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
     text = repr(float(value))
     return f"({text})" if value < 0 else text

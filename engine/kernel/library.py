@@ -25,7 +25,7 @@ log = logging.getLogger("trunnion.kernel")
 ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("contact", "friction", "integrators", "joints", "kernel", "recursion", "system")
-UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian"}
+UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear"}
 
 
 @lru_cache(maxsize=1)
@@ -105,6 +105,21 @@ class Kernel:
     def address(self, unit: str) -> int:
         """Address of a unit's table."""
         return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
+
+
+def linear_unit(built: Kernel, chosen: list[Column]) -> int:
+    """Address of the table of a kernel's linear unit for these columns, built when it is first asked for."""
+    if "linear" not in built.libraries:
+
+        def make(folder: Path) -> None:
+            from engine.kernel.source import linear_source
+
+            system, parameters, quadratures, redundant = built.structure
+            _compile_unit(folder, "linear", linear_source(system, parameters, chosen, quadratures, redundant))
+
+        folder, _ = cache.entry(f"linear-{cache.digest(built.key, *(c.name for c in chosen))}", make)
+        built.libraries["linear"] = ctypes.CDLL(str(folder / f"linear{compiler.library_suffix()}"))
+    return built.address("linear")
 
 
 SIZE_NAMES = (

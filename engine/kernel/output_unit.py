@@ -16,7 +16,7 @@ from engine.recursion.reduction import Accelerations, Model, given
 from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.vectors import SX, cross
 
-EXTRA = 6
+EXTRA = 13
 """Offset of slider states in the runtime's ``extra`` block (``output.c``)."""
 
 
@@ -31,6 +31,8 @@ class OutputUnit:
     nkappa: int
     post: list[tuple[int, int, int]]
     energy: int
+    wants: int
+    """What the runtime does besides, as bits: 1 the contraction number, 2 contacts watched for separation."""
 
 
 class Outputs:
@@ -173,7 +175,14 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
         f"void o_kappa_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_kappa(x,y,c+{b},z,a,out);}}",
     ])
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
-    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy)
+    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy, _wants(chosen))
+
+
+def _wants(chosen: list[Column]) -> int:
+    """Bits of ``OutputUnit.wants``."""
+    contraction = any(c.name == "audit.contraction" for c in chosen)
+    watched = any(c.key[0] == "contact" or c.name.startswith("events.") for c in chosen)
+    return int(contraction) + 2 * int(watched)
 
 
 def _oriented(c) -> tuple[SX, SX, SX]:

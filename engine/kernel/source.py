@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from engine.kernel.columns import Column
 from engine.kernel.jacobian_unit import jacobian_unit
+from engine.kernel.linear_unit import linear_text
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
 from engine.recursion.reduction import model
@@ -44,6 +45,13 @@ def jacobian_source(system: System, parameters: int, quadratures: bool, redundan
     names = "j_eval,0,0" if unit.dense else "0,j_point,j_along"
     struct = f"const tr_jacobian trunnion_jacobian={{{ABI},{unit.nc},{unit.nw},j_prepare,{names}}};\n"
     return PREAMBLE + unit.text + struct
+
+
+def linear_source(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
+    """C text of the linear unit."""
+    text, nc = linear_text(system, parameters, chosen, quadratures, redundant)
+    struct = f"const tr_linear trunnion_linear={{{ABI},{nc},{len(system.inputs)},l_prepare_all,l_rates,l_columns_at}};\n"
+    return PREAMBLE + text + struct
 
 
 def _ints(name: str, values: Sequence[int]) -> str:
@@ -115,6 +123,6 @@ def _outputs_text(out: OutputUnit) -> str:
     contacts = "o_contacts_at" if out.ncontacts else "0"
     struct = (
         f"const tr_outputs trunnion_outputs={{{ABI},{out.nout},{out.ncontacts},{out.nc},{out.nkappa},{len(out.post)},{out.energy},"
-        f"o_post,o_prepare_all,o_eval,{contacts},{kappa}}};\n"
+        f"{out.wants},o_post,o_prepare_all,o_eval,{contacts},{kappa}}};\n"
     )
     return PREAMBLE + out.text + _ints("o_post", post) + struct

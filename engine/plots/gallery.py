@@ -115,6 +115,16 @@ CHOICES: dict[str, Choice] = {
         aside=(20.0, 14.0),
         changes=LAW,
     ),
+    "friction_identification": Choice(
+        0.35,
+        "At every stop friction turns round; how fast the swings die away, and how, tells friction from drag",
+        (
+            Plot("Angle of the arm", "angle", ("pivot.q[1]",), True),
+            Plot("Friction torque of pivot", "torque", ("pivot.friction.torque[1]",)),
+        ),
+        aside=(20.0, 14.0),
+        changes={"joints.pivot.friction.mu": 0.23, "joints.pivot.damping": 0.008},
+    ),
     "governor": Choice(
         1.1116,
         "Balls and slider nod once a second; the fastest motion in the equations decays a thousand times faster",

@@ -247,8 +247,7 @@ def given(m: Model, qdd: SX, combine: SX) -> Accelerations:
     for i, step in enumerate(m.steps):
         parent = m.sym.system.bodies[i].parent
         Zp = base if parent == GROUND else out.Z[parent]
-        free = len(step.joint.free)
-        mine = ca.reshape(qdd[step.joint.v0 : step.joint.v0 + free], free, 1)  # a slice of one number has no column when empty
+        mine = qdd[step.joint.v0 : step.joint.v0 + len(step.joint.free)] if step.joint.free else SX(0, 1)
         carried = ca.sparsify(ca.vertcat(Zp[:3] - cross(step.lever, Zp[3:]), Zp[3:]))
         out.qdd.append(mine)
         out.Z.append(ca.sparsify(carried + step.Pi @ mine + step.w))

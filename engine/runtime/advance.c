@@ -180,6 +180,7 @@ static void tr_step_aside(tr_sim *s) {
 /* Make one acceptable trial step towards `limit`; the result waits as `pending` (1 whole step, 2 up to an event). */
 static int tr_attempt(tr_sim *s, double limit) {
   const tr_kernel *k = s->k;
+  if (s->method_now == TR_MOREAU) return tr_attempt_moreau(s, limit);
   tr_step_aside(s);
   const int ros = s->method_now == TR_ROSENBROCK, n = tr_width(s), nz = k->active + k->neta;
   const tr_erk *m = tr_erk_of(s->method_now);
@@ -216,6 +217,7 @@ static int tr_attempt(tr_sim *s, double limit) {
       s->p_cut = last;
       if (s->pending == 1) memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * nz);
       if (s->pending == 1 && k->sets) s->capture = tr_ends_sliding(s);
+      if (s->pending == 1 && k->nsliders) tr_watch_contacts(s, TR_A(s, K) + end * n + k->nq);
       return TR_OK;
     }
     s->stats.rejected++;
@@ -293,17 +295,17 @@ static int tr_finish_event(tr_sim *s) {
 
 /* Rows, then completion, of what is pending. May return TR_ROWS_FULL and be called again. */
 static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
-  int whole = s->pending == 1, code;
-  if (s->k->nsliders && !s->p_noted) tr_note_reversals(s, whole ? 1.0 : s->p_theta);
+  int pending = s->pending, code;
+  if (s->k->nsliders && !s->p_noted && pending != 4) tr_note_reversals(s, pending == 1 ? 1.0 : s->p_theta);
   s->p_noted = 1;
-  code = tr_rows(s, s->p_t, whole, rows, capacity, count);
+  code = tr_rows(s, s->p_t, pending != 2, rows, capacity, count);
   if (code != TR_OK) return code;
   s->pending = s->p_noted = 0;
-  if (whole) {
-    tr_finish_whole(s);
-    return TR_OK;
-  }
-  return tr_finish_event(s);
+  if (pending == 4) tr_shift(s, s->p_t, TR_A(s, ynew)), s->have_k1 = 0;
+  if (pending == 1) tr_finish_whole(s);
+  code = pending == 2 ? tr_finish_event(s) : TR_OK;
+  tr_hand_over(s);
+  return code;
 }
 
 /* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. */
@@ -315,6 +317,10 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     int code = TR_OK;
     if (s->pending) {
       code = tr_finish(s, rows, capacity, count);
+      if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) {
+        s->pending = s->p_noted = 0;
+        continue;
+      }
       if (code != TR_OK) return s->status = code;
       if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
@@ -326,6 +332,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       s->status = TR_OK;
       return code;
     }
+    if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) continue;
     if (code != TR_OK) return s->status = code;
   }
 }

@@ -10,15 +10,19 @@
 static int tr_prepare_dense(tr_sim *s);
 static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 static int tr_settle(tr_sim *s, double t, double *y, int which);
+static void tr_certify(tr_sim *s);
 #include "manifold.c"
 #include "coulomb.c"
 #include "onset.c"
 #include "decide.c"
 #include "events.c"
+#include "watch.c"
 #include "settle.c"
 #include "output.c"
 #include "assemble.c"
 #include "rosenbrock.c"
+#include "diagnose.c"
+#include "moreau.c"
 #include "advance.c"
 
 static int tr_max(int a, int b) { return a > b ? a : b; }
@@ -41,6 +45,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(gram, tr_least_size(rows));
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 3 * e); TR_PLACE(share, e); TR_PLACE(hold, 3 * k->nsliders);
   TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, k->nsliders);
+  TR_PLACE(con, o ? 4 * o->ncontacts : 0);
   int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
@@ -112,6 +117,9 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   s->stiff_count = s->nonstiff_count = 0, s->err_old = 0.0;
   s->chatter_t = -INFINITY, s->next_break = 0, s->rank = 0, s->energy0 = 0.0;
   memset(&s->stats, 0, sizeof s->stats);
+  memset(s->last, 0, sizeof s->last);
+  s->impulse_h = 0.0, s->burst_t = t, s->moreau_t = -1.0, s->burst_events = 0, s->moreau_steps = s->calm = 0;
+  s->contraction = s->complement = 0.0, s->open_t = -1.0, s->open_pair = -1;
   s->method_now = s->method == TR_AUTO ? (s->rtol > 2e-4 ? TR_RK5 : TR_RK8) : s->method;
   while (s->next_break < s->nbreaks && TR_A(s, breaks)[s->next_break] <= t) s->next_break++;
   TR_A(s, x)[1] = t + 1e-12;
@@ -127,8 +135,9 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   tr_shift(s, t, TR_A(s, y));
   if (k->neta && k->loop_friction && k->nkappa == 0 && (k->coupled || (k->active && s->rank < k->active))) return TR_NEED_REDUNDANT;
   int modes = tr_start_modes(s);
-  if (modes != TR_OK) return s->status = modes;
+  if (modes != TR_OK && !tr_through_jam(s)) return s->status = modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->status = TR_FAIL_MULTIPLIERS;
+  if (k->neta) tr_certify(s);
   for (int i = 0; i < s->ny; ++i)
     if (!isfinite(TR_A(s, dy)[i])) {
       s->fail_detail = i;
@@ -137,6 +146,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   if (s->o && row) {
     memcpy(TR_A(s, yout), TR_A(s, y), sizeof(double) * tr_width(s));
     tr_output(s, t, TR_A(s, yout), row);
+    if (s->o->wants & 2) tr_all_contacts(s, TR_A(s, yout), TR_A(s, con));
     if (s->o->energy >= 0) { /* the residual column is measured from its first value */
       s->energy0 = row[1 + s->o->energy];
       memset(TR_A(s, wrap), 0, sizeof(double) * 2 * s->o->npost);
@@ -196,12 +206,12 @@ int tr_events_take(tr_sim *s) { int n = s->nev; s->nev = 0; return n; }
 
 typedef struct tr_settings {
   double rtol, hmax, hmin, hfixed, length, rate;
-  int method, project, locate, max_steps;
+  int method, project, locate, max_steps, through_jams;
 } tr_settings;
 
 void tr_configure(tr_sim *s, const tr_settings *o) {
   s->rtol = o->rtol, s->hmax = o->hmax, s->hmin = o->hmin, s->hfixed = o->hfixed, s->length = o->length, s->rate = o->rate;
-  s->method = o->method, s->project = o->project, s->locate = o->locate, s->max_steps_total = o->max_steps;
+  s->method = o->method, s->project = o->project, s->locate = o->locate, s->max_steps_total = o->max_steps, s->through = o->through_jams;
 }
 
 /* What the works asked for are compared with, J: mass · (length · rate)². Without it they are not under error control. */
@@ -225,3 +235,4 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
 
 #include "batch.c"
 #include "communicate.c"
+#include "linearize.c"

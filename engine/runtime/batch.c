@@ -6,7 +6,7 @@
 #define TR_KINDS 16 /* kinds of events counted apart */
 enum { TR_C_STATUS, TR_C_TIME, TR_C_ROWS, TR_C_STEPS, TR_C_DETAIL, TR_C_COUNT, TR_C_FIRST = TR_C_COUNT + TR_KINDS, TR_C_COLUMNS = TR_C_FIRST + TR_KINDS };
 enum { TR_R_MAX, TR_R_MIN, TR_R_FINAL, TR_R_MEAN, TR_R_FINITE, TR_REDUCED };
-enum { TR_S_RTOL, TR_S_LENGTH, TR_S_RATE, TR_S_UNTIL, TR_S_EVERY, TR_CASE_SETTINGS };
+enum { TR_S_RTOL, TR_S_LENGTH, TR_S_RATE, TR_S_UNTIL, TR_S_EVERY, TR_S_ENERGY, TR_CASE_SETTINGS };
 enum { TR_CASE_FAILED = 20 }; /* a case ended early: the host may look at the block, then call again */
 
 /* A kernel's blocks: as prepared by the host; working copies without and with the Jacobian unit (0: not there yet). */
@@ -79,6 +79,7 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   tr_settings o = b->settings;
   o.rtol = set[TR_S_RTOL], o.length = set[TR_S_LENGTH], o.rate = set[TR_S_RATE];
   tr_configure(s, &o);
+  tr_set_energy(s, set[TR_S_ENERGY]);
   b->which = which, b->now = s;
   return s;
 }

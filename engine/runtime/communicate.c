@@ -71,3 +71,11 @@ int tr_resume(tr_sim *s, int anew) {
   if (code != TR_OK) s->status = code;
   return code;
 }
+
+/* Where an external input is kept (see tr_input_signal), and its value and derivatives at t. */
+double *tr_input_record(tr_sim *s, int input) {
+  double *T = TR_A(s, tables);
+  return T + (int)T[input];
+}
+
+void tr_input_value(const double *record, double t, double *value) { tr_input_signal(record, t, value); }

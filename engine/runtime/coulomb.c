@@ -78,8 +78,8 @@ static void tr_note_modes(tr_sim *s) {
   s->still = s->shares = 0;
   for (int i = 0; i < k->nsliders; ++i) {
     const int *sl = tr_slider(s, i);
-    int stuck = tr_is_stuck(s, i);
-    for (int j = 0; j < sl[2]; ++j) row[sl[1] + j] = stuck ? TR_ROW_STILL : TR_ROW_LAW;
+    int stuck = tr_is_stuck(s, i) || i == s->freed;
+    for (int j = 0; j < sl[2]; ++j) row[sl[1] + j] = i == s->freed ? TR_ROW_FREE : stuck ? TR_ROW_STILL : TR_ROW_LAW;
     s->still += stuck;
   }
   if (!s->still) return;

@@ -59,10 +59,13 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
   return 0;
 }
 
-/* All combinations of the pairs at rest. Returns how many satisfy everything; the first of them is left in force. */
+#define DIFFERENT 1e-6 /* of length · rate²: accelerations by which two answers differ */
+
+/* All combinations of the pairs at rest. Returns how many satisfy everything and accelerate differently; the first of them is left in
+ * force. */
 static int tr_enumerate(tr_sim *s, const int *rest, int n) {
   int total = 1, found = 0, first = -1;
-  double guess[3 * n + 1];
+  double known[s->k->neta + 1], guess[3 * n + 1];
   for (int q = 0; q < n; ++q) total *= 3, memcpy(guess + 3 * q, tr_mode(s, rest[q]) + 1, sizeof(double) * 3);
   for (int pass = 0; pass < 2; ++pass)
     for (int code = 0; code < total; ++code) {
@@ -80,7 +83,14 @@ static int tr_enumerate(tr_sim *s, const int *rest, int n) {
       for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
       if (!ok) continue;
       if (pass == 1) return found;
-      if (found++ == 0) first = code;
+      double gap = 0.0;
+      for (int i = 0; i < s->k->neta; ++i) {
+        double acc = tr_freedom_acceleration(s, i);
+        if (found) gap = fmax(gap, fabs(acc - known[i]) * TR_A(s, arm)[i]);
+        else known[i] = acc;
+      }
+      if (found == 0) first = code;
+      if (found == 0 || gap > DIFFERENT * tr_speed_unit(s) * s->rate) ++found;
     }
   return found;
 }
@@ -102,6 +112,21 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
   if (tr_settle_from(s, rest, n)) return 1;
   return n <= 6 && tr_enumerate(s, rest, n) > 0;
+}
+
+/* Note when other modes of one or two pairs would have done as well: then the motion is not determined by the law. */
+static void tr_note_answers(tr_sim *s, double t, const int *rest, int n) {
+  const tr_kernel *k = s->k;
+  double modes[TR_MODE * k->nsliders + 1], z[k->active + k->neta + 1];
+  if (n > 2 || s->open_t >= 0.0) return;
+  for (int q = 0; q < n; ++q)
+    if (tr_slider(s, rest[q])[4] > 1) return;
+  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * k->nsliders);
+  memcpy(z, TR_A(s, z), sizeof(double) * (k->active + k->neta));
+  if (tr_enumerate(s, rest, n) > 1) s->open_t = t, s->open_pair = rest[0];
+  memcpy(tr_mode(s, 0), modes, sizeof(double) * TR_MODE * k->nsliders);
+  memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
+  tr_note_modes(s);
 }
 
 /* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none). Maps in place. */
@@ -152,6 +177,10 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_impulse(s, y, dlam, deta, response, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+      for (int q = 0; q < n && k->nquad; ++q) { /* their work: the friction of element m is the m-th integral */
+        const int *sl = tr_slider(s, rest[q]);
+        for (int j = 0; j < sl[4]; ++j) y[s->ny + sl[0]] -= 0.5 * deta[sl[1] + j] * rates[sl[3] + j];
+      }
     }
   }
   for (int q = 0; q < n; ++q) {

@@ -158,9 +158,11 @@ static double tr_find_event(tr_sim *s, int *which) {
 /* Event record: t, kind, slider or stop, contacts, then (before, after, turn of the normal) per contact. */
 static void tr_log(tr_sim *s, double t, int kind, int index, const double *before, const double *after, int n) {
   if (s->nev >= s->ev_capacity) return;
-  double *e = TR_A(s, ev) + TR_EVENT * s->nev++;
+  double *e = TR_A(s, ev) + TR_EVENT * s->nev++, *last = s->last;
   memset(e, 0, sizeof(double) * TR_EVENT);
+  memset(last, 0, sizeof s->last);
   e[0] = t, e[1] = kind, e[2] = index, e[3] = n;
+  last[0] = t, last[1] = kind, last[2] = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF ? 0.0 : 1.0 + tr_slider(s, index)[0];
   for (int i = 0; i < n && i < 6; ++i) {
     const double *p = before + 4 * i, *q = after + 4 * i;
     double a = sqrt(p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), b = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -168,6 +170,7 @@ static void tr_log(tr_sim *s, double t, int kind, int index, const double *befor
     e[4 + 3 * i] = atan2(p[2], p[1]);
     e[5 + 3 * i] = atan2(q[2], q[1]);
     e[6 + 3 * i] = acos(fmax(-1.0, fmin(1.0, dot)));
+    if (last[3] == 0.0 || e[6 + 3 * i] > last[6]) last[3] = 1.0 + i, last[4] = e[4 + 3 * i], last[5] = e[5 + 3 * i], last[6] = e[6 + 3 * i];
   }
 }
 
@@ -247,7 +250,10 @@ static int tr_start_sets(tr_sim *s, double *y) {
   if (n == 0) return TR_OK;
   tr_bring_to_rest(s, y, rest, n);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-  if (tr_decide(s, rest, n, -1)) return TR_OK;
+  if (tr_decide(s, rest, n, -1)) {
+    tr_note_answers(s, s->t, rest, n);
+    return TR_OK;
+  }
   s->event_slider = rest[0];
   return TR_FAIL_MODES;
 }
@@ -262,7 +268,7 @@ static int tr_start_modes(tr_sim *s) {
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = 0.0;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? 1.0 : 0.0;
-  s->still = s->shares = s->aside = 0, s->capture = s->missed = -1;
+  s->still = s->shares = s->aside = 0, s->capture = s->missed = s->freed = -1;
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode(s, i), 0, sizeof(double) * TR_MODE), tr_zone(s, i)[0] = 0.0;
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));

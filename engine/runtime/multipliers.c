@@ -132,6 +132,10 @@ static void tr_held_maps(tr_sim *s, const double *lam0) {
         for (int i = 0; i < e; ++i) Qe[i + q * e] -= col[i] * t;
     }
   }
+  if (s->impulse_h > 0.0) /* rates at the end of a step of impulses instead (``moreau.c``) */
+    for (int m = 0; m < k->nsliders; ++m)
+      for (int j = 0; j < tr_slider(s, m)[4]; ++j)
+        Q0[tr_slider(s, m)[1] + j] += map_rates(k, maps)[tr_slider(s, m)[3] + j] / s->impulse_h;
 }
 
 /* N' = N0' + Ne' η with λ eliminated; T = S⁺ Se. */

@@ -149,11 +149,12 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
 static int tr_onset(tr_sim *s, int i) {
   const int *sl = tr_slider(s, i);
   int n = sl[4], found = 0;
-  double d[3], other[3];
-  for (int q = -1; q < 26; ++q) {
-    if (q < 0) {
-      for (int j = 0; j < n; ++j) d[j] = tr_mode(s, i)[1 + j] * TR_A(s, arm)[sl[1] + j] / (tr_starts_sliding(s, i) ? TR_FROZEN : 1.0);
-      if (!(tr_unit(n, d) > 0.0)) continue;
+  double d[3], other[3], guess[3], huge = tr_starts_sliding(s, i) ? TR_FROZEN : 1.0;
+  for (int j = 0; j < n; ++j) guess[j] = tr_mode(s, i)[1 + j] * TR_A(s, arm)[sl[1] + j] / huge;
+  int guessed = tr_unit(n, guess) > 0.0;
+  for (int q = guessed ? -2 : 0; q < 26; ++q) {
+    if (q < 0) { /* along the line it is known to move on: one way, then the other */
+      for (int j = 0; j < n; ++j) d[j] = q == -2 ? guess[j] : -guess[j];
     } else if (n == 2) { /* directions of a grid */
       d[0] = cos(6.283185307179586 * q / 26.0), d[1] = sin(6.283185307179586 * q / 26.0);
     } else {

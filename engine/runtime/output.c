@@ -2,7 +2,7 @@
 #include "tr.h"
 
 /* `extra` block handed to the output unit. */
-enum { TR_X_ENERGY0, TR_X_CLOSURE, TR_X_COMPLEMENT, TR_X_CONTRACTION, TR_X_EVENTS, TR_X_STEP, TR_X_STATES };
+enum { TR_X_ENERGY0, TR_X_CLOSURE, TR_X_COMPLEMENT, TR_X_CONTRACTION, TR_X_EVENTS, TR_X_STEP, TR_X_LAST, TR_X_STATES = TR_X_LAST + 7 };
 
 /* Directions of λ (rows × count) that the motion leaves open at the state just solved, and their scaled reactions N (nkappa × count);
  * base: the scaled reactions of z. Returns the count. */
@@ -53,6 +53,21 @@ static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int re
   if (resolve && s->o && s->o->kappa) tr_resolve(s, y, full);
 }
 
+static double tr_contraction(tr_sim *s);
+
+/* Relative residual of the complement equations at the solution in place: of the laws, and of rest. */
+static double tr_complement(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double size = 0.0, err = 0.0, *r = TR_A(s, r);
+  const double *eta = TR_A(s, z) + k->active;
+  if (!k->neta) return 0.0;
+  tr_law(s, eta);
+  for (int i = 0; i < k->neta; ++i) r[i] = TR_A(s, law)[i] - eta[i];
+  if (s->still) tr_still_rows(s, eta, r, TR_A(s, lu));
+  for (int i = 0; i < k->neta; ++i) size = fmax(size, fabs(eta[i])), err = fmax(err, fabs(r[i]));
+  return size > 0.0 ? err / size : err;
+}
+
 static void tr_fill_extra(tr_sim *s, const double *y, double *extra) {
   const tr_kernel *k = s->k;
   double pos = 0.0, vel = 0.0, worst = 0.0, *h = TR_A(s, h_res);
@@ -66,23 +81,14 @@ static void tr_fill_extra(tr_sim *s, const double *y, double *extra) {
   (void)pos, (void)vel;
   extra[TR_X_ENERGY0] = s->energy0;
   extra[TR_X_CLOSURE] = worst;
-  extra[TR_X_COMPLEMENT] = 0.0;
-  if (k->neta) {
-    double size = 0.0, err = 0.0;
-    const double *eta = TR_A(s, z) + k->active;
-    tr_law(s, eta);
-    for (int i = 0; i < k->neta; ++i) {
-      size = fmax(size, fabs(eta[i]));
-      err = fmax(err, fabs(TR_A(s, law)[i] - eta[i]));
-    }
-    extra[TR_X_COMPLEMENT] = size > 0.0 ? err / size : err;
-  }
-  extra[TR_X_CONTRACTION] = 0.0;
+  extra[TR_X_COMPLEMENT] = tr_complement(s);
+  extra[TR_X_CONTRACTION] = s->o->wants & 1 ? tr_contraction(s) : 0.0;
   extra[TR_X_EVENTS] = (double)s->stats.events;
   extra[TR_X_STEP] = s->step_h;
+  memcpy(extra + TR_X_LAST, s->last, sizeof s->last);
   for (int i = 0; i < k->nsliders; ++i) {
     const double *m = tr_mode(s, i);
-    extra[TR_X_STATES + i] = m[0] < 0.5 ? 0.0 : (tr_slider(s, i)[4] == 1 ? m[1] : 1.0);
+    extra[TR_X_STATES + i] = m[0] < 0.5 ? 0.0 : m[0] > 1.5 ? 2.0 : (tr_slider(s, i)[4] == 1 ? m[1] : 1.0);
   }
 }
 

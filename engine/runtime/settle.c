@@ -6,14 +6,6 @@
 #define CAPTURE_LENGTH 10.0             /* of rtol · length scale: what is left to slide */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
 
-/* Contact forces of all pairs at the state just evaluated: 4 numbers each. 0 when the scene's outputs have none. */
-static int tr_all_contacts(tr_sim *s, const double *y, double *out) {
-  if (!s->o || !s->o->contacts) return 0;
-  double zf[s->k->rows + s->k->neta + 1];
-  tr_full_multipliers(s, y, zf, 0);
-  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, TR_A(s, dy) + s->k->nq, out);
-  return 1;
-}
 
 /* What became of pair i: an event kind, or 0. */
 static int tr_change(const tr_sim *s, int i, const double *old) {
@@ -23,12 +15,6 @@ static int tr_change(const tr_sim *s, int i, const double *old) {
   double along = 0.0;
   for (int j = 0; j < 3; ++j) along += m[1 + j] * old[1 + j];
   return along < 0.0 ? TR_EV_REVERSAL : 0;
-}
-
-static double tr_turn(const double *p, const double *q) {
-  double a = sqrt(p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), b = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (!(a > 0.0 && b > 0.0)) return 0.0;
-  return acos(fmax(-1.0, fmin(1.0, (p[1] * q[1] + p[2] * q[2] + p[3] * q[3]) / (a * b))));
 }
 
 /* Record what changed: pairs whose mode did, and contacts elsewhere that turned. */
@@ -65,9 +51,11 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
       s->event_slider = own ? which : rest[0];
       return TR_FAIL_MODES;
     }
+    tr_note_answers(s, t, rest, n);
   }
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
-  if (contacts) tr_all_contacts(s, y, after);
+  tr_certify(s);
+  if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(double) * 4 * nc);
   tr_log_changes(s, t, modes, before, after, contacts);
   return TR_OK;
 }

@@ -44,6 +44,7 @@ typedef struct tr_kernel {
 typedef struct tr_outputs {
   int abi, nout, ncontacts, nc, nkappa, npost;
   int energy; /* column of energy.residual, -1 without */
+  int wants;  /* 1: the contraction number, 2: contacts or events, so that contacts are watched while stepping */
   const int *post; /* 3 per entry: kind, column, partner (see output.c) */
   void (*prepare)(const double *p, double *c);
   /* a: accelerations of the free rates (nv) at this state */
@@ -60,6 +61,15 @@ typedef struct tr_jacobian {
   void (*point)(const double *x, const double *y, const double *c, const double *z, double *w);
   void (*along)(const double *x, const double *y, const double *c, const double *z, const double *w, const double *seed, double *J);
 } tr_jacobian;
+
+/* Directional derivatives: of F = [ẏ; powers] and the multiplier residuals R along a seed of [inputs (4 each), y, z], and of the
+ * columns along a seed of [inputs, y, z of all rows, accelerations of the free rates]. */
+typedef struct tr_linear {
+  int abi, nc, ninputs;
+  void (*prepare)(const double *p, double *c);
+  void (*rates)(const double *x, const double *y, const double *c, const double *z, const double *seed, double *out);
+  void (*columns)(const double *x, const double *y, const double *c, const double *z, const double *a, const double *seed, double *out);
+} tr_linear;
 
 enum tr_status {
   TR_OK = 0,
@@ -78,12 +88,12 @@ enum tr_status {
   TR_FAIL_MODES = 16      /* no set of sticking and slipping pairs satisfies the friction laws */
 };
 
-enum tr_method { TR_AUTO = 0, TR_RK5 = 1, TR_RK8 = 2, TR_ROSENBROCK = 3 };
+enum tr_method { TR_AUTO = 0, TR_RK5 = 1, TR_RK8 = 2, TR_ROSENBROCK = 3, TR_MOREAU = 4 };
 
-enum tr_event_kind { TR_EV_REVERSAL = 1, TR_EV_STOP = 2, TR_EV_SLIP = 3, TR_EV_SEPARATION = 4, TR_EV_TURN = 5, TR_EV_STOP_ON = 6, TR_EV_STOP_OFF = 7, TR_EV_SWITCH = 8 };
+enum tr_event_kind { TR_EV_REVERSAL = 1, TR_EV_STOP = 2, TR_EV_SLIP = 3, TR_EV_SEPARATION = 4, TR_EV_TURN = 5, TR_EV_STOP_ON = 6, TR_EV_STOP_OFF = 7, TR_EV_SWITCH = 8, TR_EV_IMPACT = 9 };
 
 typedef struct tr_stats {
-  long steps, rejected, rhs, jacobians, newton, newton_max, events, projections, outputs, rk5, rk8, stiff;
+  long steps, rejected, rhs, jacobians, newton, newton_max, events, projections, outputs, rk5, rk8, stiff, moreau;
 } tr_stats;
 
 typedef struct tr_sim {
@@ -102,14 +112,18 @@ typedef struct tr_sim {
   double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
   double jac_t;
   int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
-  double capture_h, capture_dec;
-  int still, shares, capture, aside, missed; /* pairs held at rest; whether some of them share their load as a group; pair about to
+  double capture_h, capture_dec, contraction, complement, open_t; /* largest so far; first decision with several answers */
+  double impulse_h, burst_t, moreau_t; /* step of impulses while they are solved; window of events; first hand-over (−1: none) */
+  long burst_events;
+  int moreau_steps, calm;
+  double last[7]; /* the last event: time, kind, element, contact (from 1, 0 none), angle before, after, turn */
+  int still, shares, capture, aside, missed, freed, through, open_pair; /* pairs held at rest; whether some of them share their load as a group; pair about to
                                  come to rest; pair that has turned too fast for a step (-1: none) */
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
       smax, h_res, ev, breaks, tables, wrap, jac, jw, jp, W, wperm, lin0, kap, nul, gram, cand, kstep, Q, rowk, lead, share, hold, dhold,
-      arm, vmin;
+      arm, vmin, con;
   int ny, nz, nrows;
 } tr_sim;
 

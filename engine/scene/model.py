@@ -45,6 +45,8 @@ class Simulation:
     """Relative tolerance of the integration."""
     method: str = "auto"
     """Integration method."""
+    jams: Literal["stop", "impact"] = "stop"
+    """What a jam does: end the run as ``jammed``, or stop the jammed joint by a tangential impact and go on."""
 
 
 @dataclass(frozen=True, config=STRICT)

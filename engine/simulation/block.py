@@ -11,12 +11,12 @@ import numpy as np
 from engine.kernel.library import Kernel, runtime
 from engine.system.numbers import Numbers
 
-METHODS = {"auto": 0, "rk5": 1, "rk8": 2, "rosenbrock": 3}
+METHODS = {"auto": 0, "rk5": 1, "rk8": 2, "rosenbrock": 3, "moreau": 4}
 EVENT = 24
 EVENT_CAPACITY = 1024
 STAT_NAMES = (
     "steps", "rejected", "rhs_evaluations", "jacobians", "newton_iterations", "newton_most", "events", "projections", "outputs",
-    "rk5", "rk8", "rosenbrock",
+    "rk5", "rk8", "rosenbrock", "moreau",
 )
 OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE, NEED_REDUNDANT = range(7)
 
@@ -24,13 +24,14 @@ OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE, NEED_REDUNDANT = range(7)
 class _Settings(ctypes.Structure):
     _fields_ = (
         [(n, ctypes.c_double) for n in ("rtol", "hmax", "hmin", "hfixed", "length", "rate")]
-        + [(n, ctypes.c_int) for n in ("method", "project", "locate", "max_steps")]
+        + [(n, ctypes.c_int) for n in ("method", "project", "locate", "max_steps", "through_jams")]
     )
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How to step. step > 0: fixed steps of that size without error control; locate: find events; project: close loops."""
+    """How to step. step > 0: fixed steps of that size without error control; locate: find events; project: close loops;
+    through_jams: stop a jammed joint by a tangential impact and go on."""
 
     rtol: float = 1e-6
     method: str = "auto"
@@ -39,6 +40,7 @@ class Settings:
     max_steps: int = 0
     locate: bool = True
     project: bool = True
+    through_jams: bool = False
 
 
 @lru_cache(maxsize=1)
@@ -59,7 +61,11 @@ def _library() -> ctypes.CDLL:
     lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
     lib.tr_attach_jacobian.argtypes, lib.tr_attach_jacobian.restype = [p, p, p, i], i
     lib.tr_derivatives.argtypes, lib.tr_derivatives.restype = [p, p], i
+    lib.tr_directional.argtypes, lib.tr_directional.restype = [p, p, p, p, p, p], i
     lib.tr_redundancy.argtypes, lib.tr_redundancy.restype = [p, p], i
+    lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
+    lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
+    lib.tr_certificate.argtypes, lib.tr_certificate.restype = [p, p], None
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
@@ -152,7 +158,7 @@ class Block:
     def configure(self, s: Settings) -> None:
         """Set tolerances and method."""
         scales = (self.numbers.length, self.numbers.rate)
-        c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps)
+        c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps, s.through_jams)
         self.lib.tr_configure(self.at, ctypes.addressof(c))
         self.lib.tr_set_energy(self.at, self.numbers.energy)
 
@@ -210,6 +216,22 @@ class Block:
         """η as last solved."""
         s = self.kernel.sizes
         return self._view(6, s["active"] + s["neta"])[s["active"] :]
+
+    def why(self) -> tuple[int, int]:
+        """After a failure of friction: (0 unknown, 1 jam, 2 inconsistent; the pair to blame or −1)."""
+        pair = ctypes.c_int(-1)
+        return self.lib.tr_why(self.at, ctypes.addressof(pair)), pair.value
+
+    def roots(self) -> int:
+        """Roots of the complement equations found at the present state."""
+        return self.lib.tr_roots(self.at)
+
+    def certificate(self) -> tuple[float, float, float, int, float]:
+        """(largest contraction number, largest relative residual of the complement equations, time and pair of the first decision
+        that more than one set of modes satisfied (time −1: none), time of the first hand-over to time stepping (−1: none))."""
+        out = (ctypes.c_double * 5)()
+        self.lib.tr_certificate(self.at, ctypes.addressof(out))
+        return out[0], out[1], out[2], int(out[3]), out[4]
 
     @property
     def time(self) -> float:

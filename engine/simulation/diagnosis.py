@@ -1,4 +1,4 @@
-"""Which joint a failure is about."""
+"""Why a run cannot go on, and which joint it is about."""
 
 from __future__ import annotations
 
@@ -6,8 +6,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.simulation.outcome import Outcome, from_status
+from engine.simulation.pairs import slider_names
+
 if TYPE_CHECKING:
     from engine.simulation.run import Model
+
+FRICTION = (12, 16)
+"""Statuses in which friction has no answer: no root, no consistent set of modes."""
+WHY = {1: "jammed", 2: "inconsistent"}
+
+
+def diagnose(model: Model, status: int) -> Outcome:
+    """The named outcome of a failure: for friction, the pair to blame is brought to rest; one that then sticks has jammed."""
+    block = model.block
+    if status in FRICTION:
+        why, pair = block.why()
+        if why in WHY:
+            name, part = slider_names(model.system)[pair]
+            z = block.multipliers()
+            numbers = {"part": part, "friction": float(np.abs(z).max()) if z.size else 0.0}
+            return Outcome.named(WHY[why], block.time, name, numbers)
+    return from_status(status, block.time, suspect(model, status))
 
 
 def suspect(model: Model, status: int) -> str:

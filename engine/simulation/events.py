@@ -4,29 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from engine.simulation.pairs import slider_names, stop_names
 from engine.simulation.result import Event
 from engine.system.structure import System
 
-KINDS = {1: "reversal", 2: "stop", 3: "slip", 4: "separation", 5: "turn", 6: "stop_on", 7: "stop_off", 8: "switch"}
-
-
-def slider_names(system: System) -> list[tuple[str, int]]:
-    """(joint, part from 1) of every sliding pair, by flag."""
-    out: list[tuple[str, int]] = []
-    for j in system.frictional:
-        assert j.friction is not None
-        out += [(j.name, i + 1) for i, _ in enumerate(j.friction.sliders)]
-    return out
-
-
-def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, freedom from 1) of every stop, by flag."""
-    found: dict[int, tuple[str, int]] = {}
-    for j in system.joints:
-        for k, d in enumerate(j.devices):
-            if d.stop is not None:
-                found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}
-    return [found[i] for i in sorted(found)]
+KINDS = {1: "reversal", 2: "stop", 3: "slip", 4: "separation", 5: "turn", 6: "stop_on", 7: "stop_off", 8: "switch", 9: "impact"}
 
 
 def decode(system: System, records: np.ndarray) -> list[Event]:

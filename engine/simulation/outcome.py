@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 DONE = "done"
 NAMES = {
@@ -20,6 +20,8 @@ ADVICE = {
     "rtol, or look at the mechanism's configuration at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
     "Painlevé); lengthen the guide (half_length), lower mu or radius, or bring the load closer",
+    "jammed": "friction grows without bound, so that the joint's sliding stops at once (an impact without a collision): "
+    "lengthen the guide (half_length), lower mu or radius, bring the load closer, or go on with simulation.jams: impact",
     "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé, or a jam): lower mu or "
     "radius, lengthen the guide, or continue with law regularized",
     "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on",
@@ -31,12 +33,19 @@ ADVICE = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """name: "done" or what went wrong; time it happened; joint it is about ("" when it is about the whole); advice."""
+    """name: "done" or what went wrong; time it happened; joint it is about ("" when it is about the whole); advice;
+    numbers that go with it."""
 
     name: str
     time: float
     joint: str = ""
     advice: str = ""
+    numbers: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def named(cls, name: str, time: float, joint: str, numbers: dict[str, float] | None = None) -> Outcome:
+        """An outcome with its standard advice."""
+        return cls(name, time, joint, ADVICE[name], numbers or {})
 
     @property
     def ok(self) -> bool:

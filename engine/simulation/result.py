@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.kernel.columns import Column
+from engine.simulation.certificate import Certificate
 from engine.simulation.outcome import Outcome
 from engine.simulation.redundancy import Redundancy
 
@@ -66,6 +67,7 @@ class Result:
     settings: dict[str, Any]
     notes: tuple[str, ...] = ()
     redundancy: Redundancy = field(default_factory=lambda: Redundancy(0))
+    certificate: Certificate = field(default_factory=Certificate)
 
     @property
     def names(self) -> list[str]:

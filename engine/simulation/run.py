@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -14,8 +15,9 @@ from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
 from engine.scene.model import Scene
 from engine.simulation import block as bl
+from engine.simulation.certificate import Certificate, certificate, certificate_notes
 from engine.simulation.events import decode
-from engine.simulation.outcome import ADVICE, DONE, Outcome, from_status
+from engine.simulation.outcome import ADVICE, DONE, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulation.result import Event, Result, Stats
 from engine.system.build import Built, build
@@ -114,7 +116,9 @@ def simulate(
     until = float(sim.until if until is None else until)
     if every is None:
         every = float(sim.every) if sim.every is not None else until / 1000.0
-    settings = bl.Settings(rtol=float(rtol or sim.rtol), method=method or sim.method, step=step, max_steps=max_steps)
+    rtol = float(sim.rtol if rtol is None else rtol)
+    jams = sim.jams == "impact"
+    settings = bl.Settings(rtol, method or sim.method, step, max_steps=max_steps, through_jams=jams)
     check_settings(until, every, settings)
     model = Model(loaded, outputs)
     return run(model, until, every, settings, progress)
@@ -123,16 +127,16 @@ def simulate(
 def check_settings(until: float, every: float, s: bl.Settings) -> None:
     """SceneError with everything that is wrong with these."""
     problems = []
-    if not until > 0.0:
+    if not 0.0 < until < math.inf:
         problems.append(Problem("until", f"{until:g} s is not after the start", "give a positive end time"))
-    if every < 0.0:
-        problems.append(Problem("every", f"{every:g} s is negative", "give a positive spacing, or 0 for every step"))
+    if not 0.0 <= every < math.inf:
+        problems.append(Problem("every", f"{every:g} s is no spacing of rows", "give a positive spacing, or 0 for every step"))
     if not 1e-14 <= s.rtol <= 0.1:
         problems.append(Problem("rtol", f"{s.rtol:g} is out of range", "between 1e-14 and 0.1; 1e-6 is a good start"))
     if s.method not in bl.METHODS:
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
-    if s.step < 0.0:
-        problems.append(Problem("step", f"{s.step:g} s is negative", "a positive step, or 0 for error control"))
+    if not 0.0 <= s.step < math.inf:
+        problems.append(Problem("step", f"{s.step:g} s is no step", "a positive step, or 0 for error control"))
     if problems:
         raise SceneError(problems)
 
@@ -152,6 +156,8 @@ class _Run:
         self.notes: list[str] = []
         self.open_reactions = Redundancy(0)
         self.build = self.setup = self.wall = 0.0
+        self.roots = 1
+        self.began = False
 
     def result(self) -> Result:
         """Carry it out."""
@@ -169,8 +175,10 @@ class _Run:
         used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
         scene = self.model.built.scene
         log.info("%s: %s", scene.name, outcome)
+        certified = certificate(block, self.model.system, self.roots, self.open_reactions) if self.began else Certificate()
+        self.notes += certificate_notes(certified)
         return Result(scene, data, tuple(self.model.columns), tuple(self.events), outcome, stats, used, tuple(self.notes),
-                      self.open_reactions)
+                      self.open_reactions, certified)
 
     def _begin(self) -> Outcome | None:
         """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
@@ -184,6 +192,8 @@ class _Run:
         self.notes += moved_notes(model.built, model.block)
         first = np.zeros(model.block.width)
         status = model.begin(self.settings, 0.0, self.until, self.every, first)
+        self.began = True
+        self.roots = model.block.roots() if model.system.neta else 1
         if status != bl.OK:
             return failure(model, status)
         self.rows.append(first[None, :])
@@ -244,6 +254,6 @@ def open_loop(model: Model, code: int) -> Outcome:
 
 def failure(model: Model, status: int) -> Outcome:
     """Named outcome, with the joint it is about."""
-    from engine.simulation.diagnosis import suspect
+    from engine.simulation.diagnosis import diagnose
 
-    return from_status(status, model.block.time, suspect(model, status))
+    return diagnose(model, status)

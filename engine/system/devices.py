@@ -18,8 +18,8 @@ class Builder:
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """("input", input) of every external input, then ("spline" or "linear", data) of every table signal. An input that prescribes
-        a motion becomes "tracked": the motion follows it smoothly."""
+        """("input", input) of every external input, then ("spline" or "linear", data) of every table signal. An input that
+        prescribes a motion becomes "tracked": the motion follows it smoothly."""
         self.stops = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.simulation.tables import finite
 from service.executor.cluster import NoCluster
 from service.store.database import Unreachable
@@ -131,6 +131,10 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(SceneError)
     def wrong(_: Request, e: SceneError) -> Response:
         return problem_response(422, counted(len(e.problems)), [p.as_dict() for p in e.problems])
+
+    @app.exception_handler(SimulationError)
+    def failed(_: Request, e: SimulationError) -> Response:
+        return problem_response(422, "1 problem", [Problem("run", str(e)).as_dict()])
 
     @app.exception_handler(RequestValidationError)
     def invalid(_: Request, e: RequestValidationError) -> Response:

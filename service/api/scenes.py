@@ -121,7 +121,7 @@ class FmuRequest(SceneSource):
     """An FMU to export."""
 
     flavour: Literal["native", "python"] = "native"
-    platform: Literal["host", "linux64", "win64", "darwin64", "all"] = "host"
+    platform: Literal["host", "linux64", "win64", "darwin64", "aarch64-darwin", "all"] = "host"
 
 
 @router.post(
@@ -153,9 +153,9 @@ def fmus(request: FmuRequest, caller: Annotated[Caller, Depends(need("submit"))]
 
 
 def _exporter() -> Any:
-    """``fmu.export``; Refusal (501) when that package is not there."""
+    """The exporter of the package fmu; Refusal (501) when that package is not there."""
     try:
-        return import_module("fmu").export
+        return import_module("fmu.export").export
     except (ImportError, AttributeError) as e:
         hint = "pip install 'trunnion[fmu]' on the server"
         raise Refusal(501, "FMU export is not installed", [Problem("fmu", f"cannot be loaded: {e}", hint)]) from e

@@ -12,9 +12,9 @@ import queue
 import secrets
 import threading
 import time
-from dataclasses import dataclass, field
 from typing import Any
 
+from service.executor.active import OUT_OF_TIME, Active
 from service.executor.cluster import Cluster, NoCluster
 from service.executor.parts import Parts
 from service.executor.work import Cancelled, OutOfTime, run_chunk
@@ -25,36 +25,10 @@ from service.store.rows import Chunk, Job
 from service.store.work import Done, LeaseLost, WorkStore
 
 log = logging.getLogger("trunnion.service")
-FIRST_CHUNK = 8
-LARGEST_CHUNK = 50_000
 AHEAD = 1
 """Chunks waiting at the cluster for each that runs, so that no worker waits for us."""
 IDLE_SECONDS = 0.05
 RESULT_SECONDS = 10
-OUT_OF_TIME = {
-    "where": "budget",
-    "what": "the job's time budget is used up",
-    "hint": "the results so far stand; submit the rest with a larger budget, or looser settings",
-}
-
-
-@dataclass
-class Active:
-    """A job being worked on. flying: chunks at the cluster, by first case; cost: stepping seconds a case, so far."""
-
-    job: Job
-    flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
-    cost: float = 0.0
-    warm: bool = False
-    planned: int = 0
-    nothing_until: float = 0.0
-    looked: float = 0.0
-
-    def size(self, seconds: float) -> int:
-        """Cases the next chunk should have."""
-        if self.cost <= 0.0:
-            return FIRST_CHUNK
-        return int(min(max(1, seconds / self.cost), LARGEST_CHUNK))
 
 
 class Dispatcher:
@@ -279,9 +253,8 @@ class Dispatcher:
         if left <= 0.0:
             self._stop_job(active, "failed", [OUT_OF_TIME])
             return False
-        remaining = max(1, (active.job.cases - active.planned) // (2 * max(1, self.cluster.counted)))
         try:
-            chunk = self.store.cut(self.name, active.job.id, min(active.size(self.settings.chunk_seconds), remaining))
+            chunk = self.store.cut(self.name, active.job.id, active.size(self.settings.chunk_seconds, max(1, self.cluster.counted)))
         except LeaseLost:
             self._forget(active)
             return False

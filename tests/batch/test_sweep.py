@@ -30,7 +30,7 @@ def test_a_sweep_is_a_frame_with_units_and_any_case_can_be_run_again() -> None:
     frame = s.to_pandas()
     assert list(frame[MU]) == [0.2, 0.4]
     assert frame.attrs["units"][KEEP[0]] == "N"
-    r = s.trajectory(1)
+    r = s.trajectory(1, ["ball.contact[1].normal_force"])
     assert r["ball.contact[1].normal_force"].max() == frame[KEEP[0]][1]
 
 

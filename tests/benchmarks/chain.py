@@ -46,8 +46,10 @@ def unrolled(sym: Symbols, reactions: bool) -> tuple[str, int, int]:
     outs = [Output("dy", nq, [a[i] for a in acc.qdd for i in range(a.numel())], 1)]
     if reactions:
         outs.append(Output("maps", 0, [SX(n) for n in acc.N], 1))
-    stages = [Stage("k_prepare", f"{CONST}p,double*restrict c", "c"),
-              Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy", "w")]
+    stages = [
+        Stage("k_prepare", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy", "w"),
+    ]
     code = emit(inputs(sym), outs, stages)
     return code.text, code.kept[0], code.kept[1]
 
@@ -71,8 +73,10 @@ def measured(n: int, reactions: bool) -> tuple[float, float, float, np.ndarray]:
     took = time.perf_counter() - started
     lib = ctypes.CDLL(str(library))
     lib.bench.restype = ctypes.c_double
-    arrays = {k: (ctypes.c_double * (m + 8))() for k, m in
-              {"x": 8, "y": 2 * n, "c": nc, "w": nw, "maps": 6 * n, "dy": 2 * n, "p": len(values)}.items()}
+    arrays = {
+        k: (ctypes.c_double * (m + 8))()
+        for k, m in {"x": 8, "y": 2 * n, "c": nc, "w": nw, "maps": 6 * n, "dy": 2 * n, "p": len(values)}.items()
+    }
     arrays["p"][: len(values)] = values
     arrays["y"][: 2 * n] = [*built.numbers.q, *built.numbers.v]
     lib.k_prepare(arrays["p"], arrays["c"])

@@ -65,11 +65,20 @@ def main() -> None:
             print(f"trunnion {method:13s} {rtol:7.0e} {error:10.1e} {wall} {s.steps:6d} {s.rhs_evaluations:11d}")
     for method in ("DOP853", "LSODA"):
         for rtol in (1e-6, 1e-8, 1e-10):
+
             def once(rtol=rtol, method=method):
                 started = time.perf_counter()
-                once.y = solve_ivp(lambda _t, y: [y[1], acceleration(*y)], (0, 10), [0.0, 10.0], method=method, rtol=rtol,
-                                   atol=rtol, t_eval=np.arange(1, 101) * 0.1).y[0]
+                once.y = solve_ivp(
+                    lambda _t, y: [y[1], acceleration(*y)],
+                    (0, 10),
+                    [0.0, 10.0],
+                    method=method,
+                    rtol=rtol,
+                    atol=rtol,
+                    t_eval=np.arange(1, 101) * 0.1,
+                ).y[0]
                 return time.perf_counter() - started
+
             low, middle = repeat(once, 3)
             print(f"scipy 1-dof {method:10s} {rtol:7.0e} {np.abs(once.y - exact).max():10.1e} {low * 1e3:8.3f} {middle * 1e3:8.3f}")
 

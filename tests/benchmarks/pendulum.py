@@ -40,13 +40,23 @@ def reference(until: float) -> float:
         levels = [OMEGA_EPS, -OMEGA_EPS] if regime == 2 else [regime * OMEGA_EPS]
         events = []
         for level in levels:
+
             def event(_t, y, level=level):
                 return y[1] - level
+
             event.terminal = True
             event.direction = (1 if level > 0 else -1) if regime == 2 else -regime
             events.append(event)
-        s = solve_ivp(lambda _t, y, g=regime: [y[1], alpha(y[0], y[1], g)], (t, until), y, method="DOP853", rtol=1e-13, atol=1e-15,
-                      events=events, max_step=0.02)
+        s = solve_ivp(
+            lambda _t, y, g=regime: [y[1], alpha(y[0], y[1], g)],
+            (t, until),
+            y,
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-15,
+            events=events,
+            max_step=0.02,
+        )
         t, y = s.t[-1], s.y[:, -1]
         if s.status == 1:
             hit = next(i for i, e in enumerate(s.t_events) if len(e))
@@ -76,11 +86,14 @@ def main() -> None:
             print(f"trunnion {method:15s} {rtol:7.0e} {error:10.1e} {wall} {s.steps:6d} {s.events:6d}")
     for method in ("RK45", "DOP853", "LSODA", "Radau"):
         for rtol in (1e-5, 1e-7, 1e-9):
+
             def once(rtol=rtol, method=method):
                 started = time.perf_counter()
-                once.y = solve_ivp(lambda _t, y: [y[1], alpha(y[0], y[1])], (0, 5), [math.pi / 2, 0], method=method, rtol=rtol,
-                                   atol=rtol * 1e-2).y[0, -1]
+                once.y = solve_ivp(
+                    lambda _t, y: [y[1], alpha(y[0], y[1])], (0, 5), [math.pi / 2, 0], method=method, rtol=rtol, atol=rtol * 1e-2
+                ).y[0, -1]
                 return time.perf_counter() - started
+
             low, middle = repeat(once, 3)
             print(f"scipy {method:18s} {rtol:7.0e} {abs(once.y - exact):10.1e} {low * 1e3:8.3f} {middle * 1e3:8.3f}")
 

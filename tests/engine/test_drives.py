@@ -72,7 +72,6 @@ def driven() -> Result:
 
 
 @pytest.mark.parametrize("joint", DRIVES)
-@pytest.mark.xfail(strict=True, reason="a driven joint beside one free rate: given() multiplies 6x0 by 1x0 (RuntimeError)")
 def test_a_drive_follows_its_data(joint: str) -> None:
     r = driven()
     q, qd, qdd = MOTIONS[joint](r.time)
@@ -83,7 +82,6 @@ def test_a_drive_follows_its_data(joint: str) -> None:
     assert np.abs(r[f"{joint}.qdd[1]"] - qdd)[away].max() <= 1e-11  # splines are divided by squares of short intervals
 
 
-@pytest.mark.xfail(strict=True, reason="a driven joint beside one free rate: given() multiplies 6x0 by 1x0 (RuntimeError)")
 def test_efforts_of_drives_are_what_changes_the_energy() -> None:
     """Kinetic and potential energy against the integral of Σ effort · rate, by Simpson over the rows of smooth stretches."""
     r = driven()
@@ -96,7 +94,6 @@ def test_efforts_of_drives_are_what_changes_the_energy() -> None:
     assert np.abs(r["energy.residual"]).max() <= 1e-8 * np.abs(power).max()
 
 
-@pytest.mark.xfail(strict=True, reason="a driven joint beside one free rate: given() multiplies 6x0 by 1x0 (RuntimeError)")
 def test_the_free_freedom_beside_a_driven_one_moves_freely() -> None:
     r = driven()
     assert np.ptp(r["shaft.qd[2]"]) > 0.5

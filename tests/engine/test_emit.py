@@ -170,7 +170,6 @@ def test_literals_read_back_exactly(value: float) -> None:
     assert emit.literal(value).startswith("(") == (value < 0)  # so that a minus before it is no decrement
 
 
-@pytest.mark.xfail(strict=True, reason="literal(inf) is the word inf, which C does not know")
 def test_infinities_are_written_as_c_knows_them() -> None:
     assert emit.literal(float("inf")) == "INFINITY"
 

@@ -133,7 +133,6 @@ def test_loops_that_cannot_close_give_an_outcome(start: float) -> None:
     assert r.time.shape == (0,)
 
 
-@pytest.mark.xfail(strict=True, reason="a driven joint beside one free rate: given() multiplies 6x0 by 1x0 (RuntimeError)")
 def test_rates_that_contradict_each_other_give_an_outcome() -> None:
     """At the dead centre the slider stands still, whatever its drive says."""
     scene = load_scene("crank_slider")

@@ -200,7 +200,6 @@ def test_numbers_out_of_range_are_named() -> None:
     assert r.outcome.joint in ("arm", "push")
 
 
-@pytest.mark.xfail(strict=True, reason="a zero inertia is folded to inf, which does not compile (CompilerError)")
 def test_a_freedom_without_inertia_is_named() -> None:
     """A point on the axis of its joint, which is to be turned."""
     joints = {"spin": sm.Joint("revolute", "ground", "b", axis="y", effort=1.0)}

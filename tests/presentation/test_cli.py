@@ -150,6 +150,18 @@ def test_check_tells_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> No
     assert data["columns"]["chosen"] == data["columns"]["available"]
 
 
+@pytest.mark.parametrize(("pin", "told"), [("inboard", True), ("outboard", False)])
+def test_check_asks_whether_a_short_pin_that_is_left_behind_is_meant(
+    pin: str, told: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    guide = f"type: prismatic, axis: x, pin: {pin}, inboard: ground, outboard: sleeve, start: {{q: 800 mm}}"
+    rub = "friction: {law: regularized, mu: 0.1, half_length: 50 mm, half_width: 20 mm, half_height: 20 mm}"
+    file = tmp_path / "sleeve.yaml"
+    file.write_text(f"schema: 1\nbodies: {{sleeve: {{box: [0.1, 0.1, 0.1], mass: 1}}}}\njoints: {{guide: {{{guide}, {rub}}}}}\n")
+    assert main(["check", str(file)]) == 0
+    assert ("write pin: outboard" in capsys.readouterr().out) is told
+
+
 def test_check_lists_columns_with_units(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "spherical_pendulum", "--outputs"]) == 0
     out = capsys.readouterr().out

@@ -38,9 +38,7 @@ class Complement:
     def friction(self, eta: np.ndarray, scale: float) -> np.ndarray:
         """Friction of all joints predicted from the transmitted forces at ``eta``."""
         x = np.r_[1.0, eta]
-        return np.concatenate(
-            [self.rubbing[n].friction(self.press[n] @ x, self.devices[n] @ x, scale)[0] for n in self.names]
-        )
+        return np.concatenate([self.rubbing[n].friction(self.press[n] @ x, self.devices[n] @ x, scale)[0] for n in self.names])
 
     def residual(self, y: np.ndarray, scale: float = 1.0) -> np.ndarray:
         """Scaled residual at eta = y unit."""

@@ -40,9 +40,7 @@ def reversed_joint(case: Case, name: str) -> Moved:
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]
     new = _started(_swapped(case.scene, joint), how.q, qd)
     joints = {n: new if n == name else j for n, j in case.scene.joints.items()}
-    moved = Case(
-        replace(case.scene, joints=joints), case.q | {name: how.q}, case.qd | {name: qd}, case.t, case.tree
-    )
+    moved = Case(replace(case.scene, joints=joints), case.q | {name: how.q}, case.qd | {name: qd}, case.t, case.tree)
     return Moved(moved, _undo(case, name, how))
 
 

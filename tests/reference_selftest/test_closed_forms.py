@@ -46,7 +46,7 @@ def test_conical_pendulum_on_a_ball():
     q = [np.cos(angle / 2), np.sin(angle / 2), 0, 0]
     result = solve_scene(scene, {"ball": q}, {"ball": [0, 0, spin]})
     radius = arm * np.sin(angle)
-    assert result.acceleration["bob"] == pytest.approx([0, -spin**2 * radius, 0], abs=1e-12)
+    assert result.acceleration["bob"] == pytest.approx([0, -(spin**2) * radius, 0], abs=1e-12)
     assert np.linalg.norm(result.reaction["ball"][0]) == pytest.approx(1.5 * G / np.cos(angle))
 
 

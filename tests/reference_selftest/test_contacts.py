@@ -51,9 +51,7 @@ def test_ball_meets_105_to_110_and_no_other_start_finds_another_contact(law, see
     slip = np.cross(omega, contact.normal)
     k = r * law.slope(r * np.linalg.norm(slip))
     assert np.allclose(out.torque, r * contact.normal_force * np.cross(contact.normal, k * slip), atol=1e-14)
-    assert contact.normal_force == pytest.approx(
-        np.linalg.norm(fc) / np.sqrt(1 + law.mu_e(r * np.linalg.norm(slip)) ** 2)
-    )
+    assert contact.normal_force == pytest.approx(np.linalg.norm(fc) / np.sqrt(1 + law.mu_e(r * np.linalg.norm(slip)) ** 2))
     for _ in range(8):
         n = rng.normal(size=3)
         x, _, ok, _ = fsolve(equations, np.r_[n / np.linalg.norm(n), np.linalg.norm(fc)], full_output=True, xtol=1e-13)

@@ -46,9 +46,7 @@ LIMITS = {
     "stiffness without the unspoken radian": {"joints.hinge.spring.stiffness": "5 N*m"},
     "input of no unit": {"inputs.motor.unit": "1", "inputs.motor.start": 0},
     "lower stop alone": {"joints.hinge.stops.upper": GONE},
-    "screw": {
-        "joints.flight": {"type": "screw", "axis": "z", "pitch": "-5 mm", "inboard": "ground", "outboard": "flyer"}
-    },
+    "screw": {"joints.flight": {"type": "screw", "axis": "z", "pitch": "-5 mm", "inboard": "ground", "outboard": "flyer"}},
 }
 
 
@@ -111,9 +109,7 @@ def test_an_unrelated_mistake_of_form_hides_nothing():
 
 
 def test_scenes_made_in_python_are_checked_by_the_same_rules():
-    scene = Scene(
-        bodies={"a": Body(box=(1, 1, 1), density=1)}, joints={"j": Joint("revolute", "ground", "b", axis="z")}
-    )
+    scene = Scene(bodies={"a": Body(box=(1, 1, 1), density=1)}, joints={"j": Joint("revolute", "ground", "b", axis="z")})
     assert [p.where for p in problems(scene)] == ["joints.j.outboard"]
     assert checked(scene_from_dict(VALID)).name == "one_of_everything"
 

@@ -58,9 +58,7 @@ def test_a_mistake_of_form_is_said_in_plain_words(case):
 
 
 def test_no_message_speaks_of_the_checkers_own_workings():
-    words = re.compile(
-        r"pydantic|dataclass|Input should|validation error|NoneType|Traceback|·|tuple|dict\b|str\b", re.I
-    )
+    words = re.compile(r"pydantic|dataclass|Input should|validation error|NoneType|Traceback|·|tuple|dict\b|str\b", re.I)
     for text, _, _ in FORM.values():
         for p in problems_in(text):
             assert not words.search(str(p)), p

@@ -39,9 +39,7 @@ def test_a_box_is_the_sum_of_its_cells():
 @pytest.mark.parametrize("axis", ["x", "y", "z", "-x"])
 def test_a_cylinder_is_the_sum_of_its_cells(axis):
     n, r, h = 60, 0.4, 1.1
-    rho, phi, s = np.meshgrid(
-        midpoints(0, r, n), midpoints(0, 2 * math.pi, n), midpoints(-h / 2, h / 2, n), indexing="ij"
-    )
+    rho, phi, s = np.meshgrid(midpoints(0, r, n), midpoints(0, 2 * math.pi, n), midpoints(-h / 2, h / 2, n), indexing="ij")
     weight = rho * (r / n) * (2 * math.pi / n) * (h / n)
     parts = {axis[-1]: s}
     across = [a for a in "xyz" if a != axis[-1]]

@@ -121,9 +121,7 @@ def test_every_example_in_a_hint_is_itself_accepted(unit):
     assert math.isfinite(Per(unit)(QUANTITIES[unit][1]))
 
 
-@pytest.mark.parametrize(
-    "bad", [math.nan, math.inf, -math.inf, 10**400, True, None, [1], {"a": 1}, "nan", "1e999", b"1"]
-)
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 10**400, True, None, [1], {"a": 1}, "nan", "1e999", b"1"])
 def test_only_finite_numbers_are_numbers(bad):
     for validate in (Per("m"), Spring):
         with pytest.raises(ValueError, match=r"wanted|finite|number|large"):

@@ -57,9 +57,7 @@ def nested(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     return st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4)
 
 
-@pytest.mark.parametrize(
-    "data", [{1: 2}, {"bodies": {2: {}}, "joints": {None: 3}}, [], None, 3, {"bodies": {("a",): {}}}]
-)
+@pytest.mark.parametrize("data", [{1: 2}, {"bodies": {2: {}}, "joints": {None: 3}}, [], None, 3, {"bodies": {("a",): {}}}])
 def test_data_that_no_file_could_hold_has_problems(data):
     assert problems_of(data)
 

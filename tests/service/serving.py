@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -91,8 +91,8 @@ class InProcess(Talk):
 class Served(Talk):
     """``trunnion serve`` as a process of its own."""
 
-    def __init__(self, data: Path, *options: str, port: int = 0):
-        self.data, self.options = data, options
+    def __init__(self, data: Path, *options: str, port: int = 0, paths: Sequence[str] = ()):
+        self.data, self.options, self.paths = data, options, paths
         self.port = port or free_port()
         self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=60)
         self.process: subprocess.Popen[bytes] | None = None
@@ -100,7 +100,7 @@ class Served(Talk):
     def start(self) -> Served:
         """Start it, and wait until it answers."""
         words = [sys.executable, "-m", "service", "--data", str(self.data), "--port", str(self.port), *self.options]
-        env = dict(os.environ, PYTHONPATH=str(ROOT))
+        env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), *self.paths]))
         log = (self.data.parent / f"{self.data.name}.log").open("ab")
         self.process = subprocess.Popen(words, env=env, stdout=log, stderr=log, start_new_session=True)
         eventually(self._answers)

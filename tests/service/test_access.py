@@ -62,6 +62,13 @@ def test_a_key_works_from_when_it_is_made_until_it_is_revoked(guarded: tuple[InP
     assert s.get("/v1/jobs", headers={"X-API-Key": key}).status_code == 401
 
 
+def test_a_key_in_a_cookie_lets_a_page_look_but_not_act(guarded: tuple[InProcess, dict[str, str]]) -> None:
+    s, keys = guarded
+    cookie = {"headers": {"Cookie": f"trunnion_key={keys['admin']}"}}
+    assert s.get("/v1/jobs", **cookie).status_code == 200
+    assert s.post("/v1/jobs", SMALL, **cookie).status_code == 401
+
+
 def test_keys_are_kept_as_hashes_only(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     data = b"".join(f.read_bytes() for f in s.service.settings.data.glob("trunnion.db*"))

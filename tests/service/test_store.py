@@ -12,6 +12,7 @@ import pytest
 from alembic import command
 from sqlalchemy import inspect
 
+from engine.basics.problems import SceneError
 from service.api.security import new_key
 from service.store.database import Unreachable, alembic_config, downgrade, transaction
 from service.store.rows import Job
@@ -215,3 +216,9 @@ def test_a_database_that_cannot_be_reached_is_said_to_be_unreachable() -> None:
     s = WorkStore("postgresql://nobody@127.0.0.1:1/none")
     with pytest.raises(Unreachable):
         s.ping()
+
+
+@pytest.mark.parametrize("url", ["mysql://x/y", "nonsense", "sqlite://", "sqlite:///:memory:"])
+def test_an_address_that_is_no_durable_database_is_refused(url: str) -> None:
+    with pytest.raises(SceneError, match="--database"):
+        WorkStore(url)

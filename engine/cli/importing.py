@@ -1,0 +1,45 @@
+"""``trunnion import``: a scene from a URDF, a body from a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from engine.cli import options
+from engine.cli.options import Findings
+from engine.cli.running import DONE, print_json
+
+MESHES = (".stl", ".obj", ".ply")
+
+
+def import_command(file: str, save: str | None, density: str, unit: str, as_json: bool) -> int:
+    """Read, write or print; the exit code."""
+    from engine.basics.files import writing
+    from engine.doors import body_of_mesh, scene_of_urdf
+    from engine.scene.dump import scene_to_dict, yaml_text
+
+    found = Findings()
+    path = options.destination(save, (".yaml", ".yml"), "-o", found)
+    kilograms = options.quantity(density, "kg/m^3", "--density", found) or 0.0
+    suffix = Path(file).suffix.lower()
+    if suffix not in (".urdf", *MESHES):
+        found.add("FILE", f"{file!r} is neither a URDF nor a mesh", f"one of .urdf, {', '.join(MESHES)}")
+    found.end()
+    notes: list[str] = []
+    if suffix == ".urdf":
+        scene, notes = scene_of_urdf(file)
+        data = scene_to_dict(scene)
+    else:
+        data = {"bodies": {Path(file).stem: body_of_mesh(file, kilograms, unit)}}
+    text = yaml_text(data)
+    if path:
+        with writing(path, (".yaml", ".yml")) as work:
+            work.write_text(text, encoding="utf-8")
+    if as_json:
+        print_json({"exit_code": DONE, "scene": data, "notes": notes, "file": save})
+        return DONE
+    print(f"wrote {path}" if path else text, end="\n" if path else "")
+    for note in notes:
+        print(f"note: {note}")
+    return DONE
+
+

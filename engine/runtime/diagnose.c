@@ -1,0 +1,180 @@
+/* Why friction has no answer, and what may be done: which pair is to blame, and whether it jams (its sliding stops at once, and from
+ * rest there is an answer) or is inconsistent (not even then). Numbers that certify an answer: contraction and count of roots. */
+#include "modes.h"
+
+enum { TR_WHY_UNKNOWN, TR_WHY_JAM, TR_WHY_INCONSISTENT };
+
+/* The pair whose equation is nearest to having no root where the equations still have one: the largest component of the direction the
+ * Jacobian nearly annihilates. */
+static int tr_weakest_pair(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, *perm = (int *)TR_A(s, perm) + k->active, best = -1;
+  double *J = TR_A(s, lu), x[e + 1], most = 0.0;
+  tr_law(s, TR_A(s, z) + k->active);
+  tr_law_jacobian(s, J);
+  if (s->still) tr_still_rows(s, TR_A(s, z) + k->active, TR_A(s, r), J);
+  if (!tr_lu(e, J, perm)) return -1;
+  for (int i = 0; i < e; ++i) x[i] = 1.0 / TR_A(s, arm)[i];
+  for (int it = 0; it < 4; ++it) {
+    double size = 0.0;
+    tr_lu_solve(e, J, perm, x);
+    for (int i = 0; i < e; ++i) size = fmax(size, fabs(x[i]));
+    for (int i = 0; i < e; ++i) x[i] /= size;
+  }
+  for (int i = 0; i < k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    double size = 0.0;
+    for (int j = 0; j < sl[2]; ++j) size += x[sl[1] + j] * x[sl[1] + j] / (TR_A(s, arm)[sl[1] + j] * TR_A(s, arm)[sl[1] + j]);
+    if (!tr_is_stuck(s, i) && size > most) most = size, best = i;
+  }
+  return best;
+}
+
+/* A moving pair without whose friction the equations of the state in place have an answer; −1 when there is none. */
+static int tr_stumbling_pair(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], n = tr_at_rest(s, -1, rest), found = -1;
+  for (int i = 0; i < k->nsliders && found < 0; ++i) {
+    if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s)) continue;
+    s->freed = i;
+    memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
+    if (n ? tr_decide(s, rest, n, -1) : tr_solve_modes(s)) found = i;
+  }
+  s->freed = -1;
+  return found;
+}
+
+/* Stop the pair at once by an impulse of its own friction (the tangential impact of a jam: no other impulse but those of the joints'
+ * reactions) and decide anew. y: the state, replaced. 1 when there is an answer then: it sticks, or slips anew from rest. */
+static int tr_impact(tr_sim *s, double *y, int pair) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], n = tr_at_rest(s, pair, rest);
+  tr_bring_to_rest(s, y, rest, n);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
+  return tr_decide(s, rest, n, -1);
+}
+
+/* At the state in place (maps of y): the pair to blame and the reason. Modes are kept. */
+static int tr_blame(tr_sim *s, const double *y, int *pair) {
+  const tr_kernel *k = s->k;
+  double modes[TR_MODE * k->nsliders + 1], copy[tr_width(s)];
+  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * k->nsliders);
+  memcpy(copy, y, sizeof copy);
+  *pair = tr_solve_modes(s) ? tr_weakest_pair(s) : tr_stumbling_pair(s);
+  int why = TR_WHY_UNKNOWN;
+  if (*pair >= 0) why = tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
+  memcpy(tr_mode(s, 0), modes, sizeof(double) * TR_MODE * k->nsliders);
+  return why;
+}
+
+static void tr_maps_at(tr_sim *s, const double *y) {
+  tr_set_time(s, s->t);
+  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+}
+
+/* After a failure: why (TR_WHY_…) and which pair. Only for scenes with a set-valued law. */
+int tr_why(tr_sim *s, int *pair) {
+  *pair = -1;
+  if (!s->k->sets) return TR_WHY_UNKNOWN;
+  s->watch = 0;
+  tr_maps_at(s, TR_A(s, y));
+  return tr_blame(s, TR_A(s, y), pair);
+}
+
+/* Continue through a jam at (t, y): the pair to blame stops at once. 1 when the run can go on. */
+static int tr_through_jam(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int pair, nc = s->o ? s->o->ncontacts : 0;
+  double *y = TR_A(s, y), before[4 * nc + 4], after[4 * nc + 4];
+  if (!k->sets || !s->through) return 0;
+  s->watch = 0;
+  tr_maps_at(s, y);
+  if (tr_blame(s, y, &pair) != TR_WHY_JAM) return 0;
+  tr_maps_at(s, y);
+  int contacts = tr_rhs(s, s->t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
+  tr_maps_at(s, y);
+  if (!tr_impact(s, y, pair) || !tr_rhs(s, s->t, y, TR_A(s, dy))) return 0;
+  if (contacts) tr_all_contacts(s, y, after);
+  tr_log(s, s->t, TR_EV_IMPACT, pair, before + 4 * tr_slider(s, pair)[6], after + 4 * tr_slider(s, pair)[6],
+         contacts ? tr_slider(s, pair)[7] : 0);
+  s->stats.events++;
+  s->have_k1 = s->have_jac = 0;
+  s->h = s->hfixed;
+  return 1;
+}
+
+/* Factor by which the fixed-point iteration η ← law(N(η)) contracts at the solution in place: the spectral radius of dlaw/dN · dN/dη,
+ * by power iteration. Rows of pairs held at rest do not take part. */
+static double tr_contraction(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = 0.0;
+  if (!e) return 0.0;
+  tr_law(s, TR_A(s, z) + k->active);
+  tr_law_jacobian(s, J);
+  for (int i = 0; i < e; ++i) v[i] = 1.0 + 0.1 * i;
+  for (int it = 0; it < 24; ++it) {
+    double len = 0.0, was = 0.0;
+    for (int i = 0; i < e; ++i) {
+      u[i] = v[i];
+      for (int j = 0; j < e; ++j) u[i] -= J[i + j * e] * v[j];
+      if (((const int *)TR_A(s, rowk))[i] != TR_ROW_LAW && s->still) u[i] = 0.0;
+      len += u[i] * u[i], was += v[i] * v[i];
+    }
+    if (!(len > 0.0) || !(was > 0.0)) return 0.0;
+    size = sqrt(len / was);
+    for (int i = 0; i < e; ++i) v[i] = u[i] / sqrt(len);
+  }
+  return size;
+}
+
+/* Note the numbers that certify the solution in place. */
+static void tr_certify(tr_sim *s) {
+  s->contraction = fmax(s->contraction, tr_contraction(s));
+  s->complement = fmax(s->complement, tr_complement(s));
+}
+
+/* out: largest contraction number and complement residual (start, events, now), time and pair of the first decision that several sets
+ * of modes satisfied (time −1: none), time of the first hand-over to time stepping (−1: none). */
+void tr_certificate(tr_sim *s, double *out) {
+  s->watch = 0;
+  if (s->k->neta && tr_rhs(s, s->t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
+  out[0] = s->contraction, out[1] = s->complement, out[2] = s->open_t, out[3] = s->open_pair, out[4] = s->moreau_t;
+}
+
+/* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state
+ * cannot be evaluated. */
+int tr_roots(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, count = 0, most = 8;
+  double *eta = TR_A(s, z) + a, found[8 * e + 1], scale = 1e-9;
+  unsigned seed = 12345u;
+  if (!e) return 1;
+  s->watch = 0;
+  tr_maps_at(s, TR_A(s, y));
+  if (k->sets) tr_note_modes(s);
+  double lam0[a + 1];
+  if (a) tr_factor(s);
+  tr_eliminate(s, lam0);
+  if (s->still) tr_held_maps(s, lam0);
+  for (int i = 0; i < k->nn; ++i) scale = fmax(scale, fabs(TR_A(s, Np)[i]));
+  for (int start = 0; start < 64 && count < most; ++start) {
+    double reach = start == 0 ? 0.0 : scale * pow(10.0, (start % 8) - 4.0);
+    for (int i = 0; i < e; ++i) {
+      seed = seed * 1664525u + 1013904223u;
+      eta[i] = reach * ((double)(seed >> 8) / 8388608.0 - 1.0);
+    }
+    if (!tr_newton(s, eta)) continue;
+    int known = 0;
+    for (int q = 0; q < count && !known; ++q) {
+      double gap = 0.0, size = 0.0;
+      for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
+      known = gap <= 1e-7 * size + 1e-300;
+    }
+    if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
+  }
+  memset(eta, 0, sizeof(double) * e);
+  tr_newton(s, eta);
+  return count;
+}

@@ -1,0 +1,51 @@
+"""What certifies a result: numbers that say how far its friction can be trusted, and whether it is the only answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from engine.simulation.block import Block
+from engine.simulation.pairs import slider_names
+from engine.simulation.redundancy import Redundancy
+from engine.system.structure import System
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """contraction: largest factor by which fixed-point iteration of the complement equations contracts (start, events, end; below
+    1: one root for sure). roots: roots of these equations found at start and end. complement: their largest relative residual.
+    indeterminate: (time, joint) of the first decision between sticking and slipping that several answers satisfied, or None.
+    time_stepped: when events first accumulated so that method moreau took over, or None.
+    redundancy: independent reaction patterns the motion leaves open; not_unique: joints whose reactions are therefore a choice."""
+
+    contraction: float = 0.0
+    roots: tuple[int, int] = (1, 1)
+    complement: float = 0.0
+    indeterminate: tuple[float, str] | None = None
+    redundancy: int = 0
+    not_unique: tuple[str, ...] = ()
+    time_stepped: float | None = None
+
+
+def certificate(block: Block, system: System, roots_at_start: int, open_reactions: Redundancy) -> Certificate:
+    """The certificate of a run that has come to its end."""
+    contraction, complement, time, pair, stepped = block.certificate()
+    several = (time, slider_names(system)[pair][0]) if time >= 0.0 else None
+    roots = (roots_at_start, block.roots() if system.neta else 1)
+    return Certificate(contraction, roots, complement, several, open_reactions.count, open_reactions.joints,
+                       stepped if stepped >= 0.0 else None)
+
+
+def certificate_notes(c: Certificate) -> list[str]:
+    """What of it a user should be told."""
+    out = []
+    if c.indeterminate:
+        time, joint = c.indeterminate
+        way = "could both stick and slip, or slip either way; sticking was preferred"
+        out.append(f"indeterminate at t = {time:.6g} s: joint {joint} {way}")
+    if c.time_stepped is not None:
+        what = "time stepping (moreau, first order) took over while they did"
+        out.append(f"events accumulated at t = {c.time_stepped:.6g} s: {what}")
+    if max(c.roots) > 1:
+        out.append(f"the complement equations have {max(c.roots)} roots: the one continued from zero friction was followed")
+    return out

@@ -1,0 +1,142 @@
+"""``linearize``: the matrices of the linear system a scene behaves as near a state of its motion, from the exact derivatives."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.basics.problems import SimulationError
+from engine.kernel.library import linear_unit
+from engine.scene.model import Scene
+from engine.simulation.block import Settings
+from engine.simulation.run import Model, run
+from engine.system.structure import state_coordinates
+
+INPUT_NUMBERS = 4
+"""Value and three derivatives."""
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """δẋ = A δx + B δu, δy = C δx + D δu at ``time``, s. Names: ``states`` (coordinates of the tree joints, then their rates; a
+    quaternion's four coordinates are not independent, nor are the states of closed loops), ``inputs``, ``outputs``; x, u, y: values
+    there; dx: ẋ there."""
+
+    time: float
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    x: np.ndarray
+    u: np.ndarray
+    y: np.ndarray
+    dx: np.ndarray
+
+    def save(self, file: str | Path) -> Path:
+        """Write .npz (arrays) or .json."""
+        path = Path(file)
+        data = {k: getattr(self, k) for k in self.__dataclass_fields__}
+        if path.suffix == ".npz":
+            np.savez(path, **data)
+        else:
+            plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in data.items()}
+            path.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
+        return path
+
+
+def linearize(
+    scene: Scene | str,
+    at: float = 0.0,
+    outputs: Sequence[str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    rtol: float | None = None,
+) -> Linearization:
+    """Run the scene to time ``at``, s, and linearise there.
+
+    outputs: patterns of columns (default: the scene's). overrides, rtol: as in ``simulate``. What only the run itself knows
+    (integrals, counts, states of friction) has no derivative: its rows are zero. An input that prescribes a motion acts through the
+    acceleration with which the motion follows it. SceneError for wrong input, SimulationError when the run does not get there.
+    """
+    from engine.scene import load_scene
+    from engine.scene.overrides import apply
+
+    loaded = load_scene(scene) if isinstance(scene, str) else scene
+    if overrides:
+        loaded = apply(loaded, overrides)
+    model = Model(loaded, outputs)
+    _go(model, at, Settings(rtol=float(rtol or loaded.simulation.rtol), method=loaded.simulation.method))
+    return _Point(model).linearization()
+
+
+def _go(model: Model, at: float, settings: Settings) -> None:
+    """Bring the model's block to time ``at``."""
+    if at > 0.0:
+        outcome = run(model, at, at, settings).outcome
+        if not outcome.ok:
+            raise SimulationError(f"the run does not reach t = {at:g} s: {outcome}")
+        return
+    model.block.configure(settings)
+    closed, row = model.block.assemble(), np.zeros(model.block.width)
+    status = model.begin(settings, 0.0, 1.0, 1.0, row) if closed == 1 else 13
+    if status:
+        raise SimulationError(f"the scene cannot start (runtime status {status})")
+
+
+class _Point:
+    """The block at the point of linearisation, with the linear unit."""
+
+    def __init__(self, model: Model):
+        self.model, self.block = model, model.block
+        self.block.attach_jacobian()
+        self.unit = linear_unit(model.kernel, model.columns)
+
+    def along(self, inputs: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(δẋ, δcolumns) along a direction."""
+        rates, columns = np.zeros(self.block.ny + 1), np.zeros(len(self.model.columns) + 1)
+        inputs, dy = np.append(inputs, 0.0), np.append(dy, 0.0)
+        places = [a.ctypes.data_as(ctypes.c_void_p) for a in (inputs, dy, rates, columns)]
+        if not self.block.lib.tr_directional(self.block.at, self.unit, *places):
+            raise SimulationError("there are no derivatives at this state")
+        return rates[:-1], columns[:-1]
+
+    def linearization(self) -> Linearization:
+        """All directions, one by one."""
+        block, system = self.block, self.model.system
+        ny, names = block.ny, system.inputs
+        row = np.zeros(block.width)
+        block.row(row)
+        x, (dx, _) = block.y[:ny].copy(), block.evaluate()
+        states = [self.along(np.zeros(INPUT_NUMBERS * len(names)), e) for e in np.eye(ny)]
+        inputs = [self.along(s, np.zeros(ny)) for s in self._input_seeds()]
+        A, C = (np.array([s[i] for s in states]).T.reshape(n, ny) for i, n in ((0, ny), (1, len(row) - 1)))
+        B, D = (np.array([s[i] for s in inputs]).T.reshape(n, len(names)) for i, n in ((0, ny), (1, len(row) - 1)))
+        u = self.model.built.numbers.inputs
+        columns = tuple(c.name for c in self.model.columns)
+        return Linearization(block.time, state_names(self.model), tuple(names), columns, A, B, C, D, x, np.array(u), row[1:], dx.copy())
+
+    def _input_seeds(self) -> list[np.ndarray]:
+        """What a unit change of each input does to its signal at once: the value; of a motion that follows: its acceleration."""
+        out = []
+        tables = self.model.built.numbers.tables
+        for i in range(len(self.model.system.inputs)):
+            kind, bandwidth, _ = tables[i]
+            seed = np.zeros(INPUT_NUMBERS * len(self.model.system.inputs))
+            seed[INPUT_NUMBERS * i + (2 if kind == "tracked" else 0)] = bandwidth[0] ** 2 if kind == "tracked" else 1.0
+            out.append(seed)
+        return out
+
+
+def state_names(model: Model) -> tuple[str, ...]:
+    """Names of the state: coordinates of the tree joints, then rates."""
+    tree = model.system.tree
+    q = [f"{j.name}.q[{i + 1}]" for j in tree for i in state_coordinates(j)]
+    return (*q, *(f"{j.name}.qd[{k + 1}]" for j in tree for k in j.free))

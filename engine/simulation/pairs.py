@@ -1,0 +1,24 @@
+"""Names of what the runtime numbers: sliding pairs and stops."""
+
+from __future__ import annotations
+
+from engine.system.structure import System
+
+
+def slider_names(system: System) -> list[tuple[str, int]]:
+    """(joint, part from 1) of every sliding pair, by flag."""
+    out: list[tuple[str, int]] = []
+    for j in system.frictional:
+        assert j.friction is not None
+        out += [(j.name, i + 1) for i, _ in enumerate(j.friction.sliders)]
+    return out
+
+
+def stop_names(system: System) -> list[tuple[str, int]]:
+    """(joint, freedom from 1) of every stop, by flag."""
+    found: dict[int, tuple[str, int]] = {}
+    for j in system.joints:
+        for k, d in enumerate(j.devices):
+            if d.stop is not None:
+                found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}
+    return [found[i] for i in sorted(found)]

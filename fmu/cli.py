@@ -1,0 +1,79 @@
+"""``trunnion fmu``: words to an export, its files, what it says."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+SCENE = typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.", show_default=False)
+KNOWN = ("--output", "--flavour", "--platform", "--set", "--outputs", "--step", "--json", "--help")
+
+
+def command(
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="The .fmu to write (default: NAME.fmu).")] = None,
+    flavour: Annotated[str, typer.Option(metavar="F", help="native: needs nothing on the host; python: pythonfmu.")] = "native",
+    platform: Annotated[
+        list[str] | None, typer.Option(metavar="P", help="host (default), all, linux64, win64, darwin64, aarch64-darwin (repeatable).")
+    ] = None,
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
+    ] = None,
+    outputs: Annotated[
+        list[str] | None, typer.Option(metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).")
+    ] = None,
+    step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step for real time (default: error control).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
+) -> None:
+    """Export the scene as an FMU (FMI 2.0, co-simulation)."""
+    from engine.cli import options
+    from engine.cli.options import Findings
+    from engine.scene import load_scene
+    from fmu.export import FLAVOURS
+    from fmu.platforms import chosen
+
+    found = Findings()
+    source = options.one_scene([*([] if scene is None else [scene]), *ctx.args], KNOWN, found)
+    kind = options.choice(flavour, FLAVOURS, "--flavour", found)
+    values = options.assignments(changes or [], found)
+    length = options.time(step, "--step", found, zero=True)
+    names = found.attempt(lambda: chosen(platform or ["host"]))
+    loaded = found.attempt(lambda: load_scene(source)) if source is not None else None
+    file = save or (f"{loaded.name}.fmu" if loaded is not None else "scene.fmu")
+    target = options.destination(file, (".fmu",), "-o", found)
+    found.end()
+    assert loaded is not None
+    assert kind is not None
+    _write(loaded, str(target), kind, names or [], values, outputs, length or 0.0, as_json)
+
+
+def _write(scene, target: str, flavour: str, platforms: list[str], values: dict, outputs: list[str] | None, step: float, as_json: bool):
+    """Do it, with a progress bar, and tell."""
+    from dataclasses import asdict
+
+    from engine.cli.progress import Watch
+    from engine.cli.running import print_json
+    from fmu.export import export
+
+    with Watch(f"FMU of {scene.name}") as watch:
+        made = export(scene, target, flavour, platforms, values, outputs, step, watch.part)
+    if as_json:
+        print_json({"exit_code": 0, **asdict(made), "file": str(made.file)})
+        return
+    v = made.variables
+    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, flavour {flavour}, {', '.join(made.platforms)}")
+    typer.echo(f"  {v['output']} outputs, {v['input']} inputs, {v['parameter']} parameters, GUID {made.guid}")
+    for note in made.notes:
+        typer.echo(f"  {note}")
+
+
+def app() -> typer.Typer:
+    """The sub-command."""
+    made = typer.Typer(add_completion=False)
+    made.command("fmu", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(command)
+    return made
+
+
+fmu = app()

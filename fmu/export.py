@@ -1,0 +1,157 @@
+"""``export``: a scene in, an FMU out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from engine.basics.files import destination_problems
+from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.kernel import cache
+from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
+from engine.scene.model import Scene
+from engine.simulation.block import Settings
+from engine.simulation.result import Result
+from engine.simulation.run import Model, run
+from fmu import archive, pages, platforms, python_flavour
+from fmu.description import Variable, variables
+from fmu.tables import model_text
+from fmu.xml import model_description
+
+FLAVOURS = ("native", "python")
+Progress = Callable[[str, int, int], None]
+"""progress(what is being done, parts done, parts in all)."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was written: file, its size, GUID, variables by causality, platforms, notes about the scene's start."""
+
+    file: Path
+    bytes: int
+    guid: str
+    variables: dict[str, int]
+    platforms: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def export(
+    scene: Scene | str,
+    file: str | Path,
+    flavour: str = "native",
+    platform: Sequence[str] | str = "host",
+    overrides: Mapping[str, Any] | None = None,
+    outputs: Sequence[str] | None = None,
+    step: float = 0.0,
+    progress: Progress | None = None,
+) -> Export:
+    """Write an FMI 2.0 co-simulation FMU.
+
+    scene: a Scene, a file, or a bundled model's name. flavour: native or python. platform: host, all, or names (linux64, win64,
+    darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``. step: default of
+    solver.step, s (0: error control). SceneError for wrong input, SimulationError when the scene cannot start.
+    """
+    from engine.scene import load_scene
+    from engine.scene.overrides import apply
+
+    target = Path(file)
+    _check(flavour, target, step)
+    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform))
+    names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    loaded = load_scene(scene) if isinstance(scene, str) else scene
+    if overrides:
+        loaded = apply(loaded, overrides)
+    tell = progress or (lambda what, done, of: None)
+    total = 2 + len(names)
+    tell("deriving the equations", 0, total)
+    model, first = started(loaded, outputs)
+    made = Made(model, first, step)
+    contents: dict[str, bytes] = {}
+    libraries: dict[str, bytes] = {}
+    for i, name in enumerate(names):
+        tell(f"compiling for {name}", 1 + i, total)
+        libraries[name] = platforms.library(name, made.identifier, made.sources)
+    tell("writing", 1 + len(names), total)
+    contents |= made.documents(flavour)
+    if flavour == "native":
+        contents |= {f"binaries/{n}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
+    else:
+        contents |= python_flavour.contents(made.identifier, made.guid, libraries)
+    archive.write(target, contents)
+    count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "input", "parameter")}
+    return Export(target, target.stat().st_size, made.guid, count, tuple(names), first.notes)
+
+
+def _check(flavour: str, target: Path, step: float) -> None:
+    problems = destination_problems(str(target), (".fmu",), "-o")
+    if flavour not in FLAVOURS:
+        problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
+    if not 0.0 <= step < float("inf"):
+        problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
+    if problems:
+        raise SceneError(problems)
+
+
+def started(scene: Scene, outputs: Sequence[str] | None) -> tuple[Model, Result]:
+    """The model with the kernel its start needs, and a first glimpse of its motion; SimulationError when it cannot start."""
+    model = Model(scene, outputs)
+    sim = scene.simulation
+    glimpse = 1e-6 * float(sim.until)
+    result = run(model, glimpse, glimpse, Settings(rtol=float(sim.rtol), method=sim.method))
+    if not result.outcome.ok:
+        raise SimulationError(f"the scene cannot start, so there is nothing to export: {result.outcome}")
+    return model, result
+
+
+class Made:
+    """Everything about an exported model that does not depend on the platform."""
+
+    def __init__(self, model: Model, first: Result, step: float):
+        self.model, self.first = model, first
+        self.scene = model.built.scene
+        sim = self.scene.simulation
+        self.listed: list[Variable] = variables(model, step, float(sim.rtol))
+        self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
+        self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
+        if not self.identifier[:1].isalpha():
+            self.identifier = f"m_{self.identifier}"
+        units = self._units()
+        text = model_text(model, self.listed, "", "linear" in units)
+        plain = model_description(self.scene, self.listed, self.identifier, "", self.step, "native")
+        self.guid = uuid(cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair)))
+        self.sources = {**units, "model": model_text(model, self.listed, self.guid, "linear" in units)}
+
+    def _units(self) -> dict[str, str]:
+        """C text of the generated units."""
+        kernel = self.model.kernel
+        system, parameters, quadratures, redundant = kernel.structure
+        made = {u: (kernel.folder / f"{u}.c").read_text() for u in ("kernel", "outputs")}
+        chosen = self.model.columns
+        names = ",".join(c.name for c in chosen)
+
+        def make(folder: Path) -> None:
+            (folder / "jacobian.c").write_text(jacobian_source(system, parameters, quadratures, redundant))
+            linear = linear_source(system, parameters, chosen, quadratures, redundant) if system.inputs else PREAMBLE
+            (folder / "linear.c").write_text(linear)
+
+        folder, _ = cache.entry(f"units-{cache.digest(kernel.key, names)}", make)
+        made["jacobian"] = (folder / "jacobian.c").read_text()
+        if system.inputs:
+            made["linear"] = (folder / "linear.c").read_text()
+        return made
+
+    def documents(self, flavour: str) -> dict[str, bytes]:
+        """Description, picture, page, licences."""
+        xml = model_description(self.scene, self.listed, self.identifier, self.guid, self.step, flavour)
+        return {
+            "modelDescription.xml": xml, "model.png": pages.picture(self.first),
+            "documentation/index.html": pages.page(self.first, self.listed, flavour, self.guid), **pages.licences(flavour),
+        }
+
+
+def uuid(digest: str) -> str:
+    """32 hexadecimal digits in groups."""
+    return "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))

@@ -1,0 +1,268 @@
+/* The FMI 2.0 co-simulation functions. One translation unit. */
+#include "instance.c"
+#include "variables.c"
+#include "derivatives.c"
+
+#if defined _WIN32
+#define FMU_EXPORT __declspec(dllexport)
+#else
+#define FMU_EXPORT __attribute__((visibility("default")))
+#endif
+#define FMU_ENTER(c) \
+  fmu_instance *m = c; \
+  if (!m) return fmi2Error
+#define FMU_NEED(condition, ...) \
+  if (!(condition)) return fmu_log(m, fmi2Error, __VA_ARGS__)
+#define FMU_ARRAYS(n, ...) FMU_NEED((n) == 0 || (__VA_ARGS__), "a NULL array was passed")
+#define FMU_NONE(n, what) FMU_NEED((n) == 0, "there is no variable of type " what)
+
+FMU_EXPORT const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+FMU_EXPORT const char *fmi2GetVersion(void) { return fmi2Version; }
+
+FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, category);
+  m->logging = on != fmi2False;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                                         const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging) {
+  (void)resources, (void)visible;
+  if (!host) return NULL;
+  fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = 1};
+  const char *why = !name || !*name ? "the instance needs a name" : type != fmi2CoSimulation ? "this FMU is for co-simulation"
+                  : !guid || strcmp(guid, MODEL->guid) ? "the GUID is not that of this FMU: the description is of another version" : NULL;
+  if (why) {
+    fmu_log(&probe, fmi2Error, "%s", why);
+    return NULL;
+  }
+  fmu_state layout = {0};
+  size_t bytes = fmu_layout(&layout);
+  fmu_instance *m = fmu_allocate(host, sizeof *m);
+  fmu_state *s = m ? fmu_allocate(host, bytes) : NULL;
+  char *own = s ? fmu_allocate(host, strlen(name) + 1) : NULL;
+  if (!own) {
+    fmu_log(&probe, fmi2Error, "out of memory");
+    fmu_free(host, s);
+    fmu_free(host, m);
+    return NULL;
+  }
+  strcpy(own, name);
+  *m = (fmu_instance){.host = *host, .state = s, .name = own, .logging = logging != fmi2False};
+  s->bytes = bytes;
+  fmu_defaults(s);
+  return m;
+}
+
+FMU_EXPORT void fmi2FreeInstance(fmi2Component c) {
+  fmu_instance *m = c;
+  if (!m) return;
+  fmi2CallbackFunctions host = m->host;
+  fmu_free(&host, m->state);
+  fmu_free(&host, m->name);
+  fmu_free(&host, m);
+}
+
+FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+                                          fmi2Boolean stop_defined, fmi2Real stop) {
+  FMU_ENTER(c);
+  fmu_state *s = m->state;
+  FMU_NEED(s->mode == FMU_INSTANTIATED, "fmi2SetupExperiment comes first, before the initialization mode");
+  FMU_NEED(isfinite(start), "the start time is not a finite number");
+  FMU_NEED(!stop_defined || stop > start, "the stop time %g s is not after the start time %g s", stop, start);
+  FMU_NEED(!tolerance_defined || tolerance > 0.0, "the tolerance %g is not positive", tolerance);
+  s->start = s->time = s->reached = start;
+  s->has_stop = stop_defined && isfinite(stop), s->stop = stop;
+  s->has_tolerance = tolerance_defined != fmi2False, s->tolerance = fmin(fmax(tolerance, 1e-14), 0.1);
+  s->ready = 0;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2EnterInitializationMode: reset first");
+  m->state->mode = FMU_INITIALIZATION, m->state->ready = 0;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi2ExitInitializationMode: not in the initialization mode");
+  fmi2Status status = fmu_refresh(m);
+  if (status <= fmi2Warning) m->state->mode = FMU_STEPPING;
+  return status;
+}
+
+FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) {
+  FMU_ENTER(c);
+  m->state->mode = FMU_TERMINATED;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
+  FMU_ENTER(c);
+  fmu_defaults(m->state);
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_get(m, vr, n, value);
+}
+
+FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_set(m, vr, n, value);
+}
+
+#define FMU_NO_TYPE(Name, type) \
+  FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
+    FMU_ENTER(c); \
+    (void)vr, (void)value; \
+    FMU_NONE(n, type); \
+    return fmi2OK; \
+  } \
+  FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2##Name value[]) { \
+    FMU_ENTER(c); \
+    (void)vr, (void)value; \
+    FMU_NONE(n, type); \
+    return fmi2OK; \
+  }
+FMU_NO_TYPE(Integer, "Integer")
+FMU_NO_TYPE(Boolean, "Boolean")
+FMU_NO_TYPE(String, "String")
+
+FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *out) {
+  FMU_ENTER(c);
+  FMU_NEED(out, "a NULL state was passed");
+  if (!*out) *out = fmu_allocate(&m->host, m->state->bytes);
+  FMU_NEED(*out, "out of memory");
+  memcpy(*out, m->state, m->state->bytes);
+  return fmi2OK;
+}
+
+/* Whether bytes are a state of this FMU. */
+static int fmu_is_state(const fmu_state *s, size_t bytes) {
+  return bytes >= sizeof *s && s->bytes == bytes && !strncmp(s->guid, MODEL->guid, sizeof s->guid - 1);
+}
+
+FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate in) {
+  FMU_ENTER(c);
+  FMU_NEED(in && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
+  memcpy(m->state, in, m->state->bytes);
+  fmu_adopt(m->state);
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *in) {
+  FMU_ENTER(c);
+  if (!in) return fmi2OK;
+  fmu_free(&m->host, *in);
+  *in = NULL;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate in, size_t *bytes) {
+  FMU_ENTER(c);
+  FMU_NEED(in && bytes, "a NULL argument was passed");
+  *bytes = ((fmu_state *)in)->bytes;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate in, fmi2Byte out[], size_t bytes) {
+  FMU_ENTER(c);
+  FMU_NEED(in && out && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
+  FMU_NEED(bytes >= m->state->bytes, "%zu bytes are too few for a state of %zu", bytes, m->state->bytes);
+  memcpy(out, in, m->state->bytes);
+  tr_sim *sim = (tr_sim *)(out + ((char *)FMU_SIM(m->state) - (char *)m->state));
+  memset(&sim->k, 0, sizeof sim->k), memset(&sim->o, 0, sizeof sim->o), memset(&sim->j, 0, sizeof sim->j);
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t bytes, fmi2FMUstate *out) {
+  FMU_ENTER(c);
+  FMU_NEED(in && out, "a NULL argument was passed");
+  FMU_NEED(bytes == m->state->bytes, "these %zu bytes are no state of this FMU", bytes);
+  fmu_state *s = fmu_allocate(&m->host, bytes);
+  FMU_NEED(s, "out of memory");
+  memcpy(s, in, bytes);
+  if (!fmu_is_state(s, bytes)) {
+    fmu_free(&m->host, s);
+    return fmu_log(m, fmi2Error, "these bytes are a state of another FMU");
+  }
+  *out = s;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t nu,
+                                                   const fmi2ValueReference known[], size_t nk, const fmi2Real seed[],
+                                                   fmi2Real out[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(nu, unknown && out);
+  FMU_ARRAYS(nk, known && seed);
+  return fmu_directional(m, unknown, nu, known, nk, seed, out);
+}
+
+FMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                                  const fmi2Integer order[], const fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && order && value);
+  return fmu_set_derivatives(m, vr, n, order, value);
+}
+
+FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                                   const fmi2Integer order[], fmi2Real value[]) {
+  FMU_ENTER(c);
+  (void)vr, (void)order, (void)value;
+  FMU_NEED(n == 0, "derivatives of outputs are not offered; rates and accelerations are outputs themselves");
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_state_prior) {
+  FMU_ENTER(c);
+  (void)no_state_prior;
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi2DoStep: the initialization is not complete, or the run was terminated");
+  return fmu_step(m, t, h);
+}
+
+FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) {
+  FMU_ENTER(c);
+  return fmu_log(m, fmi2Error, "fmi2CancelStep: steps do not run in the background");
+}
+
+FMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2DoStepStatus, "fmi2GetStatus: no such status");
+  *value = m->state->failed ? fmi2Discard : fmi2OK;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2LastSuccessfulTime, "fmi2GetRealStatus: no such status");
+  *value = m->state->reached;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+  FMU_ENTER(c);
+  (void)kind, (void)value;
+  return fmu_log(m, fmi2Error, "fmi2GetIntegerStatus: no such status");
+}
+
+FMU_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2Terminated, "fmi2GetBooleanStatus: no such status");
+  *value = m->state->failed ? fmi2True : fmi2False;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2PendingStatus, "fmi2GetStringStatus: no such status");
+  *value = "";
+  return fmi2OK;
+}

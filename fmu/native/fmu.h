@@ -1,0 +1,85 @@
+/* The shell's own data: what an exported model is (constant tables, generated) and what an instance is (one relocatable block).
+ *
+ * Everything that changes during a run lies in the block behind fmu_state, so that an FMU state is a copy of it. No globals: any
+ * number of instances, in any threads. */
+#ifndef FMU_H
+#define FMU_H
+#include <stddef.h>
+#include "tr.h"
+#include "fmi2Functions.h"
+
+/* What a parameter of the FMU stands for; index: engine parameter, coordinate, rate, input. */
+enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS };
+
+typedef struct fmu_setting {
+  int kind, index, tunable;
+  double start, min, max;
+  const char *name;
+} fmu_setting;
+
+/* Why a run cannot go on, in the same words as everywhere. */
+typedef struct fmu_outcome {
+  int status;
+  const char *name, *advice;
+} fmu_outcome;
+
+typedef struct fmu_model {
+  const char *guid, *name;
+  int outputs, inputs, settings;
+  const tr_kernel *kernel;
+  const tr_outputs *columns;
+  const tr_jacobian *jacobian;
+  const tr_linear *linear;
+  const double *p;      /* engine parameters */
+  int nbreaks, ntables; /* ntables: numbers in tables */
+  const double *breaks, *tables;
+  const double *q, *v, *q_given, *v_given; /* start values; given: rate by rate */
+  double length, rate, energy; /* scales of the tolerances */
+  int method, events, noutcomes;
+  const fmu_setting *setting;
+  const fmu_outcome *outcome;
+} fmu_model;
+
+extern const fmu_model fmu_the_model;
+
+enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED };
+
+typedef struct fmu_state {
+  size_t bytes;
+  char guid[40];
+  int mode;
+  int ready;   /* the simulation is at `time` and the row belongs to it */
+  int changed; /* 1 inputs, 2 parameters differ from what the simulation uses */
+  int failed;  /* status of the runtime that ended the run, 0 while it goes on */
+  int has_stop, has_tolerance, moved;
+  double start, stop, tolerance, time, reached;
+  int settings, inputs, row, sim; /* offsets in doubles behind this struct */
+} fmu_state;
+
+typedef struct fmu_instance {
+  fmi2CallbackFunctions host;
+  fmu_state *state;
+  char *name;
+  int logging;
+} fmu_instance;
+
+#define FMU_A(s, field) ((double *)((char *)(s) + sizeof(fmu_state)) + (s)->field)
+#define FMU_SIM(s) ((tr_sim *)FMU_A(s, sim))
+
+/* Entry points of the runtime. */
+int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int events);
+double *tr_array(tr_sim *s, int which);
+void tr_set_parameters(tr_sim *s);
+void tr_host_configure(tr_sim *s, double rtol, int method, double step, double length, double rate);
+void tr_set_energy(tr_sim *s, double energy);
+int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven);
+int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
+int tr_row(tr_sim *s, double *row);
+int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
+int tr_cut(tr_sim *s, double t);
+int tr_resume(tr_sim *s, int anew);
+double tr_time(const tr_sim *s);
+int tr_directional(tr_sim *s, const tr_linear *l, const double *inputs, const double *dy, double *rates, double *columns);
+double *tr_input_record(tr_sim *s, int input);
+void tr_input_value(const double *record, double t, double *value);
+#endif

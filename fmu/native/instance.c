@@ -1,0 +1,211 @@
+/* Instances: memory, log, start of a run, changes from outside, steps. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <stdlib.h>
+#include "fmu.h"
+
+#define MODEL (&fmu_the_model)
+
+static const char *const fmu_category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
+
+/* Tell the host; what went wrong is told whether or not it asked for a log. Returns the status. */
+static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *form, ...) {
+  char text[1024];
+  va_list a;
+  if (!m->host.logger || (status == fmi2OK && !m->logging)) return status;
+  va_start(a, form);
+  vsnprintf(text, sizeof text, form, a);
+  va_end(a);
+  for (char *c = text; *c; ++c)
+    if (*c == '%') *c = ' '; /* the host takes it for a format */
+  m->host.logger(m->host.componentEnvironment, m->name, status, fmu_category[status], text);
+  return status;
+}
+
+static void *fmu_allocate(const fmi2CallbackFunctions *host, size_t bytes) {
+  return host->allocateMemory ? host->allocateMemory(1, bytes) : calloc(1, bytes);
+}
+
+static void fmu_free(const fmi2CallbackFunctions *host, void *p) {
+  if (!p) return;
+  if (host->freeMemory) host->freeMemory(p);
+  else free(p);
+}
+
+/* Places of the arrays; returns the bytes of the whole. */
+static size_t fmu_layout(fmu_state *s) {
+  int at = 0;
+  s->settings = at, at += MODEL->settings;
+  s->inputs = at, at += 3 * MODEL->inputs;
+  s->row = at, at += 1 + MODEL->columns->nout;
+  s->sim = at = (at + 7) & ~7;
+  return sizeof(fmu_state) + sizeof(double) * at
+       + tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+}
+
+/* Everything as exported. */
+static void fmu_defaults(fmu_state *s) {
+  size_t bytes = s->bytes;
+  memset(s, 0, bytes);
+  fmu_layout(s);
+  s->bytes = bytes;
+  snprintf(s->guid, sizeof s->guid, "%s", MODEL->guid);
+  for (int i = 0; i < MODEL->settings; ++i) FMU_A(s, settings)[i] = MODEL->setting[i].start;
+  for (int i = 0; i < MODEL->inputs; ++i) FMU_A(s, inputs)[3 * i] = MODEL->tables[(int)MODEL->tables[i] + 3];
+}
+
+/* The pointers of a block that comes from elsewhere. */
+static void fmu_adopt(fmu_state *s) {
+  tr_sim *sim = FMU_SIM(s);
+  sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
+}
+
+static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {
+  for (int i = 0; i < MODEL->settings; ++i)
+    if (MODEL->setting[i].kind == kind) return FMU_A(s, settings)[i];
+  return otherwise;
+}
+
+static const fmu_outcome *fmu_outcome_of(int status) {
+  for (int i = 0; i < MODEL->noutcomes; ++i)
+    if (MODEL->outcome[i].status == status) return MODEL->outcome + i;
+  return MODEL->outcome + MODEL->noutcomes - 1;
+}
+
+static fmi2Status fmu_failed(fmu_instance *m, int status, fmi2Status as) {
+  const fmu_outcome *o = fmu_outcome_of(status);
+  m->state->failed = status, m->state->ready = 0;
+  return fmu_log(m, as, "%s at t = %.9g s: %s", o->name, m->state->reached, o->advice);
+}
+
+/* Parameters that are numbers of the equations. */
+static void fmu_numbers(fmu_state *s) {
+  double *p = tr_array(FMU_SIM(s), 0);
+  for (int i = 0; i < MODEL->settings; ++i)
+    if (MODEL->setting[i].kind == FMU_NUMBER) p[MODEL->setting[i].index] = FMU_A(s, settings)[i];
+}
+
+/* Hand the inputs to the simulation from time t on. A motion that follows one goes on from where it is; at the start it is there. */
+static void fmu_hand_inputs(fmu_state *s, double t, int begin) {
+  for (int i = 0; i < MODEL->inputs; ++i) {
+    const double *u = FMU_A(s, inputs) + 3 * i;
+    double *d = tr_input_record(FMU_SIM(s), i), now[4];
+    tr_input_value(d, t, now);
+    d[2] = t;
+    memcpy(d + 3, u, 3 * sizeof(double));
+    d[6] = d[1] != 0.0 && !begin ? now[0] - u[0] : 0.0;
+    d[7] = d[1] != 0.0 && !begin ? now[1] - u[1] : 0.0;
+  }
+  for (int i = 0; i < MODEL->settings; ++i)
+    if (MODEL->setting[i].kind == FMU_BANDWIDTH) tr_input_record(FMU_SIM(s), MODEL->setting[i].index)[8] = FMU_A(s, settings)[i];
+}
+
+/* Start values: coordinates and rates; quaternions are normalised by the assembly. */
+static void fmu_start_values(fmu_state *s) {
+  double *y = tr_array(FMU_SIM(s), 1);
+  memcpy(y, MODEL->q, sizeof(double) * MODEL->kernel->nq);
+  memcpy(y + MODEL->kernel->nq, MODEL->v, sizeof(double) * MODEL->kernel->nv);
+  for (int i = 0; i < MODEL->settings; ++i) {
+    const fmu_setting *g = MODEL->setting + i;
+    if (g->kind == FMU_START_Q) y[g->index] = FMU_A(s, settings)[i];
+    if (g->kind == FMU_START_QD) y[MODEL->kernel->nq + g->index] = FMU_A(s, settings)[i];
+  }
+}
+
+/* Assemble and start the run at the start time, from the values as they are set. */
+static fmi2Status fmu_begin(fmu_instance *m) {
+  fmu_state *s = m->state;
+  tr_sim *sim = FMU_SIM(s);
+  memset(sim, 0, s->bytes - ((char *)sim - (char *)s));
+  tr_init(sim, MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+  memcpy(tr_array(sim, 0), MODEL->p, sizeof(double) * MODEL->kernel->np);
+  memcpy(tr_array(sim, 3), MODEL->breaks, sizeof(double) * MODEL->nbreaks);
+  memcpy(tr_array(sim, 4), MODEL->tables, sizeof(double) * MODEL->ntables);
+  fmu_numbers(s);
+  tr_set_parameters(sim);
+  double rtol = s->has_tolerance ? s->tolerance : fmu_setting_of(s, FMU_TOLERANCE, 1e-6);
+  tr_host_configure(sim, rtol, MODEL->method, fmu_setting_of(s, FMU_STEP, 0.0), MODEL->length, MODEL->rate);
+  tr_set_energy(sim, MODEL->energy);
+  fmu_start_values(s);
+  s->time = s->reached = s->start, s->failed = 0;
+  fmu_hand_inputs(s, s->start, 1);
+  int closed = tr_assemble(sim, s->start, MODEL->q_given, MODEL->v_given);
+  if (closed != 1) {
+    s->failed = TR_FAIL_CLOSURE;
+    return fmu_log(m, fmi2Error, "open_loop: the start %s cannot be made to close the loops: check lengths and start values",
+                   closed ? "velocities" : "positions");
+  }
+  int status = tr_start(sim, s->start, s->start, INFINITY, FMU_A(s, row));
+  if (status == TR_NEED_REDUNDANT) {
+    s->failed = status;
+    return fmu_log(m, fmi2Error, "with these values the loops become redundant and friction depends on it: export the scene with them");
+  }
+  if (status != TR_OK) return fmu_failed(m, status, fmi2Error);
+  s->ready = 1, s->changed = 0;
+  return fmi2OK;
+}
+
+/* Let what the host changed take effect at the present time. */
+static fmi2Status fmu_take_over(fmu_instance *m) {
+  fmu_state *s = m->state;
+  tr_sim *sim = FMU_SIM(s);
+  if (!s->changed) return fmi2OK;
+  int status = tr_cut(sim, s->time), anew = (s->changed & 2) != 0;
+  if (status == TR_OK && anew) fmu_numbers(s);
+  fmu_hand_inputs(s, s->time, 0);
+  if (status == TR_OK) status = tr_resume(sim, anew);
+  if (status != TR_OK) return fmu_failed(m, status, fmi2Discard);
+  s->changed = 0, s->ready = 0, s->moved = 1;
+  return fmi2OK;
+}
+
+/* The row of outputs for what is set now. */
+static fmi2Status fmu_refresh(fmu_instance *m) {
+  fmu_state *s = m->state;
+  if (s->ready && !s->changed) return fmi2OK;
+  if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
+  if (s->failed) return fmi2OK; /* the last row there was */
+  fmi2Status status = fmu_take_over(m);
+  if (status != fmi2OK) return status;
+  if (!tr_row(FMU_SIM(s), FMU_A(s, row))) return fmu_failed(m, TR_FAIL_MULTIPLIERS, fmi2Discard);
+  s->ready = 1;
+  return fmi2OK;
+}
+
+static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= 1e-9 * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
+
+/* One communication step. */
+static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
+  fmu_state *s = m->state;
+  double target = t + h;
+  if (s->failed) {
+    const fmu_outcome *o = fmu_outcome_of(s->failed);
+    return fmu_log(m, fmi2Discard, "the run ended at t = %.9g s (%s): go back to an earlier state, or reset", s->reached, o->name);
+  }
+  if (!(h > 0.0) || !isfinite(h) || !isfinite(t))
+    return fmu_log(m, fmi2Discard, "a communication step must have a positive, finite length (%g s is refused)", h);
+  if (!fmu_near(t, s->time, h))
+    return fmu_log(m, fmi2Error, "the communication point is t = %.17g s, not %.17g s: steps follow one another", s->time, t);
+  if (s->has_stop && target > s->stop && !fmu_near(target, s->stop, h))
+    return fmu_log(m, fmi2Error, "the step would pass the stop time %.17g s that was agreed on", s->stop);
+  if (!(target > s->time)) return fmu_log(m, fmi2Discard, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
+  fmi2Status taken = fmu_take_over(m);
+  if (taken != fmi2OK) return taken;
+  /* after a change another is likely: then what lies beyond the step would be computed in vain */
+  double limit = s->moved || (s->has_stop && target >= s->stop) ? target : s->has_stop ? s->stop : target + 1e4 * h;
+  double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
+  int status = tr_reach(FMU_SIM(s), target, limit, most >= 1.0 && most < 1e9 ? (long)most : 1000000000L, FMU_A(s, row));
+  s->moved = 0;
+  if (status == TR_DONE) {
+    s->time = s->reached = target, s->ready = 1;
+    return fmi2OK;
+  }
+  s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
+  s->time = s->reached;
+  s->ready = tr_row(FMU_SIM(s), FMU_A(s, row));
+  if (status == TR_MORE)
+    return fmu_log(m, fmi2Discard, "solver.max_steps = %g steps reach t = %.17g s only", most, s->reached);
+  return fmu_failed(m, status, fmi2Discard);
+}

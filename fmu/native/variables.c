@@ -1,0 +1,79 @@
+/* Values by reference: outputs, then inputs, then parameters. */
+#include "fmu.h"
+
+static int fmu_count(void) { return MODEL->outputs + MODEL->inputs + MODEL->settings; }
+
+static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t n, double *value) {
+  fmu_state *s = m->state;
+  const double *row = FMU_A(s, row) + 1, *inputs = FMU_A(s, inputs), *settings = FMU_A(s, settings);
+  int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count(), fresh = s->ready && !s->changed;
+  for (size_t i = 0; i < n; ++i) {
+    int r = (int)vr[i];
+    if (vr[i] >= (unsigned)all) return fmu_log(m, fmi2Error, "there is no real variable with value reference %u", vr[i]);
+    if (r < no) {
+      if (!fresh) {
+        fmi2Status status = fmu_refresh(m);
+        if (status > fmi2Warning) return status;
+        fresh = 1;
+      }
+      value[i] = row[r];
+    } else {
+      value[i] = r < no + ni ? inputs[3 * (r - no)] : settings[r - no - ni];
+    }
+  }
+  return fmi2OK;
+}
+
+/* Whether a parameter may have this value now; says why not. */
+static fmi2Status fmu_check_setting(fmu_instance *m, const fmu_setting *g, double value) {
+  if (!(value >= g->min && value <= g->max))
+    return fmu_log(m, fmi2Error, "%s = %g is out of range: %g to %g", g->name, value, g->min, g->max);
+  if (m->state->mode == FMU_STEPPING && !g->tunable)
+    return fmu_log(m, fmi2Error, "%s is fixed: set it before the initialization ends, or reset", g->name);
+  if (m->state->mode == FMU_TERMINATED) return fmu_log(m, fmi2Error, "%s cannot be set after termination", g->name);
+  return fmi2OK;
+}
+
+static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const double *value) {
+  fmu_state *s = m->state;
+  int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count();
+  for (size_t i = 0; i < n; ++i) { /* all or nothing */
+    int r = (int)vr[i];
+    if (vr[i] >= (unsigned)all) return fmu_log(m, fmi2Error, "there is no real variable with value reference %u", vr[i]);
+    if (r < no) return fmu_log(m, fmi2Error, "value reference %u is an output: it cannot be set", vr[i]);
+    if (!isfinite(value[i])) return fmu_log(m, fmi2Error, "value reference %u: the value is not a finite number", vr[i]);
+    if (r >= no + ni) {
+      fmi2Status status = fmu_check_setting(m, MODEL->setting + (r - no - ni), value[i]);
+      if (status != fmi2OK) return status;
+    }
+  }
+  for (size_t i = 0; i < n; ++i) {
+    int r = (int)vr[i] - no;
+    double *at = r < ni ? FMU_A(s, inputs) + 3 * r : FMU_A(s, settings) + (r - ni);
+    int same = *at == value[i] && (r >= ni || (at[1] == 0.0 && at[2] == 0.0));
+    if (same) continue;
+    *at = value[i];
+    if (r < ni) at[1] = at[2] = 0.0; /* its derivatives are told after it */
+    s->changed |= r < ni ? 1 : 2;
+  }
+  return fmi2OK;
+}
+
+/* First or second derivative of inputs from the present communication point on. */
+static fmi2Status fmu_set_derivatives(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const fmi2Integer *order,
+                                      const double *value) {
+  fmu_state *s = m->state;
+  for (size_t i = 0; i < n; ++i) {
+    if (vr[i] < (unsigned)MODEL->outputs || vr[i] >= (unsigned)(MODEL->outputs + MODEL->inputs))
+      return fmu_log(m, fmi2Error, "value reference %u is no input", vr[i]);
+    if (order[i] < 1 || order[i] > 2) return fmu_log(m, fmi2Error, "derivatives of order 1 and 2 are taken, not %d", order[i]);
+    if (!isfinite(value[i])) return fmu_log(m, fmi2Error, "value reference %u: the derivative is not a finite number", vr[i]);
+  }
+  for (size_t i = 0; i < n; ++i) {
+    double *at = FMU_A(s, inputs) + 3 * (vr[i] - MODEL->outputs) + order[i];
+    if (*at == value[i]) continue;
+    *at = value[i];
+    s->changed |= 1;
+  }
+  return fmi2OK;
+}

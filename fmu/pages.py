@@ -1,0 +1,78 @@
+"""What lies beside the model in an FMU: its picture, a page of documentation, licences."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from html import escape
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+from string import Template
+
+from engine.scene.dump import scene_to_yaml
+from engine.simulation.result import Result
+from fmu.description import HUGE, Variable
+
+PAGE = Path(__file__).with_name("page.html")
+
+
+def picture(result: Result) -> bytes:
+    """The mechanism at its start as a PNG without metadata."""
+    from engine.kernel.columns import columns, select
+    from engine.plots.mechanism import mechanism, needed
+    from engine.system.build import build
+
+    wanted = {c.name for c in select(columns(build(result.scene).system), tuple(needed(result.scene)))}
+    source = result if wanted <= set(result.names) else result.scene
+    out = io.BytesIO()
+    mechanism(source, labels=True).savefig(out, format="png", dpi=60, metadata={"Software": None})
+    return out.getvalue()
+
+
+def page(result: Result, listed: list[Variable], flavour: str, guid: str) -> bytes:
+    """documentation/index.html: the picture, the equations, the variables, the limits, the scene."""
+    scene = result.scene
+    groups = {"outputs": "output", "inputs": "input", "parameters": "parameter"}
+    tables = {name: _table([v for v in listed if v.causality == c]) for name, c in groups.items()}
+    notes = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
+    text = Template(PAGE.read_text(encoding="utf-8")).substitute(
+        name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes,
+        law=escape(", ".join(sorted({f.law or scene.friction.law for j in scene.joints.values() if (f := j.friction)})) or "none"),
+        scene=escape(scene_to_yaml(scene)), **tables,
+    )
+    return text.encode()
+
+
+def _table(rows: Iterable[Variable]) -> str:
+    """Rows of an HTML table."""
+    out = ""
+    for v in rows:
+        start = "" if v.start is None else f"{v.start:.9g}"
+        low, high = (f"{x:g}" if abs(x) < HUGE else "" for x in (v.minimum, v.maximum))
+        bounds = f"{low} … {high}" if low or high else ""
+        cells = (v.name, v.unit, v.variability, start, bounds, v.description)
+        out += "<tr>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>\n"
+    return out or '<tr><td colspan="6">none</td></tr>\n'
+
+
+def licences(flavour: str) -> dict[str, bytes]:
+    """Texts for documentation/licenses."""
+    out = {"documentation/licenses/license.txt": _licence("trunnion")}
+    if flavour == "python":
+        out["documentation/licenses/pythonfmu.txt"] = _licence("pythonfmu")
+    return out
+
+
+def _licence(name: str) -> bytes:
+    """The licence an installed distribution carries (a checkout's own: the file at its root)."""
+    own = Path(__file__).resolve().parents[1] / "LICENSE"
+    if name == "trunnion" and own.is_file():
+        return own.read_bytes()
+    try:
+        files = distribution(name).files or []
+    except PackageNotFoundError:
+        files = []
+    for file in files:
+        if "LICENSE" in file.name.upper() and ".dist-info" in str(file):
+            return Path(str(file.locate())).read_bytes()
+    return f"{name}: see the distribution of that name\n".encode()

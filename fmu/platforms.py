@@ -1,0 +1,105 @@
+"""Compiling an exported model for the platforms an FMU can carry; ``ziglang`` builds for all of them from any of them."""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from engine.basics.problems import Problem, SceneError
+from engine.kernel import cache, compiler
+from engine.kernel.library import RUNTIME, runtime_key
+
+NATIVE = Path(__file__).resolve().parent / "native"
+FLAGS = (*(f for f in compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-g0", "-s")
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A folder of ``binaries``: suffix of its library and compiler targets (two are joined into one file)."""
+
+    suffix: str
+    targets: tuple[tuple[str, str], ...]
+
+
+PLATFORMS = {
+    "linux64": Platform(".so", (("x86_64-linux-gnu.2.17", "x86_64"),)),
+    "win64": Platform(".dll", (("x86_64-windows-gnu", "x86_64"),)),
+    "darwin64": Platform(".dylib", (("x86_64-macos.10.15", "x86_64"), ("aarch64-macos.11.0", "apple_m1"))),
+    "aarch64-darwin": Platform(".dylib", (("aarch64-macos.11.0", "apple_m1"),)),
+}
+HOSTS = {("Linux", "x86_64"): "linux64", ("Windows", "AMD64"): "win64", ("Darwin", "x86_64"): "darwin64",
+         ("Darwin", "arm64"): "darwin64"}
+
+
+def chosen(names: Sequence[str]) -> list[str]:
+    """Platforms meant by the words given ("host", "all", names); SceneError for others."""
+    out: list[str] = []
+    for name in names or ("host",):
+        if name == "host":
+            name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
+        if name != "all" and name not in PLATFORMS:
+            raise SceneError([Problem("--platform", f"{name!r} is no platform FMUs are made for", f"all, host, {', '.join(PLATFORMS)}")])
+        out += list(PLATFORMS) if name == "all" else [name]
+    return [p for p in PLATFORMS if p in out]
+
+
+def headers() -> Path:
+    """The FMI 2.0 headers, which come with fmpy."""
+    found = importlib.util.find_spec("fmpy")
+    if found is None or found.origin is None:
+        raise SceneError([Problem("trunnion fmu", "fmpy, which brings the FMI headers, is not installed", "pip install 'trunnion[fmu]'")])
+    return Path(found.origin).parent / "c-code"
+
+
+def library(name: str, identifier: str, sources: dict[str, str]) -> bytes:
+    """The library of a platform, from the cache or built: the shell, the runtime, and the generated files ``sources``."""
+    place = PLATFORMS[name]
+    parts = [_part(target, cpu, identifier, sources, place.suffix) for target, cpu in place.targets]
+    return parts[0] if len(parts) == 1 else fat(parts)
+
+
+def shell_key() -> str:
+    """Digest of the constant C sources of the shell and the runtime."""
+    return cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.glob("*.[ch]"))), *FLAGS)
+
+
+def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str) -> bytes:
+    key = cache.digest(shell_key(), target, cpu, identifier, *(x for pair in sorted(sources.items()) for x in pair))
+
+    def make(folder: Path) -> None:
+        from engine.integrators.header import header
+
+        (folder / "tr_tables.h").write_text(header())
+        files = [RUNTIME / "api.c", NATIVE / "fmi2.c"]
+        for file, text in sources.items():
+            (folder / f"{file}.c").write_text(text)
+            files.append(folder / f"{file}.c")
+        include = [f"-I{p}" for p in (RUNTIME, NATIVE, folder, headers())]
+        link = ["-nostdlib", "-lm", "-lc"] if "linux" in target else []
+        if "macos" in target:
+            link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
+        out = folder / f"library{suffix}"
+        arguments = ["-target", target, f"-mcpu={cpu}", *FLAGS, "-shared", *map(str, files), *include, "-o", str(out), *link]
+        compiler.run(arguments, cache.cache_folder())
+
+    folder, _ = cache.entry(f"fmu-{key}", make)
+    return (folder / f"library{suffix}").read_bytes()
+
+
+CPU_TYPES = {b"\x07\x00\x00\x01": 0x01000007, b"\x0c\x00\x00\x01": 0x0100000C}
+
+
+def fat(parts: list[bytes]) -> bytes:
+    """Mach-O files of several processors as one universal file: a header of big-endian (type, subtype, offset, size, alignment)."""
+    align = 14
+    offset, records, body = 1 << align, b"", b""
+    for part in parts:
+        cpu, subtype = CPU_TYPES[part[4:8]], struct.unpack("<I", part[8:12])[0]
+        records += struct.pack(">IIIII", cpu, subtype, offset + len(body), len(part), align)
+        body += part + bytes(-len(part) % (1 << align))
+    head = struct.pack(">II", 0xCAFEBABE, len(parts)) + records
+    return head + bytes(offset - len(head)) + body

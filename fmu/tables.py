@@ -1,0 +1,69 @@
+"""The C tables of an exported model (``fmu_model`` of ``native/fmu.h``)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from engine.simulation.block import METHODS, table_block
+from engine.simulation.outcome import ADVICE, NAMES
+from engine.simulation.run import Model
+from fmu.description import Variable
+
+HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_kernel;\nextern const tr_outputs trunnion_outputs;\n' \
+       "extern const tr_jacobian trunnion_jacobian;\nextern const tr_linear trunnion_linear;\n"
+
+
+def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) -> str:
+    """C text."""
+    n, sizes = model.built.numbers, model.kernel.sizes
+    settings = [v for v in listed if v.causality == "parameter"]
+    tables = table_block(n.tables)
+    watched = sizes["nsliders"] + sizes["nstops"]
+    arrays = [
+        doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables), doubles("m_q", n.q),
+        doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given), _settings(settings), _outcomes(model),
+    ]
+    counts = [sum(v.causality == c for v in listed) for c in ("output", "input")]
+    values = [
+        string(guid), string(model.built.scene.name), *counts, len(settings), "&trunnion_kernel", "&trunnion_outputs",
+        "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables", "m_q",
+        "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy), METHODS[model.built.scene.simulation.method], 4 * watched + 16,
+        len(NAMES) + 1, "m_setting", "m_outcome",
+    ]
+    return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
+
+
+def number(x: float) -> str:
+    """A double as C reads it back exactly."""
+    return repr(float(x)) if math.isfinite(x) else "INFINITY" if x > 0 else "-INFINITY"
+
+
+def string(text: str) -> str:
+    """A C string."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ")
+    return f'"{escaped}"'
+
+
+def doubles(name: str, values: Iterable[float]) -> str:
+    """A constant array (never empty in C)."""
+    return f"static const double {name}[]={{{','.join(map(number, values)) or '0'}}};\n"
+
+
+def _settings(settings: list[Variable]) -> str:
+    rows = ",\n".join(
+        f"{{{v.role},{v.index},{int(v.tunable)},{number(v.start or 0.0)},{number(v.minimum)},{number(v.maximum)},{string(v.name)}}}"
+        for v in settings
+    )
+    return f"static const fmu_setting m_setting[]={{\n{rows}\n}};\n"
+
+
+def _outcomes(model: Model) -> str:
+    """Status, name and advice; a joint that must be the cause is named."""
+    frictional = model.system.frictional
+    rows = []
+    for status, name in NAMES.items():
+        where = f" in joint {frictional[0].name}" if name == "no_solution" and len(frictional) == 1 else ""
+        rows.append(f"{{{status},{string(name + where)},{string(ADVICE[name])}}}")
+    rows.append('{0,"failed","please report this"}')
+    return "static const fmu_outcome m_outcome[]={\n" + ",\n".join(rows) + "\n};\n"

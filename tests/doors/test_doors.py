@@ -1,0 +1,131 @@
+"""Files of other programs: masses of solids are those of closed forms, URDF joints turn where they should."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import engine
+from engine.basics.problems import SceneError
+from engine.cli import main
+from engine.doors import body_of_mesh, scene_of_urdf
+
+URDF = """<robot name="two links">
+  <link name="world"/>
+  <link name="upper"><inertial><origin xyz="0.5 0 0" rpy="0 0 1.5707963267948966"/><mass value="2"/>
+    <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.2"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0 0 -0.25"/><mass value="1"/>
+    <inertia ixx="0.02" ixy="0.001" ixz="0" iyy="0.02" iyz="0" izz="0.005"/></inertial>
+    <visual><geometry><box size="0.1 0.1 0.5"/></geometry></visual></link>
+  <link name="tool"/>
+  <joint name="shoulder" type="continuous"><parent link="world"/><child link="upper"/><origin xyz="0 0 1" rpy="0 0 0.3"/>
+    <axis xyz="0 1 0"/><dynamics damping="0.05"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="1 0 0" rpy="0.2 0.1 0"/>
+    <axis xyz="1 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/><dynamics friction="0.1"/></joint>
+  <joint name="mount" type="fixed"><parent link="lower"/><child link="tool"/><origin xyz="0 0 -0.5"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> Path:
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF)
+    return file
+
+
+def box(file: Path, size: tuple[float, float, float], shift: tuple[float, float, float] = (0, 0, 0)) -> Path:
+    import trimesh
+
+    mesh = trimesh.creation.box(size)
+    mesh.apply_translation(shift)
+    mesh.export(file)
+    return file
+
+
+def test_a_boxs_mass_properties_are_its_closed_form(tmp_path: Path, needs: Callable[[str], None]) -> None:
+    needs("trimesh")
+    file = box(tmp_path / "block.stl", (1000, 100, 100), (500, 0, 0))  # millimetres
+    body = body_of_mesh(file, 7800.0, "mm")
+    assert body["mass"] == pytest.approx(78.0, rel=1e-6)  # STL has single precision
+    assert body["center"] == pytest.approx([0.5, 0, 0], abs=1e-7)
+    assert body["inertia"] == pytest.approx([0.13, 6.565, 6.565, 0, 0, 0], abs=1e-5)
+    assert body["box"] == pytest.approx([1, 0.1, 0.1], rel=1e-6)
+
+
+def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None]) -> None:
+    needs("trimesh")
+    import trimesh
+
+    mesh = trimesh.creation.box((1, 1, 1))
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    mesh.export(tmp_path / "open.stl")
+    with pytest.raises(SceneError, match="not closed"):
+        body_of_mesh(tmp_path / "open.stl", 7800.0)
+
+
+def test_a_urdf_becomes_a_scene_with_the_same_kinematics(urdf: Path, needs: Callable[[str], None]) -> None:
+    """Forward kinematics of the file, written out, against the columns of the scene at given angles."""
+    needs("yourdfpy")
+    scene, notes = scene_of_urdf(urdf)
+    assert set(scene.bodies) == {"upper", "lower"}
+    assert any("friction" in n for n in notes)
+    assert any("limits" in n for n in notes)
+    q1, q2 = 0.7, -0.4
+    start = {"joints.shoulder.start.q": q1, "joints.elbow.start.q": q2}
+    r = engine.simulate(scene, 0.01, 0.01, overrides=start, outputs=["lower.tool.position[*", "upper.position[*"])
+    shoulder = _place((0, 0, 1), (0, 0, 0.3)) @ _turn((0, 1, 0), q1)
+    elbow = shoulder @ _place((1, 0, 0), (0.2, 0.1, 0)) @ _turn((1, 1, 0), q2)
+    upper = [r[f"upper.position[{k}]"][0] for k in (1, 2, 3)]
+    assert upper == pytest.approx((shoulder @ [0.5, 0, 0, 1])[:3], abs=1e-12)
+    tool = [r[f"lower.tool.position[{k}]"][0] for k in (1, 2, 3)]
+    assert tool == pytest.approx((elbow @ [0, 0, -0.5, 1])[:3], abs=1e-12)
+
+
+def test_inertia_is_turned_into_the_links_axes(urdf: Path, needs: Callable[[str], None]) -> None:
+    needs("yourdfpy")
+    body = scene_of_urdf(urdf)[0].bodies["upper"]
+    assert body.inertia == pytest.approx((0.01, 0.2, 0.2, 0, 0, 0), abs=1e-12)
+    assert body.center == pytest.approx((0.5, 0, 0))
+
+
+def test_what_cannot_be_represented_is_told_all_at_once(tmp_path: Path, needs: Callable[[str], None]) -> None:
+    needs("yourdfpy")
+    file = tmp_path / "bad.urdf"
+    file.write_text("""<robot name="bad"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="one" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+      <joint name="two" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>
+      <mimic joint="one"/></joint></robot>""")
+    with pytest.raises(SceneError) as e:
+        scene_of_urdf(file)
+    assert {p.where for p in e.value.problems} == {"b", "c", "two"}
+
+
+def test_the_command_takes_over_both(
+    urdf: Path, tmp_path: Path, needs: Callable[[str], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    needs("yourdfpy")
+    assert main(["import", str(urdf), "-o", str(tmp_path / "arm.yaml")]) == 0
+    assert engine.simulate(str(tmp_path / "arm.yaml"), 0.1).outcome.ok
+    capsys.readouterr()
+    assert main(["import", str(box(tmp_path / "part.stl", (0.2, 0.1, 0.1))), "--unit", "m", "--density", "2700"]) == 0
+    assert "part:" in capsys.readouterr().out
+    assert main(["import", "thing.step"]) == 2
+
+
+def _place(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> np.ndarray:
+    out = np.eye(4)
+    for axis, angle in zip(((0, 0, 1), (0, 1, 0), (1, 0, 0)), rpy[::-1], strict=True):
+        out = out @ _turn(axis, angle)
+    out[:3, 3] = xyz
+    return out
+
+
+def _turn(axis: tuple[float, ...], angle: float) -> np.ndarray:
+    a = np.array(axis, float) / np.linalg.norm(axis)
+    K = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    out = np.eye(4)
+    out[:3, :3] = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    return out

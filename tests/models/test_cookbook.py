@@ -1,0 +1,47 @@
+"""Every program and every command of the cookbook runs as it stands there."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from engine.cli import extensions, main
+from engine.scene.library import models_dir
+
+FOLDER = models_dir() / "cookbook"
+PAGES = sorted(p for p in FOLDER.glob("*.md") if p.name != "README.md")
+BLOCK = re.compile(r"^```(python|bash)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    return BLOCK.findall(page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_the_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    found = blocks(page)
+    assert found
+    for kind, text in found:
+        if kind == "python":
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                exec(compile(text, page.name, "exec"), names)
+            assert "nan" not in said.getvalue()
+            continue
+        for line in text.splitlines():
+            words = shlex.split(line)
+            assert words[0] == "trunnion"
+            if words[1] in extensions.EXTRAS and words[1] not in extensions.registered():
+                continue  # a command of an extra that is not installed here
+            assert main(words[1:]) == 0, line
+
+
+def test_every_page_is_in_the_list() -> None:
+    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert all(f"({p.name})" in text for p in PAGES)

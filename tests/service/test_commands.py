@@ -1,0 +1,117 @@
+"""``trunnion serve`` and ``trunnion jobs``: what their users type."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from engine.cli import extensions, main
+from service.__main__ import main as serve
+from service.client import app as jobs_app
+from tests.service.serving import MU, ROOT, Served
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with Served(tmp_path_factory.mktemp("commands") / "data", "--workers", "1") as s:
+        yield s
+
+
+class Told:
+    """Runs a command; its code and what it printed."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str]):
+        self.capsys = capsys
+
+    def __call__(self, *words: str) -> tuple[int, str, str]:
+        code = main(["jobs", *words])
+        out, err = self.capsys.readouterr()
+        return code, out, err
+
+
+@pytest.fixture
+def told(served: Served, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Told:
+    """The command with its sub-commands registered, talking to that server."""
+
+    class Here:
+        value = "service.client:app"
+
+        def load(self) -> object:
+            return jobs_app
+
+    monkeypatch.setattr(extensions, "registered", lambda: {"jobs": Here()})
+    monkeypatch.setenv("TRUNNION_SERVER", f"http://127.0.0.1:{served.port}")
+    return Told(capsys)
+
+
+def test_a_job_is_submitted_waited_for_and_fetched(told: Told, tmp_path: Path) -> None:
+    words = (
+        "submit",
+        "spherical_pendulum",
+        "--over",
+        f"{MU}=0.1:0.5:9",
+        "--reduce",
+        "count:any",
+        "--until",
+        "200 ms",
+        "--label",
+        "mine",
+    )
+    code, out, _ = told(*words, "--wait", "--json")
+    job = json.loads(out)
+    assert (code, job["state"], job["done"], job["label"]) == (0, "done", 9, "mine")
+    file = tmp_path / "r.parquet"
+    assert told("results", job["id"], "-o", str(file))[0] == 0
+    assert pq.read_table(file).num_rows == 9
+    one = tmp_path / "one.csv"
+    assert told("results", job["id"], "--case", "3", "-o", str(one))[0] == 0
+    assert one.read_text().startswith('"time"')
+    for words in (("show", job["id"]), ("watch", job["id"]), ("cancel", job["id"]), ("list",)):
+        code, out, _ = told(*words)
+        assert (code, job["id"] in out, "done" in out) == (0, True, True)
+
+
+def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(
+    told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code, _, err = told("submit", "spherical_pendulum", "--over", "joints.ball.friction.nu=1", "--reduce", "max:nothing")
+    assert (code, "nu" in err, "max:nothing" in err) == (2, True, True)
+    code, _, err = told("submit", "spherical_pendulum", "--over", "x", "--until", "-1")
+    assert (code, "PATH=VALUES" in err, "--until" in err) == (2, True, True)
+    assert told("show", "0" * 24)[0] == 1
+    assert told("results", "x", "-o", "r.xlsx")[0] == 2
+    monkeypatch.setenv("TRUNNION_SERVER", "http://127.0.0.1:9")
+    code, _, err = told("list")
+    assert (code, "trunnion serve" in err) == (1, True)
+    monkeypatch.setenv("TRUNNION_SERVER", "http://")
+    assert told("list")[0] == 2
+
+
+def test_a_first_key_can_be_made_and_wrong_settings_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def served_with(*words: str) -> tuple[int, str, str]:
+        code = serve(["--data", str(tmp_path / "d"), *words])
+        return code, *capsys.readouterr()
+
+    code, out, _ = served_with("--new-key", "me:admin")
+    assert (code, out[:3]) == (0, "tr_")
+    code, _, err = served_with("--rate", "often", "--limit", "cases=x", "--limit", "wings=2")
+    assert code == 2
+    for word in ("often", "cases=x", "wings"):
+        assert word in err
+    code, _, err = served_with("--database", "nonsense")
+    assert (code, "--database" in err) == (2, True)
+    code, _, err = served_with("--database", "postgresql://x@127.0.0.1:9/x")
+    assert (code, "database" in err) == (1, True)
+
+
+def test_the_entry_points_of_the_package_are_these_commands() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["trunnion.commands"]
+    for name in ("serve", "jobs"):
+        module, _, attribute = declared[name].partition(":")
+        assert callable(getattr(import_module(module), attribute))

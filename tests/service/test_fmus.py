@@ -1,0 +1,30 @@
+"""POST /v1/fmus gives the FMU that ``fmu.export`` writes."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from typing import Any
+
+import pytest
+
+from tests.service.serving import InProcess
+
+
+def test_an_fmu_is_exported_and_downloaded(server: InProcess) -> None:
+    pytest.importorskip("fmu.export", reason="this checkout has no FMU exporter")
+    answer = server.post("/v1/fmus", {"scene": "spherical_pendulum", "flavour": "python"})
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "application/vnd.fmi.fmu"
+    assert "modelDescription.xml" in zipfile.ZipFile(io.BytesIO(answer.content)).namelist()
+    assert not list(server.service.settings.data.glob("fmu-*"))
+
+
+def test_a_server_without_the_fmu_package_says_so(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(name: str) -> Any:
+        raise ImportError(name)
+
+    monkeypatch.setattr("service.api.scenes.import_module", gone)
+    answer = server.post("/v1/fmus", {"scene": "spherical_pendulum"})
+    assert answer.status_code == 501
+    assert "trunnion[fmu]" in answer.json()["problems"][0]["hint"]

@@ -1,0 +1,182 @@
+"""Whatever is killed, a job ends with exactly its results, each the same as in an uninterrupted run."""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+import engine
+from tests.service.databases import DatabaseMissing, packaged
+from tests.service.serving import MU, ROOT, SMALL, Served, eventually, free_port
+
+LONG: dict[str, Any] = {
+    "scene": "spherical_pendulum",
+    "over": {MU: "0.1:0.6:300"},
+    "reductions": ["max:ball.contact[1].normal_force", "final:ball.qd[2]", "count:reversal"],
+    "until": 40.0,
+}
+CASES = 300
+QUICK = ("--lease", "0.6", "--chunk-seconds", "0.1")
+BRIM = Path(__file__).parent / "brim"
+
+
+def uninterrupted(request: dict[str, Any]) -> list[list[Any]]:
+    """The rows it gives when nothing goes wrong."""
+    t = engine.sweep(request["scene"], request["over"], reductions=request["reductions"], until=request["until"]).table
+    return [list(r.values()) for r in t.to_pylist()]
+
+
+@pytest.fixture(scope="module")
+def expected() -> list[list[Any]]:
+    """Rows of LONG."""
+    return uninterrupted(LONG)
+
+
+def children(s: Served) -> list[psutil.Process]:
+    """The server's worker processes."""
+    assert s.process is not None
+    found = psutil.Process(s.process.pid).children(recursive=True)
+    return [p for p in found if "spawn_main" in " ".join(p.cmdline())]
+
+
+@pytest.mark.parametrize(("cases", "kills"), [(CASES, 2), pytest.param(1000, 5, marks=pytest.mark.slow)])
+def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_random(
+    tmp_path: Path, cases: int, kills: int
+) -> None:
+    chance = random.Random(8)
+    asked = LONG | {"over": {MU: f"0.1:0.6:{cases}"}}
+    s = Served(tmp_path / "data", "--workers", "2", *QUICK).start()
+    job = s.submit(asked)
+    for _ in range(kills):
+        before = s.job(job)["done"]
+        eventually(lambda b=before: s.job(job)["done"] > b + 15)
+        workers = children(s)
+        if chance.random() < 0.7:
+            chance.choice(workers).kill()
+            before = s.job(job)["done"]
+            eventually(lambda b=before: s.job(job)["done"] > b)
+        workers = children(s)
+        assert s.job(job)["state"] == "running"
+        s.kill()
+        eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
+        s.start()
+    end = s.ended(job)
+    assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})
+    assert s.rows(job) == uninterrupted(asked)
+    parts = [tuple(map(int, p.stem.split("-")[1:])) for p in (tmp_path / "data" / "results" / job).glob("*.parquet")]
+    assert sum(stop - start for start, stop in parts) == cases, "a case was computed into two parts"
+    s.stop()
+
+
+@contextmanager
+def dask(port: int, workers: int) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """A scheduler on loopback, and workers of it, as separate programs."""
+    env = dict(os.environ, PYTHONPATH=str(ROOT))
+    common: dict[str, Any] = {"env": env, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
+    here, quiet = ["--host", "127.0.0.1"], ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
+    words = [[sys.executable, "-m", "distributed.cli.dask_scheduler", *here, "--port", str(port), *quiet]]
+    words += [
+        [sys.executable, "-m", "distributed.cli.dask_worker", f"tcp://127.0.0.1:{port}", "--nthreads", "1", "--no-nanny", *quiet]
+    ] * workers
+    processes = [subprocess.Popen(w, **common) for w in words]
+    try:
+        yield processes
+    finally:
+        for p in processes:
+            p.kill()
+            p.wait()
+
+
+def test_an_outside_scheduler_runs_the_same_job_also_when_it_is_restarted_on_the_way(
+    tmp_path: Path, expected: list[list[Any]]
+) -> None:
+    port = free_port()
+    with Served(tmp_path / "data", "--scheduler", f"tcp://127.0.0.1:{port}", *QUICK) as s:
+        with dask(port, 2):
+            job = s.submit(LONG)
+            eventually(lambda: s.job(job)["done"] > 60)
+        eventually(lambda: s.get("/readyz").status_code == 503)
+        assert s.job(job)["state"] == "running"
+        with dask(port, 2):
+            end = s.ended(job)
+            assert (end["state"], end["outcomes"]) == ("done", {"done": CASES})
+            assert s.rows(job) == expected
+
+
+def test_a_full_disk_fails_a_chunk_clearly_and_the_other_results_stand(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    results.mkdir()
+    (results / "FULL").write_text("part-000000008-\n")
+    with Served(
+        tmp_path / "data", "--workers", "2", "--results", f"brim://{results}", "--retry-delay", "0.05", paths=[str(BRIM)]
+    ) as s:
+        end = s.ended(s.submit(SMALL))
+        assert (end["state"], end["done"] + end["lost"]) == ("failed", 40)
+        assert "No space left" in end["problems"][0]["what"]
+        rows = s.rows(end["id"])
+        assert [r[0] for r in rows] == [i for i in range(40) if not 8 <= i < 8 + end["lost"]]
+        whole = engine.sweep(SMALL["scene"], SMALL["over"], reductions=SMALL["reductions"], until=SMALL["until"]).table.to_pylist()
+        assert rows == [list(whole[r[0]].values()) for r in rows]
+        assert len([a for a in s.get(f"/v1/jobs/{end['id']}/attempts").json() if a["start"] == 8]) == 5
+
+
+def test_a_disk_that_has_room_again_in_time_costs_only_retries(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    results.mkdir()
+    (results / "FULL").write_text("part-\n")
+    with Served(
+        tmp_path / "data", "--workers", "1", "--results", f"brim://{results}", "--retry-delay", "1", paths=[str(BRIM)]
+    ) as s:
+        job = s.submit(SMALL)
+        eventually(lambda: s.get(f"/v1/jobs/{job}/attempts").json()[0:1] and s.get(f"/v1/jobs/{job}/attempts").json()[0]["result"])
+        (results / "FULL").unlink()
+        assert (s.ended(job)["state"], len(s.rows(job))) == ("done", 40)
+
+
+def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: Path) -> None:
+    import tempfile
+
+    from tests.service.conftest import missing
+
+    pytest.importorskip("pgserver")
+    with tempfile.TemporaryDirectory(prefix="pg-") as folder:
+        try:
+            with packaged(Path(folder)) as url, Served(tmp_path / "data", "--workers", "2", "--database", url, *QUICK) as s:
+                job = s.submit(LONG)
+                eventually(lambda: s.job(job)["done"] > 50)
+                stop_postgres(Path(folder))
+                answer = s.get(f"/v1/jobs/{job}")
+                assert (answer.status_code, answer.headers["content-type"]) == (503, "application/problem+json")
+                assert "retry-after" in answer.headers
+                assert s.get("/readyz").status_code == 503
+                assert s.get("/healthz").status_code == 200
+                start_postgres(Path(folder))
+                end = s.ended(job)
+                assert (end["state"], end["outcomes"]) == ("done", {"done": CASES})
+                assert len(s.rows(job)) == CASES
+        except DatabaseMissing as e:
+            missing("postgresql", str(e))
+
+
+def stop_postgres(folder: Path) -> None:
+    """As if the machine it is on were switched off."""
+    from pgserver import pg_ctl
+
+    pg_ctl(["-m", "immediate", "-w", "stop"], pgdata=folder, user=None if os.geteuid() else "pgserver")
+
+
+def start_postgres(folder: Path) -> None:
+    """Start it again on the same files."""
+    from pgserver import pg_ctl
+
+    options = f'-h "" -k {folder}'
+    pg_ctl(["-w", "-o", options, "-l", str(folder / "log"), "start"], pgdata=folder, user=None if os.geteuid() else "pgserver")

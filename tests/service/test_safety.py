@@ -1,0 +1,65 @@
+"""No code in scenes, no text of the user in generated C, and a wheel that holds all the service needs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from engine.basics.problems import SceneError
+from engine.kernel.columns import columns, needs_quadratures
+from engine.kernel.source import jacobian_source, kernel_source
+from engine.scene.dump import scene_to_dict
+from engine.scene.library import model_names
+from engine.scene.load import load_scene, scene_from_dict
+from engine.system.build import build
+from service.request import SceneSource, scene_of
+from service.settings import Limits
+from tests.service.serving import ROOT
+
+
+def test_generated_c_holds_no_text_of_the_user() -> None:
+    text = json.dumps(scene_to_dict(load_scene("spherical_pendulum")))
+    for word in ("pendulum", "ball", "tip"):
+        text = text.replace(word, f"zqx{word}")
+    built = build(scene_from_dict(json.loads(text)))
+    every = columns(built.system)
+    arguments = (built.system, len(built.parameters.values))
+    units = kernel_source(*arguments, every, needs_quadratures(every), False).units
+    assert all("zqx" not in c for c in [*units.values(), jacobian_source(*arguments, needs_quadratures(every), False)])
+
+
+@pytest.mark.parametrize(
+    "name", ["/etc/passwd", "../models/spherical_pendulum", "file:///etc/passwd", "s3://x/y", ".", "", "scene.yaml"]
+)
+def test_a_name_in_a_request_is_a_bundled_models_or_nothing(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.yaml").write_text("schema: 1")
+    with pytest.raises(SceneError, match="no bundled model"):
+        scene_of(SceneSource(scene=name), Limits())
+
+
+def test_a_file_where_the_server_runs_does_not_stand_in_for_a_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "spherical_pendulum").write_text("schema: 1")
+    assert "spherical_pendulum" in model_names()
+    assert scene_of(SceneSource(scene="spherical_pendulum"), Limits()).bodies
+
+
+def test_a_scene_of_too_many_bodies_is_refused() -> None:
+    with pytest.raises(SceneError, match="more than the 0 allowed"):
+        scene_of(SceneSource(scene="spherical_pendulum"), Limits(bodies=0))
+
+
+def test_the_wheel_holds_the_page_and_the_migrations(tmp_path: Path) -> None:
+    build_wheel = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", build_wheel, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=True)
+    names = zipfile.ZipFile(tmp_path / done.stdout.split()[-1]).namelist()
+    for folder in ("page", "store/migrations", "store/migrations/versions"):
+        here = [f for f in (ROOT / "service" / folder).iterdir() if f.is_file()]
+        assert {f"service/{folder}/{f.name}" for f in here} <= set(names)
+    assert "engine/runtime/batch.c" in names
