@@ -16,7 +16,8 @@ from engine.friction.base import SX, TINY, Law
 
 
 class LuGre(Law):
-    """A function of velocity and state, at rest too: below break-away a spring, in time it creeps."""
+    """A function of velocity and state, at rest too: below break-away a spring, in time it creeps. The kink of |v| at v = 0 is taken
+    out of the steps of a single rate, whose sign is frozen over a step; of several components it is left to error control."""
 
     name = "lugre"
     bristles = True
@@ -36,7 +37,7 @@ class LuGre(Law):
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
         """Rates of σ0 z, 1/s."""
         speed2 = sum((x * x for x in v), SX(0))
-        pull = (ca.fabs(v[0]) if len(v) == 1 else ca.sqrt(speed2 + TINY)) / self.level(speed2)
+        pull = (v[0] * self.frozen[0] if len(v) == 1 else ca.sqrt(speed2 + TINY)) / self.level(speed2)
         return [self.numbers["bristle_stiffness"] * (x - pull * s) for x, s in zip(v, state, strict=True)]
 
     def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:

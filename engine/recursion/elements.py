@@ -44,8 +44,10 @@ class Element:
 
     @property
     def law_kind(self) -> int:
-        """0 smooth, 1 changes branch at a sliding speed, 2 set-valued at rest."""
+        """0 smooth, 1 changes branch at a sliding speed, 2 set-valued at rest, 3 kink where a single rate changes sign."""
         law = LAWS[self.friction.law]
+        if law.bristles:
+            return 3 if all(len(s.eta) == 1 for s in self.friction.sliders) else 0
         return 2 if law.sets else int(law.kinks)
 
     @property

@@ -28,7 +28,7 @@ typedef struct tr_kernel {
   const int *vkind;       /* nv: 0 angle, 1 length */
   const int *quat;        /* nquat: offsets in q of quaternions */
   const int *element;     /* 7 per element: n0, needs, eta0, neta, rate0, nrates, dn0 */
-  const int *slider;      /* 10 per slider: element, eta0, neta, rate0, nrates, kind (0 smooth, 1 kinks, 2 set-valued), contact0,
+  const int *slider;      /* 10 per slider: element, eta0, neta, rate0, nrates, kind (0 smooth, 1 kinks, 2 set-valued, 3 kink at rest), contact0,
                              ncontacts, v0 (index among the rates of the state, -1: none), cone (turns without sliding: ball) */
   void (*prepare)(const double *p, double *c);
   void (*stage1)(const double *x, const double *y, const double *c, double *w, double *maps, double *dy);
