@@ -16,8 +16,9 @@ from engine.friction.base import SX, TINY, Law
 
 
 class LuGre(Law):
-    """A function of velocity and state, at rest too: below break-away a spring, in time it creeps. The kink of |v| at v = 0 is taken
-    out of the steps of a single rate, whose sign is frozen over a step; of several components it is left to error control."""
+    """A function of velocity and state, at rest too: below break-away a spring, in time it creeps. The kink of |v| at v = 0 is
+    taken out of the steps of a single rate, whose sign is frozen over a step; of several components it is left to error control.
+    """
 
     name = "lugre"
     bristles = True

@@ -3,8 +3,9 @@
 Between stage 1 and stage 2 the runtime solves for the multipliers; nothing here depends on the mode of a joint.
 Block written by stage 1 ("maps", column-major, a = active cut rows, e = multipliers η, n = reaction components, r = rates):
 S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r, states of friction laws behind them · with a set-valued law Q0 e ·
-Ql e×a · Qe e×e, the accelerations of the sliding freedoms, which rest sets to zero · and in the redundant variant κ0 k · κl k×a · κe k×e, the scaled reactions that decide
-between the reactions redundant loops leave open (needed while stepping only when friction depends on them).
+Ql e×a · Qe e×e, the accelerations of the sliding freedoms, which rest sets to zero · and in the redundant variant κ0 k · κl k×a ·
+κe k×e, the scaled reactions that decide between the reactions redundant loops leave open (needed while stepping only when friction
+depends on them).
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ ACCOUNT = 1e-6
 def test_energy_is_accounted_for(law: str, kind: str, adams: float) -> None:
     case = random_tree(7, 2, types=(kind,), friction=1.0, devices=0.0, drives=0.0, laws=(law,), adams=adams)
     assert all(j.friction is not None for j in case.scene.joints.values())
-    r = simulate(case.scene, until=0.4, every=0.01, rtol=1e-8)
+    r = simulate(case.scene, until=0.4, every=0.01, rtol=1e-8, outputs=("energy.*", "*.friction.work"))
     assert r.outcome.ok
     size = np.abs(r["energy.kinetic"]).max() + np.abs(r["energy.potential"]).max() + np.abs(r["energy.dissipated"]).max()
     assert np.abs(r["energy.residual"]).max() <= ACCOUNT * size

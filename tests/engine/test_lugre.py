@@ -121,7 +121,8 @@ def pendulum(law: str, **numbers) -> Result:
     rub = sm.Friction(mu=0.6, radius=0.05, law=law, **numbers)
     joint = sm.Joint("spherical", "ground", "block", friction=rub, start=sm.Start(sm.AxisAngle("z", np.pi / 2)))
     block = sm.Body(box=(0.1, 1.0, 0.1), mass=78.0, center=(0.0, -0.5, 0.0))
-    return simulate(sm.Scene({"block": block}, {"ball": joint}, "swing", gravity=(0.0, -9.81, 0.0)), until=5.0, every=0.5, rtol=1e-9)
+    scene = sm.Scene({"block": block}, {"ball": joint}, "swing", gravity=(0.0, -9.81, 0.0))
+    return simulate(scene, until=5.0, every=0.5, rtol=1e-9)
 
 
 FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
@@ -129,7 +130,7 @@ FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
-    """Where the bristles have come to rest (found by following them at a frozen wrench and velocity) friction is that of sliding."""
+    """Where the bristles have come to rest (followed at a frozen wrench and velocity) friction is that of sliding."""
     s = random_states(element, "coulomb", 60)
     expected, _, contacts = evaluated(s, adams, pin)
     step = stepper(element, adams, pin)

@@ -76,7 +76,8 @@ def swing(law: str, ratio: float = 1.0):
     rub = sm.Friction(mu=0.6, mu_static=0.6 * ratio, radius=0.05, law=law, v_stribeck=1e-3)
     joint = sm.Joint("spherical", "ground", "block", friction=rub, start=sm.Start(sm.AxisAngle("z", np.pi / 2)))
     block = sm.Body(box=(0.1, 1.0, 0.1), mass=78.0, center=(0.0, -0.5, 0.0))
-    return simulate(sm.Scene({"block": block}, {"ball": joint}, "swing", gravity=(0.0, -9.81, 0.0)), until=12.0, every=0.1, rtol=1e-10)
+    scene = sm.Scene({"block": block}, {"ball": joint}, "swing", gravity=(0.0, -9.81, 0.0))
+    return simulate(scene, until=12.0, every=0.1, rtol=1e-10)
 
 
 @pytest.mark.parametrize("v_stribeck", [1e-5, 1e-1])
