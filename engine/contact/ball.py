@@ -10,6 +10,10 @@ Where μ depends on speed (Stribeck) it is taken at the speed across the force, 
 that turns across its load, and beyond it by the factor √(1 + (μ_e f̂·ω/s)²) otherwise. Taken at r s itself the equation for s would
 have up to three roots in a ball that also spins about its load, so that it would jump between them; this has one. With a viscous
 part, μ_e = μ + c s, the equation for s is a quadratic.
+
+Bristles (law with states): friction is f_n κ × n with a vector κ of three components, in place of k ω above. Their velocity is
+r (ω − n0 n0·ω), the turning across the normal n0 that the bristles alone would give (κ = their state); what they carry along the
+normal has no effect. They are fixed to the inboard part.
 """
 
 from __future__ import annotations
@@ -37,6 +41,8 @@ def _cross(a, b) -> list[SX]:
 
 def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX], list[SX]]:
     """(f_n, f_c, n f_n) of the branch in force."""
+    if law.bristles:
+        return _pressed(w, _bristles(w, rates, law, g, False)[1])
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF
@@ -58,6 +64,28 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
     wf = _cross(omega, f)
     scale = -1 / (1 + k * k * ww)
     return fn, f, [scale * (f[i] + k * wf[i] + k * k * fw * omega[i]) for i in range(3)]
+
+
+def _pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX], list[SX]]:
+    """(f_n, f_c, n f_n) when friction is f_n κ × n."""
+    f = [w["f1"], w["f2"], w["f3"]]
+    FF, kk, fk = _dot(f, f) + TINY, _dot(kappa, kappa), _dot(f, kappa)
+    along2, kf = fk * fk / FF, _cross(kappa, f)
+    scale = -1 / (1 + kk)
+    return ca.sqrt(FF * (1 + along2) / (1 + kk)), f, [scale * (f[i] + kf[i] + fk * kappa[i]) for i in range(3)]
+
+
+def _bristles(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], adams: bool) -> tuple[list[SX], list[SX]]:
+    """(rates of the states, κ) in the pin's sense; Adams: n0 along the force."""
+    omega, state = [w.pin * x for x in rates], [w.pin * x for x in law.state]
+    normal = [w["f1"], w["f2"], w["f3"]] if adams else _pressed(w, state)[2]
+    spin = _dot(normal, omega) / (_dot(normal, normal) + TINY)
+    v = [g["radius"] * (omega[i] - spin * normal[i]) for i in range(3)]
+    return law.drift(v, state), law.carried(v, state)
+
+
+def _drift(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    return [w.pin * x for x in _bristles(w, rates, laws[0], g, adams)[0]]
 
 
 def _level(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
@@ -106,6 +134,9 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX]:
+    if law.bristles:
+        f = [w["f1"], w["f2"], w["f3"]]
+        return [g["radius"] * x / ca.sqrt(_dot(f, f) + TINY) for x in _cross(f, _cross(_bristles(w, rates, law, g, True)[1], f))]
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     wf = _cross(omega, f)
     F = ca.sqrt(_dot(f, f) + TINY)
@@ -182,4 +213,4 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [list(rates)]
 
 
-BALL = ContactElement("ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1, frame="inboard", cone=_cone)
+BALL = ContactElement("ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1, "inboard", _cone, _drift)

@@ -36,8 +36,11 @@ class Law(ABC):
     sets: ClassVar[bool] = False
     """Whether the law is set-valued at rest."""
 
-    def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any]):
-        self.numbers, self.flag, self.frozen = numbers, mode[0], list(mode[1:])
+    bristles: ClassVar[bool] = False
+    """Whether the law has a state along each velocity component (then ``drift`` and ``carried``)."""
+
+    def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any], state: Sequence[SX] = ()):
+        self.numbers, self.flag, self.frozen, self.state = numbers, mode[0], list(mode[1:]), list(state)
 
     @property
     @abstractmethod
@@ -52,6 +55,14 @@ class Law(ABC):
     def drag(self) -> SX | None:
         """Viscous part of the sliding branch, s/m: k beyond ``level`` per sliding velocity; None when the law has none."""
         return None
+
+    def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
+        """Rates of the states, 1/s, at a sliding velocity (m/s)."""
+        raise NotImplementedError(f"law {self.name} has no state")
+
+    def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
+        """Signed ratios k at a sliding velocity (m/s) and state."""
+        raise NotImplementedError(f"law {self.name} has no state")
 
     @property
     def static(self) -> SX:
@@ -94,6 +105,8 @@ class Law(ABC):
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
         """Signed ratios k of one or two velocity components (m/s). On the sliding branch the sign is frozen over a step:
         k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line."""
+        if self.bristles:
+            return self.carried(v, self.state)
         slope, level = self.slope, self.level(sum((x * x for x in v), SX(0)))
         proportional = [None if slope is None else slope * x for x in v]
         if level is None:

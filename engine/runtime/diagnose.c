@@ -170,7 +170,7 @@ int tr_roots(tr_sim *s) {
     for (int q = 0; q < count && !known; ++q) {
       double gap = 0.0, size = 0.0;
       for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
-      known = gap <= 1e-7 * size + 1e-300;
+      known = gap <= 1e-7 * size + 1e-14 * scale; /* one may be zero but for round-off */
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }

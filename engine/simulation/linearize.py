@@ -137,7 +137,9 @@ class _Point:
 
 
 def state_names(model: Model) -> tuple[str, ...]:
-    """Names of the state: coordinates of the tree joints, then rates."""
+    """Names of the state: coordinates of the tree joints, then rates, then what bristles carry (σ0 z, a friction ratio)."""
     tree = model.system.tree
     q = [f"{j.name}.q[{i + 1}]" for j in tree for i in state_coordinates(j)]
-    return (*q, *(f"{j.name}.qd[{k + 1}]" for j in tree for k in j.free))
+    b = [f"{j.name}.friction.bristle_ratio[{k + 1}]" for j in model.system.frictional for k in range(j.kind.nv)
+         if j.friction and j.friction.bristles]
+    return (*q, *(f"{j.name}.qd[{k + 1}]" for j in tree for k in j.free), *b)

@@ -62,7 +62,7 @@ def test_stribeck_follows_an_independent_integration(v_stribeck: float, viscosit
 
 
 def by_hand(v_stribeck: float, viscosity: float) -> dict[str, list[float]]:
-    """Slip and stop times: x of the block, u = ẋ − belt ≤ 0 while it slips; stuck until the spring's pull reaches static friction."""
+    """Slip and stop times: x of the block, u = ẋ − belt ≤ 0 while it slips; stuck until the spring's pull is static friction."""
 
     def slips(t, y):
         u = y[1] - BELT
