@@ -77,7 +77,7 @@ class PlaneLoop:
             options={"ftol": 1e-15, "maxiter": 500},
         )  # fmt: skip
         active = np.sort(np.argsort(slack(found.x))[:4])  # four unknowns: four joints at their limit
-        exact = fsolve(lambda x: slack(x)[active], found.x, xtol=1e-15)
+        exact = fsolve(lambda x: slack(x)[active], found.x, xtol=1e-14)
         assert np.abs(slack(exact)[active]).max() <= 1e-14
         assert slack(exact).min() >= -1e-14
         assert abs(exact[3] - found.x[3]) <= 1e-5 * abs(exact[3])
