@@ -127,6 +127,7 @@ def check(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     outputs: Annotated[bool, typer.Option("--outputs", help="List every column the scene can give.")] = False,
+    hold: Annotated[bool, typer.Option("--hold", help="Does it hold at its start pose, at rest? Where, and by what margin?")] = False,
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
     ] = None,
@@ -136,7 +137,7 @@ def check(
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
     from engine.cli.checking import check_command
 
-    raise typer.Exit(check_command(_words(scene, ctx), outputs, changes or [], as_json, verbose))
+    raise typer.Exit(check_command(_words(scene, ctx), outputs, hold, changes or [], as_json, verbose))
 
 
 @app.command()

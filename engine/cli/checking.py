@@ -15,17 +15,19 @@ if TYPE_CHECKING:
     from engine.kernel.columns import Column
     from engine.scene.model import Scene
 
-KNOWN = ("--outputs", "--set", "--json", "--verbose", "--help")
+KNOWN = ("--outputs", "--hold", "--set", "--json", "--verbose", "--help")
 
 
-def check_command(words: list[str], outputs: bool, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
-    """Report on a scene; the exit code (1: it is well formed but its loops cannot be closed)."""
+def check_command(words: list[str], outputs: bool, hold: bool, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
+    """Report on a scene; the exit code (1: it is well formed but its loops cannot be closed; with ``hold``, it does not hold)."""
     talk(verbose)
     found = Findings()
     source = options.one_scene(words, KNOWN, found)
     scene = loaded(source, options.assignments(changes, found), None, found)
     found.end()
     assert scene is not None
+    if hold:
+        return _held(scene, as_json)
     report, every = examined(scene)
     code = DONE if report["start"]["outcome"] in ("done", "ready") else FAILED
     if as_json:
@@ -38,6 +40,19 @@ def check_command(words: list[str], outputs: bool, changes: Sequence[str], as_js
             else table(("column", "unit", "meaning"), [(c.name, c.unit, c.description) for c in every])
         )
         print("\n".join(_bare(line) for line in lines))
+    return code
+
+
+def _held(scene: Scene, as_json: bool) -> int:
+    from engine.cli.holding import hold_document, hold_lines
+    from engine.simulation.hold import hold
+
+    report = hold(scene)
+    code = DONE if report.holds else FAILED
+    if as_json:
+        print_json({"exit_code": code, "problems": [], "scene": scene.name, "hold": hold_document(report)})
+    else:
+        print("\n".join(_bare(line) for line in hold_lines(scene.name, report)))
     return code
 
 

@@ -233,6 +233,7 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
   return 1;
 }
 
+#include "hold.c"
 #include "batch.c"
 #include "communicate.c"
 #include "linearize.c"

@@ -125,15 +125,12 @@ static void tr_share_with(tr_sim *s, int member, int leader) {
   s->shares = 1;
 }
 
-/* Loads (n) of least largest share of capacity among those with the same motion: A x = A x0 (A: n×n response, rank r), by reweighting.
- * x0 is replaced. */
-static void tr_least_share(int n, const double *A, const double *cap, double *x) {
-  double w[n], b[n], W[n * n], L[n * n], d[n], v[n];
+/* Loads x (n) of least largest share of capacity among those that leave no motion: A x = b (A: n×n response, rank r), by
+ * reweighting. */
+static void tr_least_share(int n, const double *A, const double *cap, const double *b, double *x) {
+  double w[n], W[n * n], L[n * n], d[n], v[n];
   int perm[n];
-  for (int i = 0; i < n; ++i) {
-    w[i] = 1.0, b[i] = 0.0;
-    for (int j = 0; j < n; ++j) b[i] += A[i + j * n] * x[j];
-  }
+  for (int i = 0; i < n; ++i) w[i] = 1.0;
   for (int it = 0; it < 300; ++it) { /* x = D Aᵀ (A D Aᵀ)⁺ b with D = w cap²: least Σ x²/(w cap²) */
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
@@ -173,16 +170,19 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
   if (rank == 1) { /* one freedom: all oppose its motion */
     for (int i = 0; i < n; ++i) x[i] = A[i + leader * n] * arm[c[i]] * arm[c[i]];
   } else {
-    double unit[e + 1];
+    double unit[e + 1], outside[e + 1], b[n];
+    for (int j = 0; j < e; ++j) outside[j] = 1.0;
+    for (int i = 0; i < n; ++i) outside[c[i]] = 0.0;
     for (int i = 0; i < n; ++i) {
       memset(unit, 0, sizeof unit);
       unit[c[i]] = 1.0;
       int m = tr_owner(s, c[i], &at);
       k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, hold, TR_A(s, dhold));
       cap[i] = fmax(hold[3 * m] / hold[3 * m + 1], 1e-12);
-      x[i] = eta[c[i]];
+      b[i] = TR_A(s, Q)[c[i]];
+      for (int j = 0; j < e; ++j) b[i] += outside[j] * Qe[c[i] + j * e] * eta[j];
     }
-    tr_least_share(n, A, cap, x);
+    tr_least_share(n, A, cap, b, x);
     for (int i = 0; i < n; ++i) perm[i] = i;
     for (int i = 0; i < n; ++i) /* by share, largest first */
       for (int j = i + 1; j < n; ++j)

@@ -66,6 +66,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
     lib.tr_certificate.argtypes, lib.tr_certificate.restype = [p, p], None
+    lib.tr_hold.argtypes, lib.tr_hold.restype = [p, p], i
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
@@ -211,6 +212,12 @@ class Block:
         out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
         count = self.lib.tr_redundancy(self.at, out.ctypes.data)
         return out[: max(count, 0), :rows].T
+
+    def hold(self) -> np.ndarray | None:
+        """Statics with every frictional pair held at the present state, after ``start``: a row a pair of [slips at the start,
+        share of its capacity needed (NaN: holds nothing), capacity (N), share not unique]; None when there is no answer."""
+        out = np.zeros((self.kernel.sizes["nsliders"] + 1, 4))
+        return out[:-1] if self.lib.tr_hold(self.at, out.ctypes.data) else None
 
     def multipliers(self) -> np.ndarray:
         """η as last solved."""

@@ -1,0 +1,157 @@
+"""The designer's static question: at the scene's start pose, at rest, does it hold, where, and with what margin?"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine.basics.problems import SimulationError
+from engine.scene.model import Constant, Drive, Scene
+from engine.simulation import block as bl
+from engine.simulation.pairs import slider_names
+from engine.simulation.redundancy import redundancy
+from engine.simulation.run import Model, open_loop
+from engine.system.structure import System
+
+STILL = 1e-9
+"""A freedom without friction holds when its acceleration is below this, of length scale · rate scale² (round-off is 1e-13)."""
+EDGE = 1e-10
+"""How far beyond its capacity a pair may be asked to hold: the tolerance at which sticking is released."""
+WITHOUT_REST = ("regularized", "lugre", "stribeck")
+"""Laws whose static question is that of dry friction with the same coefficients."""
+
+
+@dataclass(frozen=True)
+class PairHold:
+    """One frictional pair, held. share: friction it needs over the most it can give there (NaN: its law holds nothing at rest);
+    capacity: that most, N at the surface; margin: 1 − share; unique: whether the share is the only one possible; sticks: whether it
+    does (another pair may slip first and relieve it)."""
+
+    joint: str
+    part: int
+    type: str
+    law: str
+    share: float
+    capacity: float
+    unique: bool
+    sticks: bool
+
+    @property
+    def margin(self) -> float:
+        """1 − share: below 0 it cannot hold."""
+        return 1.0 - self.share
+
+
+@dataclass(frozen=True)
+class HoldReport:
+    """holds: nothing moves; first: the joint that lets go first ("" when all hold); margin: the smallest of the pairs';
+    moves: joints without friction at rest whose freedoms accelerate though every pair is held."""
+
+    holds: bool
+    first: str
+    margin: float
+    pairs: tuple[PairHold, ...]
+    moves: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def hold(scene: Scene) -> HoldReport:
+    """Statics of the scene at its start pose with all rates zero, every frictional pair held. SimulationError when the pose cannot
+    be assembled or the statics have no answer."""
+    asked, taken = _dry(scene)
+    model = Model(asked)
+    status = _start(model)
+    table = model.block.hold()
+    if table is None:
+        raise SimulationError(f"the statics of this pose cannot be solved (runtime status {status})")
+    open_reactions = redundancy(model.block)
+    pairs = _pairs(model.system, asked, table, open_reactions.joints, started=status == bl.OK)
+    moves = _moving(model)
+    shares = [p.share for p in pairs if not math.isnan(p.share)]
+    worst = max(shares, default=0.0)
+    over = [p for p in pairs if p.share > 1.0 + EDGE]
+    first = max(over, key=lambda p: p.share).joint if over else moves[0] if moves else ""
+    return HoldReport(not first, first, 1.0 - worst, pairs, moves, (*taken, *_words(pairs)))
+
+
+def _dry(scene: Scene) -> tuple[Scene, list[str]]:
+    """The scene with dry friction where its law has none at rest, and what was changed."""
+    joints, changed = dict(scene.joints), []
+    for name, j in scene.joints.items():
+        if j.friction is not None and (j.friction.law or scene.friction.law) in WITHOUT_REST:
+            joints[name] = replace(j, friction=replace(j.friction, law="coulomb"))
+            changed.append(name)
+    notes = [f"asked of dry friction (law coulomb): {', '.join(changed)}"] if changed else []
+    for name, j in joints.items():
+        if j.drive is not None:
+            joints[name] = replace(j, drive=_stopped(j.drive))
+            notes.append(f"{name}: its drive is held where it starts")
+    return replace(scene, joints=joints), notes
+
+
+def _stopped(drive: Any) -> Any:
+    """A drive that stays at its value at t = 0."""
+    if drive is None:
+        return None
+    if isinstance(drive, tuple):
+        return tuple(_stopped(d) for d in drive)
+    if drive.constant is not None:
+        at = float(drive.constant.start)
+    elif drive.ramp is not None:
+        at = float(drive.ramp.origin)
+    elif drive.harmonic is not None:
+        h = drive.harmonic
+        at = float(h.offset) + float(h.amplitude) * math.sin(float(h.phase))
+    elif drive.table is not None:
+        at = float(np.interp(0.0, drive.table.time, drive.table.value))
+    else:
+        return drive
+    return Drive(constant=Constant(rate=0.0, start=at))
+
+
+def _start(model: Model) -> int:
+    """Assemble, take all rates away, begin; the runtime's status (a failure of friction is an answer here)."""
+    settings, block = bl.Settings(rtol=1e-9), model.block
+    block.configure(settings)
+    code = block.assemble()
+    if code != 1:
+        raise SimulationError(str(open_loop(model, code)))
+    block.y[model.system.nq : block.ny] = 0.0
+    return model.begin(settings, 0.0, 1.0, 1.0, np.zeros(block.width))
+
+
+def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[str, ...], started: bool) -> tuple[PairHold, ...]:
+    out = []
+    for (name, part), (slips, share, capacity, shared) in zip(slider_names(system), table, strict=True):
+        joint = scene.joints[name]
+        assert joint.friction is not None
+        law = joint.friction.law or scene.friction.law
+        unique = not shared and name not in open_joints
+        out.append(PairHold(name, part, joint.type, law, float(share), float(capacity), unique, started and not slips))
+    return tuple(out)
+
+
+def _moving(model: Model) -> tuple[str, ...]:
+    """Tree joints with a freedom that accelerates though every pair is held."""
+    block, system, numbers = model.block, model.system, model.built.numbers
+    if not block.ny:
+        return ()
+    rates = block.evaluate()[0][system.nq :]
+    out = []
+    for j in system.tree:
+        lengths = [c[0].rot for c in j.kind.columns]
+        units = [(1.0 if lengths[k] else numbers.length) * numbers.rate**2 for k in j.free]
+        part = rates[j.v0 : j.v0 + len(j.free)]
+        if any(not abs(a) <= STILL * u for a, u in zip(part, units, strict=True)):
+            out.append(j.name)
+    return tuple(out)
+
+
+def _words(pairs: tuple[PairHold, ...]) -> list[str]:
+    several = list(dict.fromkeys(p.joint for p in pairs if not p.unique))
+    if not several:
+        return []
+    return [f"how {', '.join(several)} share the load is not unique: it is spread so that the largest share is as small as it can be"]

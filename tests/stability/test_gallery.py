@@ -1,0 +1,39 @@
+"""Every row of the gallery says the right thing on both sides of its threshold, however its scene is told."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from engine.basics.problems import SceneError
+from engine.scene import load_scene, models_dir
+from engine.scene.overrides import apply
+from tests.stability.rows import EDGE, ROWS, Row
+from tests.stability.tellings import TELLINGS, told
+
+FOLDER = models_dir() / "stability"
+
+
+@pytest.mark.parametrize("telling", TELLINGS)
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
+def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
+    for beyond, expected in ((-EDGE, row.below), (EDGE, row.beyond)):
+        scene = row.scene(beyond)
+        assert row.verdict(scene if expected == "refused" else told(scene, telling, row.number)) == expected, beyond
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
+def test_its_scene_file_is_that_scene(row: Row) -> None:
+    file = FOLDER / f"{row.number:02d}_{row.name}.yaml"
+    assert load_scene(str(file)).joints.keys() == row.scene(EDGE).joints.keys()
+
+
+def test_numbers_that_are_none_are_refused_by_name() -> None:
+    with pytest.raises(SceneError, match=r"bodies\.b\.mass"):
+        apply(ROWS[18].scene(EDGE), {"bodies.b.mass": math.nan})
+
+
+def test_there_are_all_nineteen() -> None:
+    assert [r.number for r in ROWS] == list(range(1, 20))
+    assert len(list(FOLDER.glob("*.yaml"))) == 19
