@@ -148,9 +148,10 @@ void tr_certificate(tr_sim *s, double *out) {
 int tr_roots(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, count = 0, most = 8;
-  double *eta = TR_A(s, z) + a, found[8 * e + 1], scale = 1e-9;
+  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1], scale = 1e-9;
   unsigned seed = 12345u;
   if (!e) return 1;
+  memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
   s->watch = 0;
   tr_maps_at(s, TR_A(s, y));
   if (k->sets) tr_note_modes(s);
@@ -174,7 +175,6 @@ int tr_roots(tr_sim *s) {
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }
-  memset(eta, 0, sizeof(double) * e);
-  tr_newton(s, eta);
+  memcpy(TR_A(s, z), z, sizeof(double) * (a + e));
   return count;
 }
