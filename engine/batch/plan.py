@@ -89,7 +89,7 @@ def plan(
         ]
         if unlimited:
             raise SceneError(unlimited)
-        check_settings(until, every, bl.Settings(rtol=rtol, method=run.method or scene.simulation.method))
+        check_settings(until, every, bl.Settings(rtol=rtol, method=run.method or scene.simulation.method), scene)
     except SceneError as e:
         problems += e.problems
     if found is not None and most is not None and found.count > most:

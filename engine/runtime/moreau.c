@@ -74,6 +74,8 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
 /* Hand over to time stepping when events accumulate, and back when nothing has changed for a while. Only with method auto. */
 static void tr_hand_over(tr_sim *s) {
   if (s->method != TR_AUTO || !s->k->sets) return;
+  for (int i = 0; i < s->k->nsliders; ++i) /* laws that are stiff near rest are not for impulses */
+    if (!tr_is_set(s, i) && tr_slider(s, i)[5] != TR_KIND_SMOOTH) return;
   if (s->method_now == TR_MOREAU) {
     if (++s->moreau_steps >= MOREAU_STAY && s->calm >= MOREAU_STAY / 4) s->method_now = TR_RK8, s->have_k1 = s->have_jac = 0;
     return;

@@ -119,13 +119,13 @@ def simulate(
     rtol = float(sim.rtol if rtol is None else rtol)
     jams = sim.jams == "impact"
     settings = bl.Settings(rtol, method or sim.method, step, max_steps=max_steps, through_jams=jams)
-    check_settings(until, every, settings)
+    check_settings(until, every, settings, loaded)
     model = Model(loaded, outputs)
     return run(model, until, every, settings, progress)
 
 
-def check_settings(until: float, every: float, s: bl.Settings) -> None:
-    """SceneError with everything that is wrong with these."""
+def check_settings(until: float, every: float, s: bl.Settings, scene: Scene) -> None:
+    """SceneError with everything that is wrong with these for the scene."""
     problems = []
     if not 0.0 < until < math.inf:
         problems.append(Problem("until", f"{until:g} s is not after the start", "give a positive end time"))
@@ -137,6 +137,9 @@ def check_settings(until: float, every: float, s: bl.Settings) -> None:
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
     if not 0.0 <= s.step < math.inf:
         problems.append(Problem("step", f"{s.step:g} s is no step", "a positive step, or 0 for error control"))
+    stiff = {j.friction.law or scene.friction.law for j in scene.joints.values() if j.friction} & {"regularized", "lugre"}
+    if s.method == "moreau" and stiff:
+        problems.append(Problem("method", f"moreau cannot step law {min(stiff)}", "use law coulomb or stribeck, or method auto"))
     if problems:
         raise SceneError(problems)
 
