@@ -66,7 +66,9 @@ def measured() -> dict[int, str]:
     work = [crept(v, "DOP853", 0.5)[1] for v in (1e-4, 1e-5, 1e-6)]
     return {
         1: f"*regularised at 1e-4 m/s (SciPy): 2° creeps to {angle:.3f}° in 10 s*{mujoco_crept()}",
-        2: "*regularised, SciPy DOP853, half a second near rest: {} evaluations at v_eps 1e-4, {} at 1e-5, {} at 1e-6*".format(*work),
+        2: "*regularised, SciPy DOP853, half a second near rest: {} evaluations at v_eps 1e-4, {} at 1e-5, {} at 1e-6*".format(
+            *work
+        ),
     }
 
 

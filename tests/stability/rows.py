@@ -104,7 +104,9 @@ def regularised_error(scene: sm.Scene) -> str:
     return "right" if gap <= max(3.0 * abs(speed), 1e-6) and soft.stats.steps < 2000 else f"off by {gap:.1e} in {soft.stats.steps}"
 
 
-def rotor(push: float, until: float, rate: float = 20.0, thrust: float = 0.0, thrust_radius: float | None = None, torque: float = 0.0):
+def rotor(
+    push: float, until: float, rate: float = 20.0, thrust: float = 0.0, thrust_radius: float | None = None, torque: float = 0.0
+):
     """A wheel that turns about a level journal: weight, a push upward that grows from 0 to ``push`` weights, an axial thrust."""
     mass = 3.0
     wheel = sm.Body(cylinder=sm.Cylinder(0.1, 0.05, "y"), mass=mass)
@@ -118,7 +120,9 @@ def rotor(push: float, until: float, rate: float = 20.0, thrust: float = 0.0, th
         forces["thrust"] = sm.Force("force", "wheel", (0.0, thrust, 0.0))
         forces["torque"] = sm.Torque("torque", "wheel", (0.0, torque, 0.0))
     gravity = (0.0, 0.0, -G) if push else (0.0, 0.0, 0.0)
-    return sm.Scene({"wheel": wheel}, {"axle": joint}, "rotor", gravity=gravity, forces=forces, simulation=sm.Simulation(until=until))
+    return sm.Scene(
+        {"wheel": wheel}, {"axle": joint}, "rotor", gravity=gravity, forces=forces, simulation=sm.Simulation(until=until)
+    )
 
 
 def normal_turn(scene: sm.Scene) -> str:
