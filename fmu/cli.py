@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from engine.scene.model import Scene
 
 SCENE = typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.", show_default=False)
 KNOWN = ("--output", "--flavour", "--platform", "--set", "--outputs", "--step", "--json", "--help")
@@ -13,10 +16,10 @@ KNOWN = ("--output", "--flavour", "--platform", "--set", "--outputs", "--step", 
 def command(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
-    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="The .fmu to write (default: NAME.fmu).")] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="The .fmu to write (NAME.fmu).")] = None,
     flavour: Annotated[str, typer.Option(metavar="F", help="native: needs nothing on the host; python: pythonfmu.")] = "native",
     platform: Annotated[
-        list[str] | None, typer.Option(metavar="P", help="host (default), all, linux64, win64, darwin64, aarch64-darwin (repeatable).")
+        list[str] | None, typer.Option(metavar="P", help="host (default), all, linux64, win64, darwin64, aarch64-darwin.")
     ] = None,
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
@@ -24,7 +27,7 @@ def command(
     outputs: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).")
     ] = None,
-    step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step for real time (default: error control).")] = None,
+    step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step, for real time.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
     """Export the scene as an FMU (FMI 2.0, co-simulation)."""
@@ -49,7 +52,10 @@ def command(
     _write(loaded, str(target), kind, names or [], values, outputs, length or 0.0, as_json)
 
 
-def _write(scene, target: str, flavour: str, platforms: list[str], values: dict, outputs: list[str] | None, step: float, as_json: bool):
+def _write(
+    scene: Scene, target: str, flavour: str, platforms: list[str], values: dict[str, Any], outputs: list[str] | None, step: float,
+    as_json: bool,
+) -> None:
     """Do it, with a progress bar, and tell."""
     from dataclasses import asdict
 

@@ -140,7 +140,7 @@ def _starts(model: Model) -> Iterator[Variable]:
 
 def _solver(step: float, rtol: float) -> list[Variable]:
     return [
-        Variable("solver.tolerance", "1", "relative tolerance of the internal steps (unless the host gives one)", "parameter", "fixed",
+        Variable("solver.tolerance", "1", "relative tolerance of the steps (unless the host gives one)", "parameter", "fixed",
                  "exact", rtol, 1e-14, 0.1, role=TOLERANCE),
         Variable("solver.step", "s", "internal step; 0: chosen by error control; > 0: fixed, for real time", "parameter", "fixed",
                  "exact", step, 0.0, role=STEP),

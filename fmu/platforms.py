@@ -42,7 +42,8 @@ def chosen(names: Sequence[str]) -> list[str]:
         if name == "host":
             name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
         if name != "all" and name not in PLATFORMS:
-            raise SceneError([Problem("--platform", f"{name!r} is no platform FMUs are made for", f"all, host, {', '.join(PLATFORMS)}")])
+            known = f"all, host, {', '.join(PLATFORMS)}"
+            raise SceneError([Problem("--platform", f"{name!r} is no platform FMUs are made for", known)])
         out += list(PLATFORMS) if name == "all" else [name]
     return [p for p in PLATFORMS if p in out]
 
@@ -51,7 +52,8 @@ def headers() -> Path:
     """The FMI 2.0 headers, which come with fmpy."""
     found = importlib.util.find_spec("fmpy")
     if found is None or found.origin is None:
-        raise SceneError([Problem("trunnion fmu", "fmpy, which brings the FMI headers, is not installed", "pip install 'trunnion[fmu]'")])
+        missing = "fmpy, which brings the FMI headers, is not installed"
+        raise SceneError([Problem("trunnion fmu", missing, "pip install 'trunnion[fmu]'")])
     return Path(found.origin).parent / "c-code"
 
 
@@ -71,14 +73,11 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
     key = cache.digest(shell_key(), target, cpu, identifier, *(x for pair in sorted(sources.items()) for x in pair))
 
     def make(folder: Path) -> None:
-        from engine.integrators.header import header
-
-        (folder / "tr_tables.h").write_text(header())
         files = [RUNTIME / "api.c", NATIVE / "fmi2.c"]
         for file, text in sources.items():
             (folder / f"{file}.c").write_text(text)
             files.append(folder / f"{file}.c")
-        include = [f"-I{p}" for p in (RUNTIME, NATIVE, folder, headers())]
+        include = [f"-I{p}" for p in (RUNTIME, NATIVE, _tables(), headers())]
         link = ["-nostdlib", "-lm", "-lc"] if "linux" in target else []
         if "macos" in target:
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
@@ -88,6 +87,17 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
     folder, _ = cache.entry(f"fmu-{key}", make)
     return (folder / f"library{suffix}").read_bytes()
+
+
+def _tables() -> Path:
+    """Folder of the integrators' generated header; always the same one, so that the compiler keeps the runtime's object."""
+
+    def make(folder: Path) -> None:
+        from engine.integrators.header import header
+
+        (folder / "tr_tables.h").write_text(header())
+
+    return cache.entry(f"tables-{runtime_key()}", make)[0]
 
 
 CPU_TYPES = {b"\x07\x00\x00\x01": 0x01000007, b"\x0c\x00\x00\x01": 0x0100000C}

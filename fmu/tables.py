@@ -21,15 +21,16 @@ def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) ->
     tables = table_block(n.tables)
     watched = sizes["nsliders"] + sizes["nstops"]
     arrays = [
-        doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables), doubles("m_q", n.q),
-        doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given), _settings(settings), _outcomes(model),
+        doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables),
+        doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given),
+        _settings(settings), _outcomes(model),
     ]
     counts = [sum(v.causality == c for v in listed) for c in ("output", "input")]
     values = [
         string(guid), string(model.built.scene.name), *counts, len(settings), "&trunnion_kernel", "&trunnion_outputs",
-        "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables", "m_q",
-        "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy), METHODS[model.built.scene.simulation.method], 4 * watched + 16,
-        len(NAMES) + 1, "m_setting", "m_outcome",
+        "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
+        "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
+        METHODS[model.built.scene.simulation.method], 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
     ]
     return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 

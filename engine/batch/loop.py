@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -165,11 +166,15 @@ class Loop:
         return Reduced(rows.index, self._numbers(out), outcomes, out[:, STEPS].astype(np.int64), seconds)
 
     def _outcome(self, out: np.ndarray) -> Outcome:
-        """Diagnosis of the case that just failed, while its block is at hand."""
-        seen = _Seen(self)
-        if int(out[STATUS]) == CLOSURE and out[ROWS] == 0.0 and seen.block.time == 0.0:
-            return open_loop(seen, int(out[DETAIL]))  # type: ignore[arg-type]
-        return failure(seen, int(out[STATUS]))  # type: ignore[arg-type]
+        """Diagnosis of the case that just failed, while its block is at hand: the model as if it had run the case."""
+        block = copy(self.blocks[self.batch.which])
+        block.at = self.batch.now
+        block._views()
+        model = copy(self.model)
+        model.block, model.kernel = block, block.kernel
+        if int(out[STATUS]) == CLOSURE and out[ROWS] == 0.0 and block.time == 0.0:
+            return open_loop(model, int(out[DETAIL]))
+        return failure(model, int(out[STATUS]))
 
     def _numbers(self, out: np.ndarray) -> np.ndarray:
         """The reductions asked for (cases × reductions); NaN where there is nothing to reduce."""
@@ -188,24 +193,6 @@ class Loop:
             else:
                 columns.append(np.fmin.reduce(kinds, axis=1)[:, None])
         return np.concatenate(columns, axis=1)
-
-
-class _Seen:
-    """The running case as the diagnosis looks at a model: its system, and its block's time and multipliers."""
-
-    def __init__(self, loop: Loop):
-        self.system, self.block, self._loop = loop.model.system, self, loop
-        self.time = float(loop.lib.tr_time(loop.batch.now))
-
-    def multipliers(self) -> np.ndarray:
-        """η as last solved."""
-        loop = self._loop
-        s = loop.blocks[loop.batch.which].kernel.sizes
-        n = s["active"] + s["neta"]
-        if not n:
-            return np.zeros(0)
-        address = loop.lib.tr_array(loop.batch.now, 6)
-        return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address))[s["active"] :]
 
 
 def invalid(where: Sequence[object]) -> Outcome:

@@ -215,6 +215,8 @@ def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
     base = np.where(pull > 0.0, np.sqrt(pull / length), 1.0)
     rate = np.maximum(base, np.abs(y[:, s.nq :]).max(axis=1, initial=0.0))
     given = np.repeat(np.concatenate([n.q_given_by_rate, n.v_given])[None, :], len(flat), axis=0)
-    energy = [m * (x * r) ** 2 for m, x, r in zip(mass.tolist(), length.tolist(), rate.tolist(), strict=True)]
+    with np.errstate(over="ignore"):
+        speed = length * rate
+        energy = mass * (speed * speed)
     settings = np.column_stack([rtol, length, rate, until, every, energy])
     return Rows(built, index, *(np.ascontiguousarray(a) for a in (p, y, given, inputs, settings)))

@@ -93,8 +93,8 @@ def variants(scene: Scene, laws: tuple[str, ...] = (), v_eps: tuple[float, ...] 
 
 
 def exact_law(scene: Scene) -> str:
-    """The law errors are measured against: set-valued Coulomb where it is built, else the scene's own."""
-    return "coulomb" if "coulomb" in known.AVAILABLE_LAWS else scene.friction.law
+    """The law errors are measured against: the scene's own, and for the smoothed law what it smooths, set-valued Coulomb."""
+    return "coulomb" if scene.friction.law == "regularized" else scene.friction.law
 
 
 def has_v_eps(scene: Scene) -> bool:

@@ -2,9 +2,18 @@
 
 With F = |f_c|, f̂ = f_c/F and ω of the socket relative to the ball (method §2):
   proportional law k = K ω-rate:  s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
-  sliding law:                    s² = |ω|² − (f̂·ω)²(1+μ²)
+  sliding law, |k s| = μ_e:       s² = |ω|² − (f̂·ω)²(1+μ_e²)
   f_n = F/√(1+μ_e²),  n = (k ω̃ − E)⁻¹ f_c/f_n = −(f + k ω×f + k²(ω·f) ω)/(f_n (1 + k²ω²)),  m_c = r n × f_c
 (the last since the normal part of f_c has no arm). f_c ∥ ω gives no torque, F → 0 gives no torque.
+
+Where μ depends on speed (Stribeck) it is taken at the speed across the force, r |ω × f̂|: that is the sliding speed r s of a ball
+that turns across its load, and beyond it by the factor √(1 + (μ_e f̂·ω/s)²) otherwise. Taken at r s itself the equation for s would
+have up to three roots in a ball that also spins about its load, so that it would jump between them; this has one. With a viscous
+part, μ_e = μ + c s, the equation for s is a quadratic.
+
+Bristles (law with states): friction is f_n κ × n with a vector κ of three components, in place of k ω above. Their velocity is
+r (ω − n0 n0·ω), the turning across the normal n0 that the bristles alone would give (κ = their state); what they carry along the
+normal has no effect. They are fixed to the inboard part.
 """
 
 from __future__ import annotations
@@ -30,25 +39,67 @@ def _cross(a, b) -> list[SX]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, SX, list[SX], list[SX], list[SX]]:
-    """(k, f_n, f_c, ω, n f_n) of the branch in force."""
+def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX], list[SX]]:
+    """(f_n, f_c, n f_n) of the branch in force."""
+    if law.bristles:
+        return _pressed(w, _bristles(w, rates, law, g, False)[1])
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF
-    slope, level = law.slope, law.level
+    slope, level = law.slope, _level(f, rates, law, g)
     k_p = None if slope is None else slope * g["radius"]
     mue2_p = None if k_p is None else k_p * k_p * (ww - along2) / (1 + k_p * k_p * along2)
-    k_s = None
+    k_s = mue2_s = None
     if level is not None:
-        s2 = ca.fmax(ww - along2 * (1 + level * level), FLOOR * ww)
-        k_s = level * law.sign(rates, (1.0, 1.0, 1.0)) / ca.sqrt(s2 + TINY)
-    k = law.choose(k_s, k_p)
-    mue2 = law.choose(None if level is None else level * level, mue2_p)
+        level = level * law.sign(rates, (1.0, 1.0, 1.0))
+        s2, drag = ca.fmax(ww - along2 * (1 + level * level), FLOOR * ww), _drag(rates, omega, law, g)
+        s, mue = ca.sqrt(s2 + TINY), level
+        if drag is not None:
+            half, square = along2 * level * drag, 1 + along2 * drag * drag
+            s = (ca.sqrt(half * half + square * s2 + TINY) - half) / square
+            mue = level + drag * s
+        k_s, mue2_s = mue / s, mue * mue
+    k, mue2 = law.choose(k_s, k_p), law.choose(mue2_s, mue2_p)
     fn = ca.sqrt(FF / (1 + mue2))
     wf = _cross(omega, f)
     scale = -1 / (1 + k * k * ww)
-    nfn = [scale * (f[i] + k * wf[i] + k * k * fw * omega[i]) for i in range(3)]
-    return k, fn, f, omega, nfn
+    return fn, f, [scale * (f[i] + k * wf[i] + k * k * fw * omega[i]) for i in range(3)]
+
+
+def _pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX], list[SX]]:
+    """(f_n, f_c, n f_n) when friction is f_n κ × n."""
+    f = [w["f1"], w["f2"], w["f3"]]
+    FF, kk, fk = _dot(f, f) + TINY, _dot(kappa, kappa), _dot(f, kappa)
+    along2, kf = fk * fk / FF, _cross(kappa, f)
+    scale = -1 / (1 + kk)
+    return ca.sqrt(FF * (1 + along2) / (1 + kk)), f, [scale * (f[i] + kf[i] + fk * kappa[i]) for i in range(3)]
+
+
+def _bristles(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], adams: bool) -> tuple[list[SX], list[SX]]:
+    """(rates of the states, κ) in the pin's sense; Adams: n0 along the force."""
+    omega, state = [w.pin * x for x in rates], [w.pin * x for x in law.state]
+    normal = [w["f1"], w["f2"], w["f3"]] if adams else _pressed(w, state)[2]
+    spin = _dot(normal, omega) / (_dot(normal, normal) + TINY)
+    v = [g["radius"] * (omega[i] - spin * normal[i]) for i in range(3)]
+    return law.drift(v, state), law.carried(v, state)
+
+
+def _drift(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    return [w.pin * x for x in _bristles(w, rates, laws[0], g, adams)[0]]
+
+
+def _level(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
+    """The law's level at the speed across the force, r |ω × f̂|."""
+    wf = _cross(rates, f)
+    return law.level(g["radius"] ** 2 * _dot(wf, wf) / (_dot(f, f) + TINY))
+
+
+def _drag(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
+    """μ_e per ω of the law's viscous part. Where a direction frozen at rest stands for ω (``Law.moving``), that part stays what
+    it is at the true speed."""
+    if law.drag is None:
+        return None
+    return law.drag * g["radius"] * ca.sqrt((_dot(rates, rates) + TINY) / (_dot(omega, omega) + TINY))
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
@@ -56,7 +107,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if adams:
         return [w.pin * x for x in _adams(w, rates, law, g)]
-    _, fn, f, _, nfn = _state(w, rates, law, g)
+    fn, f, nfn = _state(w, rates, law, g)
     slides = [w.pin * g["radius"] * x / fn for x in _cross(nfn, f)]
     if not law.sets:
         return slides
@@ -83,12 +134,17 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX]:
+    if law.bristles:
+        f = [w["f1"], w["f2"], w["f3"]]
+        return [g["radius"] * x / ca.sqrt(_dot(f, f) + TINY) for x in _cross(f, _cross(_bristles(w, rates, law, g, True)[1], f))]
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     wf = _cross(omega, f)
     F = ca.sqrt(_dot(f, f) + TINY)
     s = ca.sqrt(_dot(wf, wf) + TINY) / F
     proportional = None if law.slope is None else law.slope * g["radius"]
-    k = law.choose(None if law.level is None else law.level * law.sign(rates, (1.0, 1.0, 1.0)) / s, proportional)
+    level, drag = _level(f, rates, law, g), _drag(rates, omega, law, g)
+    sliding = None if level is None else level * law.sign(rates, (1.0, 1.0, 1.0)) / s + (0 if drag is None else drag)
+    k = law.choose(sliding, proportional)
     return [g["radius"] * k * x / F for x in _cross(f, wf)]
 
 
@@ -106,12 +162,13 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. Adams' ball has no
     cone."""
-    law = laws[0]
-    if adams or law.level is None:
+    law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
+    level = _level(f, rates, law, g)
+    if adams or level is None:
         return [SX(1)]
-    f, omega = [w["f1"], w["f2"], w["f3"]], law.moving(rates, (1.0, 1.0, 1.0))
+    omega = law.moving(rates, (1.0, 1.0, 1.0))
     fw = _dot(f, omega)
-    return [1 - fw * fw * (1 + law.level**2) / ((_dot(f, f) + TINY) * (_dot(omega, omega) + TINY))]
+    return [1 - fw * fw * (1 + level**2) / ((_dot(f, f) + TINY) * (_dot(omega, omega) + TINY))]
 
 
 def _at_rest(w: Wrench, eta: list[SX], g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
@@ -131,13 +188,13 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     if law.kinks:  # branch and direction are those of this very instant, not what a step has frozen or Adams' friction has chosen
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
-    _, fn, _, _, nfn = _state(w, rates, law, g)
+    fn, _, nfn = _state(w, rates, law, g)
     return [Contact(fn, (nfn[0], nfn[1], nfn[2]), (0, 2), inboard=True)]
 
 
 def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta: list[SX]) -> Contact:
     """Sliding, spinning without sliding, or held."""
-    _, fn, f, _, nfn = _state(w, rates, law, g)
+    fn, f, nfn = _state(w, rates, law, g)
     normal = _spin_normal(w, rates, law)
     spin = -_dot(normal, f)
     held, vector = _at_rest(w, eta, g)
@@ -156,4 +213,4 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [list(rates)]
 
 
-BALL = ContactElement("ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1, frame="inboard", cone=_cone)
+BALL = ContactElement("ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1, "inboard", _cone, _drift)

@@ -80,6 +80,8 @@ class ContactElement:
     contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction itself.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.
+    drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
+               they follow from ``velocity`` alone.
     cone       (as ``speeds``) → measure of sliding of a pair that can turn without sliding: negative where it does (ball).
     frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "cross"
                (u1, u2, u1 × u2; then always the wrench on the inboard part).
@@ -95,3 +97,11 @@ class ContactElement:
     count: int
     frame: str = "pin"
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
+    drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
+
+    def drifts(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+        """Rates of the states of a law that has them, 1/s."""
+        if self.drift is not None:
+            return self.drift(w, rates, laws, g, adams)
+        pairs = zip(laws, self.velocity(rates, g), strict=True)
+        return [x for law, v in pairs for x in law.drift(v, law.state)]

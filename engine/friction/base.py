@@ -2,9 +2,10 @@
 
 A law is asked for the signed friction ratio k of a sliding velocity v (friction force on the pin = k per unit normal force, (121)
 with ω_r, ṡ of the outboard part relative to the pin's). Two forms cover the closed contact forms:
-``slope``: k = slope · v, and ``level``: k = level · v/|v|; ``sliding`` chooses the second. A law with kinks names the value the
-sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen. A set-valued law (``sets``) has
-no value at rest: there the runtime holds the pair by a constraint as long as the ratio needed stays within ``static``.
+``slope``: k = slope · v, and ``level``: k = level(|v|) · v/|v| + drag · v; ``choose`` takes the one in force. A law with kinks
+names the value the sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen. A
+set-valued law (``sets``) has no value at rest: there the runtime holds the pair by a constraint as long as the ratio needed stays
+within ``static``.
 """
 
 from __future__ import annotations
@@ -35,18 +36,33 @@ class Law(ABC):
     sets: ClassVar[bool] = False
     """Whether the law is set-valued at rest."""
 
-    def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any]):
-        self.numbers, self.flag, self.frozen = numbers, mode[0], list(mode[1:])
+    bristles: ClassVar[bool] = False
+    """Whether the law has a state along each velocity component (then ``drift`` and ``carried``)."""
+
+    def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any], state: Sequence[SX] = ()):
+        self.numbers, self.flag, self.frozen, self.state = numbers, mode[0], list(mode[1:]), list(state)
 
     @property
     @abstractmethod
     def slope(self) -> SX | None:
         """k per sliding velocity on the proportional branch, None when the law has none."""
 
-    @property
     @abstractmethod
-    def level(self) -> SX | None:
-        """|k| on the sliding branch, None when the law has none."""
+    def level(self, speed2: SX) -> SX | None:
+        """|k| on the sliding branch at the squared sliding speed (m²/s²) without its viscous part, None when the law has none."""
+
+    @property
+    def drag(self) -> SX | None:
+        """Viscous part of the sliding branch, s/m: k beyond ``level`` per sliding velocity; None when the law has none."""
+        return None
+
+    def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
+        """Rates of the states, 1/s, at a sliding velocity (m/s)."""
+        raise NotImplementedError(f"law {self.name} has no state")
+
+    def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
+        """Signed ratios k at a sliding velocity (m/s) and state."""
+        raise NotImplementedError(f"law {self.name} has no state")
 
     @property
     def static(self) -> SX:
@@ -88,8 +104,10 @@ class Law(ABC):
 
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
         """Signed ratios k of one or two velocity components (m/s). On the sliding branch the sign is frozen over a step:
-        k = level · sign · v/|v|, smooth through v = 0 along a line."""
-        slope, level = self.slope, self.level
+        k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line."""
+        if self.bristles:
+            return self.carried(v, self.state)
+        slope, level = self.slope, self.level(sum((x * x for x in v), SX(0)))
         proportional = [None if slope is None else slope * x for x in v]
         if level is None:
             sliding: list[SX | None] = [None] * len(v)
@@ -99,4 +117,6 @@ class Law(ABC):
             moved = self.moving(v, arms)
             speed = ca.sqrt(sum(x * x for x in moved) + TINY)
             sliding = [level * self.sign(v, arms) * x / speed for x in moved]
+        if self.drag is not None:
+            sliding = [None if k is None else k + self.drag * x for k, x in zip(sliding, v, strict=True)]
         return [self.choose(s, p) for s, p in zip(sliding, proportional, strict=True)]

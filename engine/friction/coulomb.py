@@ -14,7 +14,6 @@ class Coulomb(Law):
         """No proportional branch."""
         return
 
-    @property
-    def level(self) -> SX:
+    def level(self, speed2: SX) -> SX:
         """μ."""
         return self.numbers["mu"]

@@ -14,8 +14,7 @@ class Regularized(Law):
         """μ/v_eps, s/m."""
         return self.numbers["mu"] / self.numbers["v_eps"]
 
-    @property
-    def level(self) -> SX:
+    def level(self, speed2: SX) -> SX:
         """μ."""
         return self.numbers["mu"]
 

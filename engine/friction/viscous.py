@@ -16,7 +16,6 @@ class Viscous(Law):
         """viscosity, s/m."""
         return self.numbers["viscosity"]
 
-    @property
-    def level(self) -> None:
+    def level(self, speed2: SX) -> None:
         """No sliding branch."""
         return

@@ -92,9 +92,15 @@ def _friction(j: Joint) -> Iterator[Column]:
         else:
             yield Column(f"{name}.friction.force", "N", f"friction force of {name} on the inboard part", ("friction", name, k))
     for n, s in enumerate(j.friction.sliders):
-        text = "sliding state: −1, +1 slipping, 0 proportional zone or stick"
+        text = "sliding state: −1, +1 slipping, 0 proportional zone or stick (always 0 where a law has no such states)"
         yield Column(f"{name}.friction.state[{n + 1}]", "1", text, ("state", s.flag))
-    yield Column(f"{name}.friction.work", "J", f"work of friction in {name} (≤ 0)", ("quad", f"friction:{name}"))
+    if j.friction.bristles:
+        for k in range(kind.nv):
+            turns = kind.columns[k][0].rot
+            text = f"deflection of the bristles of {name} along freedom {k + 1}" + (", at the radius" if turns else "")
+            yield Column(f"{name}.friction.bristle[{k + 1}]", "m", text, ("bristle", name, k))
+    sense = "less what the bristles have stored" if j.friction.bristles else "≤ 0"
+    yield Column(f"{name}.friction.work", "J", f"work of friction in {name} ({sense})", ("quad", f"friction:{name}"))
     ball = j.friction.contact == "ball"
     for i in range(kind.contacts):
         c = f"{name}.contact[{i + 1}]"

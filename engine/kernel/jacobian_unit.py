@@ -1,4 +1,5 @@
-"""The Jacobian unit: exact derivatives of F = [q̇; v̇; powers] and of the multiplier residuals R = [R_λ; R_η] by y, t and z = [λ; η].
+"""The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states; powers] and of the multiplier residuals R = [R_λ; R_η] by
+y, t and z = [λ; η].
 
 The runtime combines them by the implicit-function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense function
 (its columns share all intermediate values); large ones a directional derivative in two stages, the point once and then a column
@@ -14,7 +15,16 @@ import casadi as ca
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.powers import powers
-from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import (
+    acceleration_rows,
+    bristle_rates,
+    elements,
+    joint_rates,
+    laws,
+    numbers,
+    reaction_rows,
+    wrench,
+)
 from engine.recursion.reduction import Accelerations, Model, outward
 from engine.recursion.symbols import TABLE
 from engine.recursion.vectors import SX
@@ -58,13 +68,13 @@ def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> Jacob
     sym, active = m.sym, list(range(m.sym.system.rows)) if redundant else list(active_rows(m))
     pick = combination(sym)
     acc = outward(m, pick)
-    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())]]
+    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
     extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
     f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active))
     inactive = [k for k in range(sym.system.rows) if k not in active]
     if inactive:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))
-    y = ca.vertcat(sym.q, sym.v)
+    y = ca.vertcat(sym.q, sym.v, sym.b)
     lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
     z = ca.vertcat(lam, sym.eta)
     ins = [*inputs(sym), Input("z", lam, 1), Input(f"z+{len(active)}", sym.eta, 1)]

@@ -123,8 +123,8 @@ def linear_unit(built: Kernel, chosen: list[Column]) -> int:
 
 
 SIZE_NAMES = (
-    "abi", "nq", "nv", "nx", "np", "nc", "nw", "nmaps", "rows", "active", "neta", "nn", "nrates", "nquad", "nsliders", "nstops",
-    "ntables", "nquat", "nelements", "ndn",
+    "abi", "nq", "nv", "nb", "nx", "np", "nc", "nw", "nmaps", "rows", "active", "neta", "nn", "nrates", "nquad", "nsliders",
+    "nstops", "ntables", "nquat", "nelements", "ndn",
     "nkappa", "loop_friction", "coupled", "sets",
 )
 

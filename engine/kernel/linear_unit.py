@@ -10,6 +10,7 @@ from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.jacobian_unit import residuals
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.output_unit import Outputs
+from engine.recursion.elements import bristle_rates
 from engine.recursion.reduction import Model, model, outward
 from engine.recursion.symbols import TABLE, Symbols
 from engine.recursion.vectors import SX
@@ -47,7 +48,7 @@ def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
     active = list(range(sym.system.rows)) if redundant else list(active_rows(m))
     pick = combination(sym)
     acc = outward(m, pick)
-    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())]]
+    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
     extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
     f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active))
     inactive = [k for k in range(sym.system.rows) if k not in active]
@@ -55,7 +56,7 @@ def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))
     lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
     count = TABLE * len(sym.system.inputs)
-    column, seed = _along(f, sym.x, sym.offset_tables, count, [sym.q, sym.v, lam, sym.eta])
+    column, seed = _along(f, sym.x, sym.offset_tables, count, [sym.q, sym.v, sym.b, lam, sym.eta])
     ins = [*inputs(sym), Input("z", lam, 1), Input(f"z+{len(active)}", sym.eta, 1), Input("seed", seed, 1)]
     stages = [Stage("l_prepare", f"{CONST}p,double*restrict c", "c"), Stage("l_rates", CALL, "")]
     code = emit(ins, [Output("out", 0, column, 1)], stages)
@@ -68,9 +69,10 @@ def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, in
     fixed = {"extra", "state", "quad", "dissipated", "residual"}
     values = [SX(0) if c.key[0] in fixed else o.value(c.key) for c in chosen]
     count = TABLE * len(sym.system.inputs)
-    others = [sym.q, sym.v, sym.lam, sym.eta, o.a]
+    others = [sym.q, sym.v, sym.b, sym.lam, sym.eta, o.a]
     column, seed = _along(ca.vertcat(SX(0, 1), *values), sym.x, sym.offset_tables, count, others)
-    ins = [*inputs(sym), Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", o.a, 1), Input("seed", seed, 1)]
+    z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1)]
+    ins = [*inputs(sym), *z, Input("a", o.a, 1), Input("seed", seed, 1)]
     stages = [Stage("l_prepare_columns", f"{CONST}p,double*restrict c", "c"), Stage("l_columns", CALL_COLUMNS, "")]
     code = emit(ins, [Output("out", 0, column, 1)], stages)
     return code.text, code.kept[0]

@@ -25,7 +25,9 @@ STATE = f"{CONST}x,{CONST}y,{CONST}c"
 
 def loops_pay(system: System, quadratures: bool) -> bool:
     """Whether the looped unit serves this system and is worth it."""
-    if system.cuts or quadratures or len(system.bodies) < MIN_BODIES or any(load.kind == "spring_damper" for load in system.loads):
+    if system.cuts or quadratures or system.bristles or len(system.bodies) < MIN_BODIES:
+        return False
+    if any(load.kind == "spring_damper" for load in system.loads):
         return False
     if any_sets(system) and any(j.driven for j in system.frictional):
         return False

@@ -2,9 +2,10 @@
 
 Between stage 1 and stage 2 the runtime solves for the multipliers; nothing here depends on the mode of a joint.
 Block written by stage 1 ("maps", column-major, a = active cut rows, e = multipliers η, n = reaction components, r = rates):
-S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r · with a set-valued law Q0 e · Ql e×a · Qe e×e, the accelerations of the
-sliding freedoms, which rest sets to zero · and in the redundant variant κ0 k · κl k×a · κe k×e, the scaled reactions that decide
-between the reactions redundant loops leave open (needed while stepping only when friction depends on them).
+S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r, states of friction laws behind them · with a set-valued law Q0 e ·
+Ql e×a · Qe e×e, the accelerations of the sliding freedoms, which rest sets to zero · and in the redundant variant κ0 k · κl k×a ·
+κe k×e, the scaled reactions that decide between the reactions redundant loops leave open (needed while stepping only when friction
+depends on them).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from engine.recursion.elements import (
     Element,
     acceleration_rows,
     any_sets,
+    bristle_rates,
     elements,
     joint_rates,
     laws,
@@ -45,6 +47,7 @@ class Sizes:
 
     nq: int
     nv: int
+    nb: int
     nx: int
     np: int
     nc: int
@@ -73,8 +76,9 @@ class MainUnit:
 
 def inputs(sym: Symbols) -> list[Input]:
     """Stage inputs with their C names: parameters, external values, state, multipliers [λ active | η]."""
-    nq = sym.system.nq
-    return [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("y", sym.q, 1), Input(f"y+{nq}", sym.v, 1)]
+    nq, nv = sym.system.nq, sym.system.nv
+    state = [Input("y", sym.q, 1), Input(f"y+{nq}", sym.v, 1), Input(f"y+{nq + nv}", sym.b, 1)]
+    return [Input("p", sym.p, 0), Input("x", sym.x, 1), *state]
 
 
 def active_rows(m: Model) -> tuple[int, ...]:
@@ -101,8 +105,9 @@ def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainU
     rate, quads = _derivative(m, parts, quadratures)
     code = _stages(sym, maps, rate, quads, active)
     sizes = Sizes(
-        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, code.kept[1], sum(int(v.numel()) for v in maps), system.rows,
-        tuple(active), system.neta, nn, nrates, len(quads), nkappa, int(loop_friction), int(coupled),
+        system.nq, system.nv, sym.b.numel(), sym.x.shape[0], sym.p.shape[0], 0, code.kept[1],
+        sum(int(v.numel()) for v in maps), system.rows, tuple(active), system.neta, nn, nrates, len(quads), nkappa,
+        int(loop_friction), int(coupled),
     )
     return _complete(sym, m, parts, code, sizes)
 
@@ -128,7 +133,7 @@ def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
     nrates, ne = sum(e.joint.kind.nv for e in parts), system.neta
     held = ne * (1 + ne) if any_sets(system) else 0
     sizes = Sizes(
-        system.nq, system.nv, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + ne) + nrates + held + 1, 0, (), ne,
+        system.nq, system.nv, 0, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + ne) + nrates + held + 1, 0, (), ne,
         nn, nrates, 0, 0, 0, 0,
     )
     return _complete(sym, None, parts, Code(loop.text, [loop.nc + 3, loop.nw, 0], loop.operations), sizes)
@@ -169,6 +174,7 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
         lam = rows[:, 1 : 1 + nl][:, active]
         blocks += [ca.densify(rows[:, 0]), ca.vec(ca.densify(lam)), ca.vec(ca.densify(rows[:, 1 + nl :]))]
         rates = [r for e in parts for r in joint_rates(m, e.joint)]
+        rates += [m.sym.b[i] for i in range(m.sym.b.numel())]
         nrates = len(rates)
         blocks += rates
         if any_sets(system):
@@ -204,11 +210,11 @@ def qdot(sym: Symbols, v: SX) -> list[SX]:
 
 
 def _derivative(m: Model, parts: list[Element], quadratures: bool) -> tuple[list[SX], list[SX]]:
-    """ẏ = [q̇; v̇] and the powers to be integrated beside it."""
+    """ẏ = [q̇; v̇; rates of friction states] and the powers to be integrated beside it."""
     sym = m.sym
     pick = combination(sym)
-    acc = outward(m, pick, reactions=quadratures)
-    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())]]
+    acc = outward(m, pick, reactions=quadratures or sym.b.numel() > 0)
+    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
     return rate, [p for _, p in powers(m, acc, pick)] if quadratures else []
 
 
@@ -245,12 +251,12 @@ def _laws(sym: Symbols, parts: list[Element]) -> Code:
     """η = law(N, rates), its derivative with N (dense block per element, column-major), sliding speeds and kink speeds."""
     nn = sum(len(e.needs) for e in parts)
     nr = sum(e.joint.kind.nv for e in parts)
-    N, rates = SX.sym("N", nn), SX.sym("r", nr)
+    N, rates = SX.sym("N", nn), SX.sym("r", nr + sym.b.numel())
     eta: list[SX] = [SX(0)] * sym.system.neta
     derivative: list[SX] = []
     speeds: list[SX] = [SX(0)] * (2 * len(sym.system.sliders))
     for e in parts:
-        mine, ls, g = N[e.n0 : e.n0 + len(e.needs)], laws(sym, e), numbers(sym, e)
+        mine, ls, g = N[e.n0 : e.n0 + len(e.needs)], laws(sym, e, rates[nr:]), numbers(sym, e)
         r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
         w = wrench(e, mine)
         values = ca.vertcat(*e.contact.friction(w, r, ls, g, e.friction.adams))

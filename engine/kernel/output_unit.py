@@ -10,7 +10,7 @@ from engine.joints.base import to_quaternion
 from engine.kernel import expressions as ex
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.kernel.main_unit import CONST, STATE, combination
+from engine.kernel.main_unit import CONST, STATE, combination, inputs
 from engine.kernel.powers import powers
 from engine.recursion.reduction import Accelerations, Model, given
 from engine.recursion.redundancy import scaled_reactions
@@ -102,6 +102,12 @@ class Outputs:
     def _friction(self, name: str, k: int) -> SX:
         return self.sym.eta[ex.eta_of(self.m, name)[k]]
 
+    def _bristle(self, name: str, k: int) -> SX:
+        friction = ex.joint(self.m, name).friction
+        assert friction is not None
+        eta = [e for s in friction.sliders for e in s.eta][k]
+        return self.sym.b[self.sym.system.bristles.index(eta)] / self.sym.leaf(friction.number("bristle_stiffness"))
+
     def _state(self, flag: int) -> SX:
         return self.extra[EXTRA + flag]
 
@@ -149,11 +155,10 @@ class Outputs:
 def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit:
     """Build the unit for the chosen columns."""
     o, sym = Outputs(m, quadratures), m.sym
-    nq, nv = sym.system.nq, sym.system.nv
-    state = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("y", sym.q, 1), Input(f"y+{nq}", sym.v, 1)]
+    state, ny = inputs(sym), sym.system.nq + sym.system.nv + sym.b.numel()
     z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", o.a, 1)]
     values = [o.value(c.key) for c in chosen]
-    more = [Input(f"y+{nq + nv}", o.quad, 1), Input("extra", o.extra, 1)]
+    more = [Input(f"y+{ny}", o.quad, 1), Input("extra", o.extra, 1)]
     stages = [Stage("o_prepare", f"{CONST}p,double*restrict c", "c"),
               Stage("o_eval", f"{STATE},{CONST}z,{CONST}a,{CONST}extra,double*restrict out", "")]
     main = emit(state + z + more, [Output("out", 0, values or [SX(0, 1)], 1)], stages)

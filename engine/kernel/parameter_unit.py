@@ -1,7 +1,8 @@
 """The sensitivity unit: exact directional derivatives of everything a trajectory is made of, parameters included.
 
-Motion: f = [F; R; V; H] with F = [q̇; v̇; powers], R the residuals of the multipliers (``jacobian_unit``), V the rates of all
-frictional freedoms and H the friction ratio of pairs at rest less one (which release them at zero); by [x, y, z, p].
+Motion: f = [F; R; V; H] with F = [q̇; v̇; friction states; powers], R the residuals of the multipliers (``jacobian_unit``),
+V the rates of all frictional freedoms and H the friction ratio of pairs at rest less one (which release them at zero); by
+[x, y, z, p].
 Outputs: the chosen columns by [x, y, λ of all rows, η, v̇, integrals, p]. Both in stages: parameters once, the point once, then a
 direction at a time.
 """
@@ -18,7 +19,7 @@ from engine.kernel.jacobian_unit import residuals, time_direction
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.output_unit import Outputs
 from engine.kernel.powers import powers
-from engine.recursion.elements import elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import bristle_rates, elements, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.reduction import Accelerations, Model, model, outward
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
@@ -46,7 +47,7 @@ def parameter_unit(system: System, parameters: int, chosen: list[Column], quadra
 def _motion(m: Model, quadratures: bool, active: list[int]) -> tuple[str, dict[str, int]]:
     sym, pick = m.sym, combination(m.sym)
     acc = outward(m, pick)
-    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())]]
+    rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
     extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
     rest = residuals(m, acc, pick, active)
     rates = [r for e in elements(sym.system) for r in joint_rates(m, e.joint)]
@@ -57,7 +58,7 @@ def _motion(m: Model, quadratures: bool, active: list[int]) -> tuple[str, dict[s
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))
     lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
     ins = [*inputs(sym), Input("z", lam, 1), Input(f"z+{len(active)}", sym.eta, 1)]
-    along = ca.vertcat(sym.q, sym.v, lam, sym.eta, sym.p)
+    along = ca.vertcat(sym.q, sym.v, sym.b, lam, sym.eta, sym.p)
     text, kept = _staged("s", ins, f, along, sym, f"{CONST}z")
     counts = {"states": len(rate), "powers": len(extra), "residuals": rest.numel(), "rates": len(rates), "holds": len(holds)}
     return text, counts | kept | {"active": len(active)}
@@ -78,11 +79,11 @@ def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
 
 def _outputs(sym: Symbols, chosen: list[Column], quadratures: bool) -> tuple[str, dict[str, int]]:
     o = Outputs(model(sym, reduce=False), quadratures)
-    nq, nv = sym.system.nq, sym.system.nv
+    ny = sym.system.nq + sym.system.nv + sym.b.numel()
     values = ca.densify(ca.vertcat(SX(0, 1), *[o.value(c.key) for c in chosen]))
     ins = [*inputs(sym), Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", o.a, 1),
-           Input(f"y+{nq + nv}", o.quad, 1), Input("extra", o.extra, 1)]
-    along = ca.vertcat(sym.q, sym.v, o.quad, sym.lam, sym.eta, o.a, sym.p)
+           Input(f"y+{ny}", o.quad, 1), Input("extra", o.extra, 1)]
+    along = ca.vertcat(sym.q, sym.v, sym.b, o.quad, sym.lam, sym.eta, o.a, sym.p)
     text, kept = _staged("so", ins, values, along, sym, f"{CONST}z,{CONST}a,{CONST}extra")
     return text, {f"o_{k}": n for k, n in kept.items()} | {"extra": o.extra.numel()}
 

@@ -15,7 +15,7 @@ from engine.system.structure import Device, Joint
 
 
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
-    """(name, power): "friction:JOINT" (≤ 0), "damping" (≤ 0), "drive", "load"."""
+    """(name, power): "friction:JOINT" (≤ 0, but for what bristles give back), "damping" (≤ 0), "drive", "load"."""
     sym = m.sym
     out = [(f"friction:{j.name}", friction_power(m, j)) for j in sym.system.frictional]
     return [*out, ("damping", _damping(m)), ("drive", _drive(m, acc, pick)), ("load", _loads(m))]

@@ -15,7 +15,7 @@ from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 
-ABI = 7
+ABI = 8
 """Must equal TR_ABI of ``runtime/tr.h`` (the runtime refuses a kernel of another one)."""
 PREAMBLE = '#include <math.h>\n#include "tr.h"\n'
 
@@ -102,7 +102,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     elements, sliders, dn = element_table(main)
     row_kind = [k for c in system.cuts for k in [0] * len(c.kind.rows_s) + [1] * len(c.kind.rows_r)]
     values = [
-        ABI, z.nq, z.nv, z.nx, z.np, z.nc, z.nw, z.nmaps, z.rows, len(z.active), z.neta, z.nn, z.nrates, z.nquad,
+        ABI, z.nq, z.nv, z.nb, z.nx, z.np, z.nc, z.nw, z.nmaps, z.rows, len(z.active), z.neta, z.nn, z.nrates, z.nquad,
         len(system.sliders), system.stops, system.tables, len(quat), len(main.elements), dn,
         z.nkappa, z.loop_friction, z.coupled, int(any(e.sets for e in main.elements)),
     ]

@@ -58,7 +58,7 @@ class Choice:
     changes: dict[str, Any] = field(default_factory=dict)
 
 
-LAW = {"friction.law": "regularized", "friction.v_eps": 1e-4}
+LAW = {"friction.law": "coulomb"}
 CHOICES: dict[str, Choice] = {
     "andrews": Choice(
         0.0072,

@@ -44,8 +44,10 @@ class Element:
 
     @property
     def law_kind(self) -> int:
-        """0 smooth, 1 changes branch at a sliding speed, 2 set-valued at rest."""
+        """0 smooth, 1 changes branch at a sliding speed, 2 set-valued at rest, 3 kink where a single rate changes sign."""
         law = LAWS[self.friction.law]
+        if law.bristles:
+            return 3 if all(len(s.eta) == 1 for s in self.friction.sliders) else 0
         return 2 if law.sets else int(law.kinks)
 
     @property
@@ -117,11 +119,22 @@ def any_sets(system) -> bool:
     return any(LAWS[j.friction.law].sets for j in system.frictional)
 
 
-def laws(sym: Symbols, e: Element) -> list[Law]:
-    """The law at each sliding pair of an element."""
+def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
+    """The law at each sliding pair of an element; states: those of all laws, where they are not the symbols'."""
     numbers = {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
-    law = LAWS[e.friction.law]
-    return [law(numbers, sym.mode(s.flag)) for s in e.friction.sliders]
+    law, b = LAWS[e.friction.law], sym.b if states is None else states
+    index = {eta: i for i, eta in enumerate(sym.system.bristles)}
+    return [law(numbers, sym.mode(s.flag), [b[index[i]] for i in s.eta if i in index]) for s in e.friction.sliders]
+
+
+def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
+    """Rates of the states of friction laws, 1/s."""
+    out: list[SX] = []
+    for e in elements(m.sym.system):
+        if e.friction.bristles:
+            w = wrench(e, reaction_rows(m, acc, e, combine))
+            out += e.contact.drifts(w, joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), e.friction.adams)
+    return out
 
 
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:

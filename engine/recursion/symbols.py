@@ -19,7 +19,7 @@ class Symbols:
 
     t, ts: time, and a time inside the current step, which alone decides on which branch of a ramp we are;
     x: [t, ts, tables (value and three derivatives each; external inputs come first), stop flags, slider modes (4 each)];
-    q (nq), v (nv); p (parameters); lam (cut rows); eta (friction multipliers).
+    q (nq), v (nv), b (states of friction laws); p (parameters); lam (cut rows); eta (friction multipliers).
     """
 
     def __init__(self, system: System, parameters: int):
@@ -31,6 +31,7 @@ class Symbols:
         self.offset_modes = self.offset_stops + n_stop
         self.t, self.ts = self.x[0], self.x[1]
         self.q, self.v = SX.sym("q", system.nq), SX.sym("v", system.nv)
+        self.b = SX.sym("b", len(system.bristles))
         self.p = SX.sym("p", parameters)
         self.lam, self.eta = SX.sym("lam", system.rows), SX.sym("eta", system.neta)
 

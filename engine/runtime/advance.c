@@ -153,6 +153,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     s->have_k1 = 1;
   }
   if (s->h <= 0.0) s->h = tr_first_step(s, limit - s->t, order);
+  if (!s->locate || s->chatter > CHATTER_MAX) tr_turn_directions(s);
   for (int i = 0; i < k->nsliders; ++i) {
     if (tr_mode(s, i)[0] < 0.5 || tr_slider(s, i)[4] == 1) continue;
     if (!tr_is_set(s, i)) tr_freeze(s, i);

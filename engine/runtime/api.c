@@ -31,7 +31,7 @@ static int tr_max(int a, int b) { return a > b ? a : b; }
 static int tr_layout(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  int at = 0, n = TR_PAD(k->nq + k->nv + k->nquad), a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv;
+  int at = 0, n = TR_PAD(k->nq + k->nv + k->nb + k->nquad), a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv + k->nb;
 #define TR_PLACE(field, count) (s->field = at, at += TR_PAD((count) + 1))
   TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
   TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
@@ -65,7 +65,7 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
   if (k->abi != TR_ABI || (o && o->abi != TR_ABI) || (j && j->abi != TR_ABI)) return 0;
   s->k = k, s->o = o, s->j = j, s->nbreaks = nbreaks, s->ev_capacity = ev_capacity;
   s->bytes = sizeof(tr_sim) + sizeof(double) * tr_layout(s, ntable);
-  s->ny = k->nq + k->nv, s->nz = k->active + k->neta, s->nrows = k->rows;
+  s->ny = k->nq + k->nv + k->nb, s->nz = k->active + k->neta, s->nrows = k->rows;
   s->want = 1 + (o ? o->nout : 0);
   s->rtol = 1e-6, s->hmax = INFINITY, s->hmin = 0.0, s->length = 1.0, s->rate = 1.0, s->project = 1, s->locate = 1;
   s->method = TR_AUTO, s->method_now = TR_RK8;

@@ -91,7 +91,7 @@ static int tr_case_start(tr_batch *b) {
   const double *set = b->set + (size_t)b->at * TR_CASE_SETTINGS, *given = b->given + (size_t)b->at * 2 * k->nv;
   double *o = tr_case_out(b);
   tr_case_clear(b);
-  memcpy(TR_A(s, y), b->y + (size_t)b->at * s->ny, sizeof(double) * s->ny);
+  memcpy(TR_A(s, y), b->y + (size_t)b->at * (k->nq + k->nv), sizeof(double) * (k->nq + k->nv));
   int code = tr_assemble(s, 0.0, given, given + k->nv);
   if (code != 1) {
     o[TR_C_DETAIL] = code;

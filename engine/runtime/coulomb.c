@@ -32,6 +32,16 @@ static void tr_rates_of_state(tr_sim *s, int i, double *rates) {
   memcpy(rates, from, sizeof(double) * sl[4]);
 }
 
+/* Directions of laws with a kink at rest, where a step starts past it (no events are located). */
+static void tr_turn_directions(tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    double rate[3], *m = tr_mode(s, i);
+    if (!tr_is_turn(s, i)) continue;
+    tr_rates_of_state(s, i, rate);
+    if (rate[0] * m[1] < 0.0) m[1] = -m[1];
+  }
+}
+
 static double tr_speed_of_state(tr_sim *s, int i) {
   const int *sl = tr_slider(s, i);
   double r[3], sum = 0.0;

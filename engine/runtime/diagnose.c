@@ -148,9 +148,10 @@ void tr_certificate(tr_sim *s, double *out) {
 int tr_roots(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, count = 0, most = 8;
-  double *eta = TR_A(s, z) + a, found[8 * e + 1], scale = 1e-9;
+  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1], scale = 1e-9;
   unsigned seed = 12345u;
   if (!e) return 1;
+  memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
   s->watch = 0;
   tr_maps_at(s, TR_A(s, y));
   if (k->sets) tr_note_modes(s);
@@ -170,11 +171,10 @@ int tr_roots(tr_sim *s) {
     for (int q = 0; q < count && !known; ++q) {
       double gap = 0.0, size = 0.0;
       for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
-      known = gap <= 1e-7 * size + 1e-300;
+      known = gap <= 1e-7 * size + 1e-14 * scale; /* one may be zero but for round-off */
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }
-  memset(eta, 0, sizeof(double) * e);
-  tr_newton(s, eta);
+  memcpy(TR_A(s, z), z, sizeof(double) * (a + e));
   return count;
 }

@@ -37,6 +37,9 @@ static double tr_set_violation(tr_sim *s, int i) {
   return tr_slider(s, i)[9] ? fmax(stop, -v[1] / TOL_CONE) : stop;
 }
 
+/* The same for a law with a kink at rest: the end of its direction. */
+static double tr_turn_violation(const tr_sim *s, int i) { return -TR_A(s, speed)[2 * i] / (tr_speed_unit(s) * TOL_SPEED); }
+
 /* How far pair or stop i is beyond its mode (> 1: an event), in units of its tolerance. Needs the state evaluated, and tr_holding when
  * something is held. */
 static double tr_violation(tr_sim *s, int i, const double *depth) {
@@ -45,6 +48,7 @@ static double tr_violation(tr_sim *s, int i, const double *depth) {
     int kind = tr_slider(s, i)[5];
     if (kind == TR_KIND_SMOOTH) return -1.0;
     if (kind == TR_KIND_SET) return tr_set_violation(s, i);
+    if (kind == TR_KIND_TURN) return tr_turn_violation(s, i);
     double speed = TR_A(s, speed)[2 * i], kink = TR_A(s, speed)[2 * i + 1];
     return (tr_mode(s, i)[0] > 0.5 ? (kink - speed) / kink : (fabs(speed) - kink) / kink) / TOL_KINK;
   }
@@ -121,6 +125,8 @@ static double tr_find_event(tr_sim *s, int *which) {
     if (tr_violation(s, i, depth) > 1.0) hit = 1, *which = i;
     if (i < s->k->nsliders && tr_is_set(s, i)) {
       suspect |= TR_A(s, smax)[i] > (tr_is_stuck(s, i) ? -NEAR_RELEASE / TOL_RELEASE : 1.0);
+    } else if (i < s->k->nsliders && tr_is_turn(s, i)) {
+      suspect |= TR_A(s, smax)[i] > 1.0;
     } else if (i < s->k->nsliders && tr_slider(s, i)[5]) {
       double kink = TR_A(s, speed)[2 * i + 1];
       int sliding = tr_mode(s, i)[0] > 0.5;
@@ -218,6 +224,10 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
 static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
+  if (which < k->nsliders && tr_is_turn(s, which)) { /* friction goes on as it was: nothing to record */
+    tr_freeze(s, which);
+    return;
+  }
   s->stats.events++;
   if (which >= k->nsliders) {
     double *flag = tr_stop_flag(s, which - k->nsliders);

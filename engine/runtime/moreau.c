@@ -46,6 +46,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   if (left - h < 1e-9 * h) h = left;
   TR_A(s, x)[1] = s->t + 0.5 * h, s->watch = 0;
   memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * k->nsliders);
+  tr_turn_directions(s);
   memcpy(mid, y, sizeof(double) * n);
   tr_drift(s, mid, y + k->nq, 0.5 * h);
   if (!tr_moreau_solve(s, s->t + 0.5 * h, mid, h)) return TR_FAIL_MODES;

@@ -66,6 +66,7 @@ static void tr_set_time(tr_sim *s, double t) {
 }
 
 static double tr_set_violation(tr_sim *s, int i);
+static double tr_turn_violation(const tr_sim *s, int i);
 static void tr_holding(tr_sim *s);
 static void tr_set_time(tr_sim *s, double t);
 static void tr_keep_still(const tr_sim *s, double *v);
@@ -79,6 +80,10 @@ static void tr_watch(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (tr_is_set(s, i)) {
       hi[i] = fmax(hi[i], tr_set_violation(s, i));
+      continue;
+    }
+    if (tr_is_turn(s, i)) {
+      hi[i] = fmax(hi[i], tr_turn_violation(s, i));
       continue;
     }
     double g = v[2 * i] - v[2 * i + 1], b = -v[2 * i] - v[2 * i + 1];

@@ -8,15 +8,16 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 7
+#define TR_ABI 8
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
 #define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
 #define TR_BREAKS 4096
 #define TR_EVENT 24     /* doubles of one event record */
 
+/* State y: q (nq), v (nv), states of friction laws (nb; friction ratios), integrals (nquad). */
 typedef struct tr_kernel {
-  int abi, nq, nv, nx, np, nc, nw, nmaps;
+  int abi, nq, nv, nb, nx, np, nc, nw, nmaps;
   int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, nquat, nelements, ndn;
   int nkappa, loop_friction, coupled, sets; /* redundant variant; friction on a loop; inactive rows matter to the
                                              choice of reactions; some law is set-valued at rest */
@@ -27,7 +28,7 @@ typedef struct tr_kernel {
   const int *vkind;       /* nv: 0 angle, 1 length */
   const int *quat;        /* nquat: offsets in q of quaternions */
   const int *element;     /* 7 per element: n0, needs, eta0, neta, rate0, nrates, dn0 */
-  const int *slider;      /* 10 per slider: element, eta0, neta, rate0, nrates, kind (0 smooth, 1 kinks, 2 set-valued), contact0,
+  const int *slider;      /* 10 per slider: element, eta0, neta, rate0, nrates, kind (0 smooth, 1 kinks, 2 set-valued, 3 kink at rest), contact0,
                              ncontacts, v0 (index among the rates of the state, -1: none), cone (turns without sliding: ball) */
   void (*prepare)(const double *p, double *c);
   void (*stage1)(const double *x, const double *y, const double *c, double *w, double *maps, double *dy);

@@ -26,6 +26,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "s/m": ("a time per length", "0.2 s/m"),
     "s/rad": ("a time per angle", "0.2 s/rad"),
     "1/s": ("a rate", "2 1/s"),
+    "1/m": ("a number per length", "1e5 1/m"),
     "m^2": ("an area", "4 mm^2"),
     "m^3": ("a volume", "2 cm^3"),
     "W": ("a power", "10 W"),

@@ -52,13 +52,19 @@ class Friction:
     half_height: Length | None = None
     """b: half size of a prismatic guide along e3."""
     viscosity: Annotated[float, Per("s/m")] | None = None
-    """Friction coefficient per sliding speed (law ``viscous``)."""
+    """Friction coefficient per sliding speed (law ``viscous``; a part of the laws ``stribeck`` and ``lugre``)."""
     thrust_radius: Length | None = None
     """Arm at which an axial thrust on a revolute journal rubs (the paper's end face has none)."""
     law: Law | None = None
     """Friction law, where it differs from the scene's."""
     v_eps: Velocity | None = None
     """Sliding speed at which the law ``regularized`` saturates, where it differs from the scene's."""
+    v_stribeck: Velocity | None = None
+    """Sliding speed over which friction falls from ``mu_static`` to ``mu`` (laws ``stribeck`` and ``lugre``)."""
+    bristle_stiffness: Annotated[float, Per("1/m")] | None = None
+    """Friction coefficient per deflection of the bristles (law ``lugre``)."""
+    bristle_damping: Annotated[float, Per("s/m")] | None = None
+    """Friction coefficient per rate of deflection of the bristles (law ``lugre``)."""
     normal_force: NormalForce | None = None
     """How the normal force is found, where it differs from the scene's."""
 

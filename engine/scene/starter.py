@@ -53,7 +53,7 @@ joints:
 # inputs:
 #   motor: {{start: 0, unit: N*m, description: Torque of the motor}}
 
-# friction: {{law: regularized, v_eps: 0.1 mm/s}}    # for all joints; a joint can have its own
+# friction: {{law: regularized, v_eps: 0.1 mm/s}}    # else coulomb; also stribeck, lugre, viscous. A joint can have its own
 
 # outputs: ["pendulum.*", "hinge.*"]                # patterns of the columns wanted; all of them when left out
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel.columns import Column
 from engine.scene.model import Scene
 from engine.sensitivities.march import EventShift, marched
@@ -16,10 +16,15 @@ from engine.sensitivities.record import record
 from engine.sensitivities.signals import Signals
 from engine.sensitivities.start import checked, start_of
 from engine.sensitivities.unit import Unit
+from engine.simulation.redundancy import redundancy
 from engine.simulation.run import Model
 
 NOT_SMOOTH = ("extra", "state", "residual")
 """Keys of columns that count or audit: they have no derivative."""
+
+
+UNIQUE = 1e-6
+"""Agreement of two choices of reactions, relative, that shows a column to be unique."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +84,30 @@ def sensitivity(
     count = max(1, round(until / every))
     samples = [every * k for k in range(count)] + [until]
     run = record(model, samples, rtol)
+    if model.kernel.structure[3]:
+        raise SimulationError("friction depends on reactions that redundant loops leave open: no derivative")
     unit = Unit(model, chosen)
     signals = Signals(model.built.numbers, len(model.system.inputs))
-    derivatives, march = marched(unit, signals, start, run, model.built.numbers)
+    values, derivatives, march = marched(unit, signals, start, run, model.built.numbers)
+    _check_unique(model, chosen, values, run.rows[:, 1:])
     names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
     events, notes = tuple(march.events), tuple(march.notes)
     return Sensitivity(np.array(samples), names, units, tuple(parameters), run.rows[:, 1:], derivatives, events, notes)
+
+
+def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: np.ndarray) -> None:
+    """Reactions that redundant loops leave open are a choice of the runtime's; where that choice shows in a column, it has no
+    derivative."""
+    open_joints = redundancy(model.block).joints
+    problems = []
+    for i, c in enumerate(chosen):
+        if c.key[0] not in ("reaction", "contact") or c.key[1] not in open_joints:
+            continue
+        if np.abs(values[:, i] - rows[:, i]).max() > UNIQUE * np.abs(rows[:, i]).max():
+            hint = "ask for motion, or make the mechanism statically determinate"
+            problems.append(Problem("outputs", f"{c.name} is not unique: the loops are redundant", hint))
+    if problems:
+        raise SceneError(problems)
 
 
 def _check_times(until: float, every: float) -> None:

@@ -162,21 +162,21 @@ class March:
         return min(usable, key=lambda c: c[0])[1:] if usable else None
 
 
-def marched(unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers) -> tuple[np.ndarray, March]:
-    """(derivatives: samples × columns × m, the march)."""
+def marched(unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers) -> tuple[np.ndarray, np.ndarray, March]:
+    """(values as this unit has them: samples × columns; derivatives: samples × columns × m; the march)."""
     march = March(unit, signals, start, numbers.breaks, numbers.rate)
     out = [_columns(march, 0.0, run.y0, run.x0)]
     for leg in run.legs:
         march.step(leg)
         if leg.sample:
             out.append(_columns(march, leg.t1, leg.y1, leg.x1))
-    return np.array(out), march
+    return np.array([v for v, _ in out]), np.array([d for _, d in out]), march
 
 
-def _columns(march: March, t: float, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Derivatives of the chosen columns at a state."""
+def _columns(march: March, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values and derivatives of the chosen columns at a state."""
     u, x = march.unit, x.copy()
     x[1] = t + 1e-12
     f, df, dz = march._evaluate(t, y, march.S, x)
     n = u.ny + u.nquad
-    return u.outputs(x, np.ascontiguousarray(y[:n]), march.z, f, np.zeros(u.n["extra"] + 1), (march.S, dz, df, march.start.p))[1]
+    return u.outputs(x, np.ascontiguousarray(y[:n]), march.z, f, np.zeros(u.n["extra"] + 1), (march.S, dz, df, march.start.p))

@@ -119,18 +119,18 @@ class Unit:
         """(columns, columns × m): values and derivatives. y: states and integrals; seeds: derivatives (rows × m) of y, of the
         multipliers z, of F (with v̇), of p."""
         S, dz, dF, dp = seeds
-        rows, nv, m = self.system.rows, self.system.nv, S.shape[1]
+        rows, m, v = self.system.rows, S.shape[1], slice(self.system.nq, self.system.nq + self.system.nv)
         full = np.zeros(rows + self.ne)
         full[self.active] = z[: self.na]
         full[rows:] = z[self.na :]
         lam = np.zeros((rows + self.ne, m))
         lam[self.active] = dz[: self.na]
         lam[rows:] = dz[self.na :]
-        acc = np.ascontiguousarray(rate[self.ny - nv : self.ny])
+        acc = np.ascontiguousarray(rate[v])
         at = tuple(map(_at, (x, y, self.co, full, acc, extra)))
         value, out = np.zeros(len(self.chosen) + 1), np.zeros((m, len(self.chosen) + 1))
         self.lib.so_point(*at, _at(self.wo), _at(value))
-        seeds_ = np.vstack([S, lam, dF[self.ny - nv : self.ny], dp, np.zeros((1, m))]).T.copy()
+        seeds_ = np.vstack([S, lam, dF[v], dp, np.zeros((1, m))]).T.copy()
         for s, o in zip(seeds_, out, strict=True):
             self.lib.so_along(*at, _at(self.wo), _at(s), _at(o))
         return value[:-1], out[:, :-1].T

@@ -116,7 +116,7 @@ class Block:
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
             raise RuntimeError("kernel and runtime do not fit each other (cache of another version?)")
-        self.ny = kernel.sizes["nq"] + kernel.sizes["nv"]
+        self.ny = sum(kernel.sizes[n] for n in ("nq", "nv", "nb"))
         self._views()
         self._view(3, len(breaks))[:] = breaks
         self._view(4, len(tables))[:] = tables
@@ -167,7 +167,7 @@ class Block:
         """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""
         n = self.numbers
         self.y[:] = 0.0
-        self.y[: self.ny] = np.concatenate([n.q, n.v])
+        self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
         given = [np.ascontiguousarray(a, float) for a in (self._rate_given(), n.v_given)]
         return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
 

@@ -21,7 +21,7 @@ def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Se
     n = model.built.numbers
     block.configure(bl.Settings(rtol=1e-9))
     block.y[:] = 0.0
-    block.y[: block.ny] = np.concatenate([n.q, n.v])
+    block.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
     for j in system.tree:
         states = state_coordinates(j)
         if j.name in q:

@@ -119,9 +119,10 @@ class _Point:
         inputs = [self.along(s, np.zeros(ny)) for s in self._input_seeds()]
         A, C = (np.array([s[i] for s in states]).T.reshape(n, ny) for i, n in ((0, ny), (1, len(row) - 1)))
         B, D = (np.array([s[i] for s in inputs]).T.reshape(n, len(names)) for i, n in ((0, ny), (1, len(row) - 1)))
-        u = self.model.built.numbers.inputs
+        u = np.array(self.model.built.numbers.inputs)
         columns = tuple(c.name for c in self.model.columns)
-        return Linearization(block.time, state_names(self.model), tuple(names), columns, A, B, C, D, x, np.array(u), row[1:], dx.copy())
+        states_ = state_names(self.model)
+        return Linearization(block.time, states_, tuple(names), columns, A, B, C, D, x, u, row[1:], dx.copy())
 
     def _input_seeds(self) -> list[np.ndarray]:
         """What a unit change of each input does to its signal at once: the value; of a motion that follows: its acceleration."""
@@ -136,7 +137,9 @@ class _Point:
 
 
 def state_names(model: Model) -> tuple[str, ...]:
-    """Names of the state: coordinates of the tree joints, then rates."""
+    """Names of the state: coordinates of the tree joints, then rates, then what bristles carry (σ0 z, a friction ratio)."""
     tree = model.system.tree
     q = [f"{j.name}.q[{i + 1}]" for j in tree for i in state_coordinates(j)]
-    return (*q, *(f"{j.name}.qd[{k + 1}]" for j in tree for k in j.free))
+    b = [f"{j.name}.friction.bristle_ratio[{k + 1}]" for j in model.system.frictional for k in range(j.kind.nv)
+         if j.friction and j.friction.bristles]
+    return (*q, *(f"{j.name}.qd[{k + 1}]" for j in tree for k in j.free), *b)

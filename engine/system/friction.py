@@ -8,7 +8,8 @@ from engine.system.structure import FrictionElement, Joint, Slider
 
 NUMBERS = {
     "mu": "1", "mu_static": "1", "radius": "m", "half_length": "m", "half_width": "m", "half_height": "m",
-    "viscosity": "s/m", "thrust_radius": "m", "v_eps": "m/s",
+    "viscosity": "s/m", "thrust_radius": "m", "v_eps": "m/s", "v_stribeck": "m/s",
+    "bristle_stiffness": "1/m", "bristle_damping": "s/m",
 }
 
 
@@ -22,7 +23,7 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
         value = getattr(f, name)
         if name == "v_eps":
             value = (value or scene.friction.v_eps) if law == "regularized" else None
-        if value is None:
+        if value is None or (name.startswith("bristle") and law != "lugre"):
             continue
         pair = value if isinstance(value, tuple) else (value, value) if _doubled(j, name) else None
         if pair is None:

@@ -65,7 +65,8 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
     rate = rate_scale(scene, v, length)
-    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (length * rate) ** 2
+    speed = length * rate
+    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # a power would raise where it overflows
     return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
 
 

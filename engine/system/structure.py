@@ -73,6 +73,11 @@ class FrictionElement:
         """Whether the element has a number of that name."""
         return any(n == name for n, _ in self.numbers)
 
+    @property
+    def bristles(self) -> bool:
+        """Whether its law has a state of its own along every freedom (law ``lugre``)."""
+        return self.has("bristle_stiffness")
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -196,6 +201,11 @@ class System:
     def neta(self) -> int:
         """Number of friction multipliers."""
         return sum(j.kind.nv for j in self.frictional)
+
+    @property
+    def bristles(self) -> tuple[int, ...]:
+        """Friction multipliers whose law has a state, in the order of those states, which follow the rates in the state."""
+        return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
     @property
     def sliders(self) -> tuple[Slider, ...]:

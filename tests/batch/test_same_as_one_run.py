@@ -105,8 +105,9 @@ def test_every_number_of_a_case_is_that_of_a_single_run(name: str) -> None:
 def test_a_run_that_jams_is_a_row_with_its_diagnosis_beside_good_ones() -> None:
     p = made("a jam")
     rows = Runner(p).chunk(0, 3).to_pylist()
-    assert [r["outcome"] for r in rows] == ["inconsistent", "inconsistent", "done"]
-    assert rows[0]["outcome.advice"]
+    assert [r["outcome"] for r in rows] == ["jammed", "jammed", "done"]
+    assert rows[0]["outcome.joint"] == "guide"
+    assert "half_length" in rows[0]["outcome.advice"]
 
 
 def test_how_a_batch_is_cut_changes_nothing() -> None:

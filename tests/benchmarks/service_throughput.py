@@ -1,7 +1,8 @@
 """How much of two cores a batch gets through the service: example 8.1, friction and start angle swept, reductions only.
 
 Run it with ``python -m tests.benchmarks.service_throughput [CASES]`` on an idle machine. It starts a server with two workers,
-warms it up, measures what one core steps bare (the same C loop in this process), runs 10,000 cases end to end, then the large batch.
+warms it up, measures what one core steps bare (the same C loop in this process), runs 10,000 cases end to end, then the large
+batch.
 """
 
 from __future__ import annotations

@@ -24,7 +24,8 @@ NUMBERS = {
 }
 RATES = {"journal": 1, "shaft": 2, "ball": 3, "universal": 2, "sleeve": 1}
 PAIRS = {"journal": 1, "shaft": 1, "ball": 1, "universal": 2, "sleeve": 1}
-LAW_NUMBERS = {"regularized": ("mu", "v_eps"), "viscous": ("viscosity",)}
+LAW_NUMBERS = {"regularized": ("mu", "v_eps"), "viscous": ("viscosity",), "coulomb": ("mu",),
+               "stribeck": ("mu", "mu_static", "v_stribeck", "viscosity")}
 ELEMENTS = tuple(NUMBERS)
 
 
@@ -78,7 +79,9 @@ def random_states(element: str, law: str, n: int, seed: int = 0) -> States:
     names = (*NUMBERS[element], *LAW_NUMBERS[law])
     ranges = {
         "mu": (0.05, 0.9),
+        "mu_static": (0.9, 1.2),
         "v_eps": (1e-4, 0.2),
+        "v_stribeck": (1e-3, 0.3),
         "viscosity": (0.01, 3.0),
         "radius": (0.005, 0.08),
         "half_length": (0.05, 0.4),
@@ -102,7 +105,7 @@ def modes(s: States, adams: bool, pin: int) -> np.ndarray:
             mode[4 * i + 1 : 4 * i + 1 + RATES[s.element]] = s.rates
     speeds = functions(s.element, s.law, adams, pin)[0](s.wrench, s.rates, s.numbers, mode).full()
     for i in range(pairs):
-        mode[4 * i] = np.abs(speeds[i]) > speeds[pairs + i]
+        mode[4 * i] = LAWS[s.law].sets or np.abs(speeds[i]) > speeds[pairs + i]
     return mode
 
 

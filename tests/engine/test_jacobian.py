@@ -58,6 +58,16 @@ def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: 
     check(block_at(case_of(which)))
 
 
+@pytest.mark.parametrize("law", ["stribeck", "lugre"])
+@pytest.mark.parametrize("kind", ["spherical", "revolute", "cylindrical", "prismatic", "universal"])
+@pytest.mark.parametrize("adams", [0.0, 1.0])
+def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_state(law: str, kind: str, adams: float) -> None:
+    case = random_tree(3, 2, types=(kind,), friction=1.0, drives=0.0, t=0.3, laws=(law,), adams=adams)
+    block = block_at(case)
+    block.y[block.kernel.sizes["nq"] + block.kernel.sizes["nv"] : block.ny] += 0.05  # the bristles, where there are some
+    check(block)
+
+
 @pytest.mark.xfail(strict=True, reason="the choice among open reactions is not differentiated: rows of qdd are off by 0.5 percent")
 def test_derivatives_with_friction_that_depends_on_open_reactions() -> None:
     check(block_at(redundant_case("regularized")))

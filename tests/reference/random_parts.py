@@ -79,6 +79,10 @@ def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2
     entries = {"mu": some(0.05, 0.15) if sliding else some(0.1, 0.6), "law": law, "v_eps": some(1e-3, 1e-2)}
     if law == "viscous":
         entries["viscosity"] = some(0.01, 0.1) if sliding else some(0.05, 0.5)
+    elif law in ("stribeck", "lugre"):
+        entries |= {"mu_static": entries["mu"] * some(1.0, 1.5), "v_stribeck": some(0.01, 0.1), "viscosity": some(0.01, 0.1)}
+        if law == "lugre":
+            entries |= {"bristle_stiffness": some(200.0, 2000.0), "bristle_damping": some(0.0, 0.5)}
     elif rng.random() < 0.3:
         entries["v_eps"] = some(0.1, 0.5)  # some sliding inside the linear part of (104)
     if kind == "universal" and rng.random() < 0.5:

@@ -21,8 +21,8 @@ from engine.scene.overrides import apply
 from .kinematics import Poses, gaps
 
 MODELS = [
-    "andrews", "bricard", "cart_pole", "crank_slider", "crank_slider_free", "double_pendulum", "governor", "n_four_bar",
-    "simple_pendulum", "spatial_slider_crank", "spherical_pendulum",
+    "andrews", "bricard", "cart_pole", "crank_slider", "crank_slider_free", "double_pendulum",
+    "friction_identification", "governor", "n_four_bar", "simple_pendulum", "spatial_slider_crank", "spherical_pendulum",
 ]  # fmt: skip
 CLOSED = 1e-15
 """m or rad: rounding of start values written with 16 digits, in mechanisms of about 1 m."""

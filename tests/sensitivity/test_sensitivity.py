@@ -152,6 +152,14 @@ def test_all_mistakes_are_told_at_once() -> None:
         engine.sensitivity("spherical_pendulum", ["joints.ball.friction.mu"], ["events.count"])
 
 
+def test_a_reaction_that_is_not_unique_has_no_derivative() -> None:
+    """Bricard's loop is redundant: its motion is unique, its reactions are a choice."""
+    with pytest.raises(SceneError, match="not unique"):
+        engine.sensitivity("bricard", ["bodies.bar1.mass"], ["j2.reaction.force[*"], until=0.05)
+    s = engine.sensitivity("bricard", ["bodies.bar1.mass"], ["bar3.end.position[*"], until=0.05)
+    assert np.isfinite(s.derivatives).all()
+
+
 def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["sensitivity", "spherical_pendulum", "--law", "regularized", "--to", "joints.ball.friction.mu"]
     words += ["--output", "ball.qd[2]", "--until", "0.5"]

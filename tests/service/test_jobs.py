@@ -99,9 +99,9 @@ def test_a_failing_case_is_a_row_with_its_diagnosis(server: InProcess) -> None:
         {"scene": "double_pendulum", "cases": [{path: 0.15}, {path: 0.3}, {path: -1}], "reductions": ["count:any"], "until": 0.1}
     )
     end = server.ended(job)
-    assert (end["state"], end["outcomes"]) == ("done", {"inconsistent": 1, "done": 1, "invalid": 1})
+    assert (end["state"], end["outcomes"]) == ("done", {"jammed": 1, "done": 1, "invalid": 1})
     rows = {r[0]: r for r in server.rows(job)}
-    assert rows[0][5]
+    assert rows[0][4] == "guide"
     assert path in rows[2][5]
 
 

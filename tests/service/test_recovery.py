@@ -48,33 +48,32 @@ def children(s: Served) -> list[psutil.Process]:
     return [p for p in found if "spawn_main" in " ".join(p.cmdline())]
 
 
-@pytest.mark.parametrize(("cases", "kills"), [(CASES, 2), pytest.param(1000, 5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("cases", "kills", "until"), [(CASES, 1, 40.0), pytest.param(1000, 5, 150.0, marks=pytest.mark.slow)])
 def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_random(
-    tmp_path: Path, cases: int, kills: int
+    tmp_path: Path, cases: int, kills: int, until: float
 ) -> None:
     chance = random.Random(8)
-    asked = LONG | {"over": {MU: f"0.1:0.6:{cases}"}}
-    s = Served(tmp_path / "data", "--workers", "2", *QUICK).start()
-    job = s.submit(asked)
-    for _ in range(kills):
-        before = s.job(job)["done"]
-        eventually(lambda b=before: s.job(job)["done"] > b + 15)
-        workers = children(s)
-        if chance.random() < 0.7:
-            chance.choice(workers).kill()
+    asked = LONG | {"over": {MU: f"0.1:0.6:{cases}"}, "until": until}
+    with Served(tmp_path / "data", "--workers", "2", *QUICK) as s:
+        job = s.submit(asked)
+        for _ in range(kills):
             before = s.job(job)["done"]
-            eventually(lambda b=before: s.job(job)["done"] > b)
-        workers = children(s)
-        assert s.job(job)["state"] == "running"
-        s.kill()
-        eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
-        s.start()
-    end = s.ended(job)
-    assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})
-    assert s.rows(job) == uninterrupted(asked)
-    parts = [tuple(map(int, p.stem.split("-")[1:])) for p in (tmp_path / "data" / "results" / job).glob("*.parquet")]
-    assert sum(stop - start for start, stop in parts) == cases, "a case was computed into two parts"
-    s.stop()
+            eventually(lambda b=before: s.job(job)["done"] > b + 15)
+            workers = children(s)
+            if chance.random() < 0.7:
+                chance.choice(workers).kill()
+                before = s.job(job)["done"]
+                eventually(lambda b=before: s.job(job)["done"] > b)
+            workers = children(s)
+            assert s.job(job)["state"] == "running"
+            s.kill()
+            eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
+            s.start()
+        end = s.ended(job)
+        assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})
+        assert s.rows(job) == uninterrupted(asked)
+        parts = [tuple(map(int, p.stem.split("-")[1:])) for p in (tmp_path / "data" / "results" / job).glob("*.parquet")]
+        assert sum(stop - start for start, stop in parts) == cases, "a case was computed into two parts"
 
 
 @contextmanager

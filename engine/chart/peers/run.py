@@ -39,7 +39,7 @@ def measure_peers(study: Study, ready: dict[Variant, Prepared], tell: Tell) -> N
         try:
             peer = _made(kind, chosen, scene)
         except Unable as e:
-            study.peers.append((kind.name, kind.version(), f"not run: {e}"))
+            study.peers.append((kind.name, kind.version(), f"not run: {' '.join(str(e).split())}"))
             continue
         except Exception as e:  # noqa: BLE001  # whatever a foreign program does is a result here
             study.peers.append((kind.name, kind.version(), f"not run: {_reason(e)}"))

@@ -113,10 +113,11 @@ function list(title, items) {
 }
 
 get("title").textContent = study.title + ": error against time";
-get("caption").textContent = "0–" + study.until + " s · " + study.measure + " · " + Object.values(study.machine).join(", ");
+get("caption").textContent = "0–" + study.until + " s · " + study.measure + " · " + study.machine.processor + ", " + study.machine.system + ", Python " + study.machine.python + ", Trunnion " + study.machine.trunnion;
 const laws = [...new Set(study.curves.map(c => c.law))];
 if (laws.length > 1) get("law").append(new Option("all", ""));
-for (const l of laws) get("law").append(new Option(l || "no friction", l));
+const guests = new Set(study.curves.filter(c => c.program !== "trunnion").map(c => c.law));
+for (const l of laws) get("law").append(new Option((l || "no friction") + (guests.has(l) ? " (with other programs)" : ""), l));
 if (laws.includes(study.exact)) get("law").value = study.exact;
 if (laws.length < 2) get("law").parentElement.hidden = get("kind").parentElement.hidden = true;
 for (const id of ["kind", "time", "law", "fixed"]) get(id).onchange = draw;

@@ -18,6 +18,9 @@ GEOMETRY = {
 }
 """Contact element → sizes it needs."""
 OPTIONAL = {"journal": ("thrust_radius",)}
+EXAMPLES = {"viscosity": "0.2 s/m", "mu_static": "0.4", "v_eps": '"1e-4 m/s"', "v_stribeck": '"1 mm/s"',
+            "bristle_stiffness": '"1e5 1/m"'}
+"""What a missing or wrong number could be; 0.3 for the rest."""
 SIZES = ("radius", "half_length", "half_width", "half_height", "thrust_radius")
 
 
@@ -70,16 +73,21 @@ def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
 def _coefficients(path: Path, f: Friction, law: str) -> Iterator[Finding]:
     if f.law is not None:
         yield from _law((*path, "law"), f.law)
-    needed = NEEDS.get(law, "mu")
-    if getattr(f, needed) is None:
-        example = "0.2 s/m" if needed == "viscosity" else "0.3"
-        laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
-        yield Finding((*path, needed), f'law "{law}" needs {needed}', f"for example {needed}: {example}", about=laws)
-    for key in ("mu", "mu_static", "viscosity"):
+    laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
+    for needed in NEEDS.get(law, ("mu",)):
+        if getattr(f, needed) is None:
+            hint = f"for example {needed}: {EXAMPLES.get(needed, '0.3')}"
+            yield Finding((*path, needed), f'law "{law}" needs {needed}', hint, about=laws)
+    if law == "lugre" and f.mu_static is not None and f.v_stribeck is None:
+        missing = "with mu_static the law \"lugre\" needs v_stribeck"
+        yield Finding((*path, "v_stribeck"), missing, f"for example v_stribeck: {EXAMPLES['v_stribeck']}", about=laws)
+    for key in ("mu", "mu_static", "viscosity", "bristle_damping"):
         value = getattr(f, key)
         if value is not None and value < 0:
             yield Finding((*path, key), f"{key} must not be negative", "friction opposes sliding by itself")
     if f.mu_static is not None and f.mu is not None and 0 <= f.mu_static < f.mu:
         yield Finding((*path, "mu_static"), "static friction below sliding friction", "mu_static is mu or more")
-    if f.v_eps is not None and f.v_eps <= 0:
-        yield Finding((*path, "v_eps"), "v_eps must be positive", 'for example "1e-4 m/s"')
+    for speed in ("v_eps", "v_stribeck", "bristle_stiffness"):
+        value = getattr(f, speed)
+        if value is not None and value <= 0:
+            yield Finding((*path, speed), f"{speed} must be positive", f"for example {EXAMPLES[speed]}")

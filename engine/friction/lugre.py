@@ -1,0 +1,52 @@
+"""The LuGre law: friction is carried by bristles, whose deflection is a state (Canudas de Wit, Olsson, Åström, Lischinsky 1995).
+
+With the deflection z (m), one along each velocity component, and |v| of all components:
+  ż = v − σ0 |v|/g z,   k = σ0 z + σ1 ż + σ2 v,   g = μ + (μ_static − μ) exp(−(v/v_stribeck)²)
+σ0 bristle_stiffness (1/m), σ1 bristle_damping (s/m), σ2 viscosity (s/m): ratios to the normal force, as all laws here. Without
+μ_static g is μ. |σ0 z| ≤ μ_static always. In steady sliding k = g v/|v| + σ2 v.
+
+The state integrated is σ0 z, a friction ratio: its size is that of μ whatever the stiffness, so that the tolerance fits it.
+"""
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from engine.friction.base import SX, TINY, Law
+
+
+class LuGre(Law):
+    """A function of velocity and state, at rest too: below break-away a spring, in time it creeps. The kink of |v| at v = 0 is
+    taken out of the steps of a single rate, whose sign is frozen over a step; of several components it is left to error control.
+    """
+
+    name = "lugre"
+    bristles = True
+
+    @property
+    def slope(self) -> None:
+        """No proportional branch."""
+        return
+
+    def level(self, speed2: SX) -> SX:
+        """g: the ratio of steady sliding without its viscous part."""
+        n = self.numbers
+        if "mu_static" not in n:
+            return n["mu"]
+        return n["mu"] + (n["mu_static"] - n["mu"]) * ca.exp(-speed2 / n["v_stribeck"] ** 2)
+
+    def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
+        """Rates of σ0 z, 1/s."""
+        speed2 = sum((x * x for x in v), SX(0))
+        pull = (v[0] * self.frozen[0] if len(v) == 1 else ca.sqrt(speed2 + TINY)) / self.level(speed2)
+        return [self.numbers["bristle_stiffness"] * (x - pull * s) for x, s in zip(v, state, strict=True)]
+
+    def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
+        """σ0 z + σ1 ż + σ2 v."""
+        n, out = self.numbers, list(state)
+        if "bristle_damping" in n:
+            each = n["bristle_damping"] / n["bristle_stiffness"]
+            out = [k + each * rate for k, rate in zip(out, self.drift(v, state), strict=True)]
+        if "viscosity" in n:
+            out = [k + n["viscosity"] * x for k, x in zip(out, v, strict=True)]
+        return out

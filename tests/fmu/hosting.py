@@ -1,0 +1,136 @@
+"""FMUs for the tests, made once a process, and a small host around fmpy."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi2 import FMU2Slave
+
+import engine
+from engine.scene import scene_from_dict
+from fmu.export import export
+
+FOLDER = Path(tempfile.mkdtemp(prefix="trunnion-fmu-tests-"))
+atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
+ROWS = 200
+
+
+@cache
+def exported(model: str, flavour: str = "native") -> Path:
+    """The FMU of a bundled model, or of ``arm``."""
+    file = FOLDER / f"{model}-{flavour}.fmu"
+    export(arm() if model == "arm" else model, file, flavour=flavour)
+    return file
+
+
+def arm() -> engine.Scene:
+    """Two links: the first follows an input angle, a torque input acts in the second's rubbing joint."""
+    bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
+    rub = {"mu": 0.1, "radius": 0.01, "half_length": 0.02}
+    return scene_from_dict({
+        "name": "arm", "gravity": [0, -9.81, 0], "bodies": {"one": bar, "two": bar},
+        "inputs": {"motor": {"start": 0.5, "unit": "N*m"}, "angle": {"start": 0.2, "unit": "rad", "bandwidth": 50}},
+        "joints": {
+            "hip": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "one.a", "drive": {"input": "angle"}},
+            "knee": {"type": "revolute", "axis": "z", "inboard": "one.b", "outboard": "two.a", "friction": rub,
+                     "effort": {"input": "motor"}},
+        },
+        "simulation": {"until": 1, "every": 0.01},
+    })  # fmt: skip
+
+
+class Host:
+    """An instance in fmpy with names instead of references."""
+
+    def __init__(self, file: Path, start: float = 0.0, stop: float | None = None, begin: bool = True, **settings: float):
+        self.md = read_model_description(file)
+        self.log: list[tuple[int, str]] = []
+        self.unzipped = extract(file)
+        atexit.register(shutil.rmtree, self.unzipped, ignore_errors=True)
+        self.reference = {v.name: v.valueReference for v in self.md.modelVariables}
+        self.fmu = FMU2Slave(guid=self.md.guid, unzipDirectory=self.unzipped, instanceName="i",
+                             modelIdentifier=self.md.coSimulation.modelIdentifier)
+        self.fmu.instantiate(callbacks=self._callbacks())
+        self.fmu.setupExperiment(startTime=start, stopTime=stop)
+        self.fmu.enterInitializationMode()
+        self.set(**settings)
+        if begin:
+            self.fmu.exitInitializationMode()
+
+    def _callbacks(self):
+        import fmpy.fmi2 as f
+
+        c = f.fmi2CallbackFunctions()
+        c.logger = f.fmi2CallbackLoggerTYPE(lambda env, name, status, kind, text: self.log.append((status, text.decode())))
+        c.allocateMemory, c.freeMemory = f.fmi2CallbackAllocateMemoryTYPE(f.calloc), f.fmi2CallbackFreeMemoryTYPE(f.free)
+        return c
+
+    def get(self, *names: str) -> list[float]:
+        """Values of real variables."""
+        return self.fmu.getReal([self.reference[n] for n in names])
+
+    def set(self, **values: float) -> None:
+        """Set real variables; "__" stands for a dot."""
+        for name, value in values.items():
+            self.put(name.replace("__", "."), value)
+
+    def put(self, name: str, value: float) -> None:
+        """Set one real variable."""
+        self.fmu.setReal([self.reference[name]], [value])
+
+    def run(self, start: float, steps: int, h: float, *names: str) -> list[list[float]]:
+        """Steps of h; values after each."""
+        out = []
+        for k in range(steps):
+            self.fmu.doStep(start + k * h, h)
+            out.append(self.get(*names))
+        return out
+
+    def all_outputs(self) -> list[str]:
+        """Names of all outputs."""
+        return [v.name for v in self.md.modelVariables if v.causality == "output"]
+
+
+REFERENCE = """
+import sys, numpy, engine
+r = engine.simulate(sys.argv[1], until=float(sys.argv[2]), every=float(sys.argv[3]))
+numpy.savez(sys.argv[4], data=r.data, names=numpy.array(r.names))
+"""
+
+
+def engine_run(model: str, until: float) -> dict[str, np.ndarray]:
+    """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for (in a process of its own:
+    otherwise fused operations of newer processors round differently)."""
+    file = FOLDER / f"{model}.npz"
+    command = [sys.executable, "-c", REFERENCE, model, repr(until), repr(until / ROWS), str(file)]
+    subprocess.run(command, env=dict(os.environ, TRUNNION_CPU="x86_64"), check=True)
+    with np.load(file) as data:
+        return dict(zip(data["names"], data["data"].T, strict=True))
+
+
+def fmu_run(file: Path, until: float, names: list[str], **more) -> dict[str, np.ndarray]:
+    """Columns of a run in fmpy."""
+    h = until / ROWS
+    got = simulate_fmu(str(file), stop_time=until, step_size=h, output_interval=h, output=names, fmi_type="CoSimulation", **more)
+    return {n: got[n] for n in ["time", *names]}
+
+
+def claim_equal_to_engine(model: str) -> None:
+    """Both flavours give the engine's columns to 1e-9 of each column's size (1 where it is smaller), and each other's bits."""
+    until = min(float(engine.load_scene(model).simulation.until), 2.0)
+    expected = engine_run(model, until)
+    names = [n for n in expected if n != "time"]
+    runs = [fmu_run(exported(model, flavour), until, names) for flavour in ("native", "python")]
+    for name in names:
+        assert np.array_equal(runs[0][name], runs[1][name]), name
+        size = max(1.0, np.abs(expected[name]).max())
+        assert np.abs(runs[0][name] - expected[name]).max() <= 1e-9 * size, name

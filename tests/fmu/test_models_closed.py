@@ -1,0 +1,17 @@
+"""FMUs of the bundled models with loops give what the engine gives."""
+
+from __future__ import annotations
+
+import pytest
+
+from engine.scene import model_names
+
+from .hosting import claim_equal_to_engine
+from .test_models_open import test_both_flavours_are_the_engine as open_models
+
+OPEN = open_models.pytestmark[0].args[1]
+
+
+@pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
+def test_both_flavours_are_the_engine(model: str) -> None:
+    claim_equal_to_engine(model)

@@ -1,0 +1,70 @@
+"""The native library in a host that has no Python, here and on Windows (under wine, where it is installed)."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+from fmpy import read_model_description
+
+from engine.kernel import cache, compiler
+from fmu.export import export
+from fmu.platforms import headers
+
+from .hosting import FOLDER, Host, exported
+
+HOST = Path(__file__).with_name("host.c")
+
+
+def built(target: str, out: Path) -> Path:
+    """The C host for a target."""
+    link = ["-lc", "-ldl"] if "linux" in target else []
+    compiler.run(["-target", target, "-O1", "-w", f"-I{headers()}", str(HOST), "-o", str(out), *link], cache.cache_folder())
+    return out
+
+
+def library(fmu: Path, place: str, folder: Path) -> tuple[Path, str]:
+    """(the FMU's library unpacked, GUID)."""
+    with zipfile.ZipFile(fmu) as z:
+        name = next(n for n in z.namelist() if n.startswith(f"binaries/{place}/"))
+        return Path(z.extract(name, folder)), read_model_description(fmu).guid
+
+
+@pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the linux64 library")
+@pytest.mark.parametrize("model", ["spherical_pendulum", "crank_slider"])
+def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_behind(model: str, tmp_path: Path) -> None:
+    host = built("x86_64-linux-gnu.2.17", tmp_path / "host")
+    file, guid = library(exported(model), "linux64", tmp_path)
+    done = subprocess.run([host, file, guid, "10000"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    grown, _, value = done.stdout.split()
+    assert int(grown) < 100, "kB; the first hundredth of the instances may warm the allocator up"
+    python = Host(exported(model))
+    assert float(value) == python.run(0.0, 10000, 1e-4, python.all_outputs()[0])[-1][0], "the same bits as in fmpy"
+
+
+def wine() -> str | None:
+    """wine64, also where Debian keeps it off the PATH."""
+    found = shutil.which("wine64") or shutil.which("wine")
+    return found or next((str(p) for p in Path("/usr/lib/wine").glob("wine64")), None)
+
+
+def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
+    """Same motion to 1e-9 m: the C libraries' sines differ in the last bit."""
+    if wine() is None:
+        reason = "wine64 is not installed (Debian: apt-get install wine64)"
+        pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
+    host = built("x86_64-windows-gnu", tmp_path / "host.exe")
+    file = FOLDER / "windows.fmu"
+    export("spherical_pendulum", file, platform="win64")
+    dll, guid = library(file, "win64", tmp_path)
+    env = dict(os.environ, WINEPREFIX=str(tmp_path / "wine"), WINEDEBUG="-all", HOME=str(tmp_path))
+    done = subprocess.run([wine(), host, dll, guid, "20"], capture_output=True, text=True, check=False, env=env, timeout=300)
+    assert done.returncode == 0, done.stderr
+    expected = Host(exported("spherical_pendulum")).run(0.0, 10000, 1e-4, "pendulum.position[1]")[-1][0]
+    assert float(done.stdout.split()[-1]) == pytest.approx(expected, abs=1e-9)
