@@ -52,7 +52,8 @@ def test_a_sliding_loop_accelerates_as_the_dense_solve_says(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_joint_that_sticks_is_one_that_is_locked(seed: int) -> None:
-    """A journal wide enough to hold anything (what friction can hold is at most r |F|), one joint at rest: the others accelerate as with a fixed joint there."""
+    """A journal wide enough to hold anything (what friction can hold is at most r |F|), one joint at rest: the others
+    accelerate as with a fixed joint there."""
     from tests.engine.test_coulomb_chains import chain
 
     scene = chain((40, 41, 42, 43, 44, 47)[seed])

@@ -1,4 +1,5 @@
-"""Random chains that rub at every joint, from rest and in motion: they always end, lose energy only to friction, and do not chatter."""
+"""Random chains that rub at every joint, from rest and in motion: they always end, lose energy only to friction, and do not
+chatter."""
 
 from __future__ import annotations
 
