@@ -254,7 +254,7 @@ ROWS = (
         regularised_error, "right", "right", "explicit methods need steps ∝ v_eps"),
     Row(3, "no_reaction", "reaction → 0", lambda b: rotor(1 + 50 * b, 0.2), normal_turn, "stays", "separates",
         "contact normal undefined: 0/0"),
-    Row(4, "spin_about_force", "reaction ∥ spin axis (ball)", lambda b: spinner(math.atan(0.5) * (1 + b)), rubs, 
+    Row(4, "spin_about_force", "reaction ∥ spin axis (ball)", lambda b: spinner(math.atan(0.5) * (1 + b)), rubs,
         "spins free", "rubs",
         "normal from a cross product: 0/0"),
     Row(5, "parallel_cross", "universal cross axes nearly parallel", lambda b: crossed(0.0 if b < 0 else 0.1), accepted, "refused",
