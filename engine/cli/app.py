@@ -127,7 +127,7 @@ def check(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     outputs: Annotated[bool, typer.Option("--outputs", help="List every column the scene can give.")] = False,
-    hold: Annotated[bool, typer.Option("--hold", help="Does it hold at its start pose, at rest? Where, and by what margin?")] = False,
+    hold: Annotated[bool, typer.Option("--hold", help="Does it hold at its start, at rest? By what margin?")] = False,
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
     ] = None,

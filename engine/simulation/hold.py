@@ -154,4 +154,6 @@ def _words(pairs: tuple[PairHold, ...]) -> list[str]:
     several = list(dict.fromkeys(p.joint for p in pairs if not p.unique))
     if not several:
         return []
-    return [f"how {', '.join(several)} share the load is not unique: it is spread so that the largest share is as small as it can be"]
+    return [
+        f"how {', '.join(several)} share the load is not unique: it is spread so that the largest share is as small as it can be"
+    ]

@@ -1,4 +1,5 @@
-"""The stability gallery as a table: what happens here on both sides of each threshold, and, where it can be measured in this script,
+"""The stability gallery as a table: what happens here on both sides of each threshold, and, where it can be measured in
+this script,
 what happens elsewhere: SciPy on the regularised law, MuJoCo when it is installed.
 
 ``python -m tests.benchmarks.stability`` prints the table; with ``--write`` it also writes the scenes and the README of
@@ -19,8 +20,10 @@ from tests.stability.rows import EDGE, ROWS
 
 HEAD = """# Stability gallery
 
-Nineteen places where methods fail, each with a scene to run and a test ([tests/stability](../../tests/stability/test_gallery.py)) that
-looks at it on both sides of its threshold (one part in a million), with the world turned at random, and in other units of length, mass
+Nineteen places where methods fail, each with a scene to run and a test
+([tests/stability](../../tests/stability/test_gallery.py)) that
+looks at it on both sides of its threshold (one part in a million), with the world turned at random, and in other units of
+length, mass
 and time. `trunnion simulate models/stability/01_zero_speed.yaml` runs one; the files are just beyond the threshold. The table is
 written by `python -m tests.benchmarks.stability --write`; what is in the last column in *italics* was measured by it.
 
@@ -66,7 +69,9 @@ def measured() -> dict[int, str]:
     work = [crept(v, "DOP853", 0.5)[1] for v in (1e-4, 1e-5, 1e-6)]
     return {
         1: f"*regularised at 1e-4 m/s (SciPy): 2° creeps to {angle:.3f}° in 10 s*{mujoco_crept()}",
-        2: "*regularised, SciPy DOP853, half a second near rest: {} evaluations at v_eps 1e-4, {} at 1e-5, {} at 1e-6*".format(*work),
+        2: "*regularised, SciPy DOP853, half a second near rest: {} evaluations at v_eps 1e-4, {} at 1e-5, {} at 1e-6*".format(
+            *work
+        ),
     }
 
 

@@ -1,7 +1,8 @@
 """Closed chains of links in the x-z plane, every joint rubbing, and how much torque they hold: plane statics with friction cones,
 without the engine.
 
-Joint i sits at point i, link i runs from point i to i + 1, the ground closes the chain. In the plane a journal with force F holds any
+Joint i sits at point i, link i runs from point i to i + 1, the ground closes the chain. In the plane a journal with force F
+holds any
 torque |M| ≤ R |F|, R = r μ/√(1+μ²)."""
 
 from __future__ import annotations

@@ -21,7 +21,8 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def shares(tilt: float, mu: float = MU, load: float = 0.0) -> np.ndarray:
-    """Friction needed over friction available of the joints, from sums of weights and moments and the journal's contact equations as
+    """Friction needed over friction available of the joints, from sums of weights and moments and the journal's contact
+    equations as
     numerical roots. load: force along x at the tip, N."""
     R, at, joints, centres = np.eye(3), np.zeros(3), [], []
     for k, axis in enumerate(arm_axes()):

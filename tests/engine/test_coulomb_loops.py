@@ -1,4 +1,5 @@
-"""Closed loops held by friction in every joint: released exactly where plane statics with friction cones says; friction not unique."""
+"""Closed loops held by friction in every joint: released exactly where plane statics with friction cones says; friction not
+unique."""
 
 from __future__ import annotations
 

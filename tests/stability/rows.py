@@ -1,4 +1,5 @@
-"""The nineteen places where methods fail (method, section 6): a scene for each, as a function of how far it is beyond its threshold,
+"""The nineteen places where methods fail (method, section 6): a scene for each, as a function of how far it is beyond its
+threshold,
 and what is to be said of it on both sides."""
 
 from __future__ import annotations
@@ -104,7 +105,9 @@ def regularised_error(scene: sm.Scene) -> str:
     return "right" if gap <= max(3.0 * abs(speed), 1e-6) and soft.stats.steps < 2000 else f"off by {gap:.1e} in {soft.stats.steps}"
 
 
-def rotor(push: float, until: float, rate: float = 20.0, thrust: float = 0.0, thrust_radius: float | None = None, torque: float = 0.0):
+def rotor(
+    push: float, until: float, rate: float = 20.0, thrust: float = 0.0, thrust_radius: float | None = None, torque: float = 0.0
+):
     """A wheel that turns about a level journal: weight, a push upward that grows from 0 to ``push`` weights, an axial thrust."""
     mass = 3.0
     wheel = sm.Body(cylinder=sm.Cylinder(0.1, 0.05, "y"), mass=mass)
@@ -118,7 +121,9 @@ def rotor(push: float, until: float, rate: float = 20.0, thrust: float = 0.0, th
         forces["thrust"] = sm.Force("force", "wheel", (0.0, thrust, 0.0))
         forces["torque"] = sm.Torque("torque", "wheel", (0.0, torque, 0.0))
     gravity = (0.0, 0.0, -G) if push else (0.0, 0.0, 0.0)
-    return sm.Scene({"wheel": wheel}, {"axle": joint}, "rotor", gravity=gravity, forces=forces, simulation=sm.Simulation(until=until))
+    return sm.Scene(
+        {"wheel": wheel}, {"axle": joint}, "rotor", gravity=gravity, forces=forces, simulation=sm.Simulation(until=until)
+    )
 
 
 def normal_turn(scene: sm.Scene) -> str:
@@ -244,11 +249,13 @@ TORQUE = 0.2 * 40.0 * 0.015
 ROWS = (
     Row(1, "zero_speed", "zero sliding speed", lambda b: pendulum(CONE * (1 + b)), holding, "holds", "slips",
         "a law through zero creeps; smooth laws never hold"),
-    Row(2, "small_v_eps", "v_eps → 0 (stiffness)", lambda b: pendulum(1.0, law="regularized", v_eps=1e-6 if b < 0 else 1e-9, until=0.3),
+    Row(2, "small_v_eps", "v_eps → 0 (stiffness)", lambda b: pendulum(1.0, law="regularized", v_eps=1e-6 if b < 0 else 1e-9,
+        until=0.3),
         regularised_error, "right", "right", "explicit methods need steps ∝ v_eps"),
     Row(3, "no_reaction", "reaction → 0", lambda b: rotor(1 + 50 * b, 0.2), normal_turn, "stays", "separates",
         "contact normal undefined: 0/0"),
-    Row(4, "spin_about_force", "reaction ∥ spin axis (ball)", lambda b: spinner(math.atan(0.5) * (1 + b)), rubs, "spins free", "rubs",
+    Row(4, "spin_about_force", "reaction ∥ spin axis (ball)", lambda b: spinner(math.atan(0.5) * (1 + b)), rubs,
+        "spins free", "rubs",
         "normal from a cross product: 0/0"),
     Row(5, "parallel_cross", "universal cross axes nearly parallel", lambda b: crossed(0.0 if b < 0 else 0.1), accepted, "refused",
         "right", "a singular Jacobian in the middle of a run"),

@@ -1,0 +1,74 @@
+"""Sliding with dry friction is what one dense solve in absolute coordinates says; a joint that sticks is one that is locked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engine.simulation.evaluate import evaluate
+from engine.simulation.run import Model
+from engine.system.build import build
+from tests.engine.compare import engine_table, take, worst
+from tests.reference import solve
+from tests.reference.random_scenes import Case, random_loop, random_tree
+from tests.reference.values import table
+
+TOLERANCE = 1e-9
+"""Asked for; both sides solve to about 1e-13 times the condition of the mechanism."""
+
+
+def dry(case: Case) -> Case:
+    """The case with dry friction in every joint that rubs."""
+    joints = {}
+    for name, j in case.scene.joints.items():
+        rub = j.friction and replace(j.friction, law="coulomb", mu=j.friction.mu or 0.3, viscosity=None, normal_force="exact")
+        joints[name] = replace(j, friction=rub)
+    return replace(case, scene=replace(case.scene, joints=joints))
+
+
+def compared(case: Case, here: Case) -> None:
+    """Everything both have (free joints have no reaction columns)."""
+    free = {n for n, j in case.scene.joints.items() if j.type == "free"}
+    expected = {k: v for k, v in table(solve(case.state())).items() if k[0] not in free or k[1] == "qdd"}
+    gap, where = worst(expected, engine_table(here), ("angular_acceleration",))
+    assert gap <= TOLERANCE, where
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_sliding_tree_accelerates_as_the_dense_solve_says(seed: int) -> None:
+    case = dry(random_tree(seed, 3, friction=1.0, drives=0.0, t=0.3, laws=("regularized",)))
+    compared(case, case)
+
+
+@pytest.mark.parametrize("seed", [93, 109, 12])
+def test_a_sliding_loop_accelerates_as_the_dense_solve_says(seed: int) -> None:
+    case = dry(random_loop(seed, loops=1, t=0.3, laws=("regularized",)))
+    tree = [j.name for j in build(case.scene).system.tree]
+    here = replace(case, q={n: case.q[n] for n in tree}, qd={n: case.qd[n] for n in tree})
+    compared(case, here)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_joint_that_sticks_is_one_that_is_locked(seed: int) -> None:
+    """A journal wide enough to hold anything (what friction can hold is at most r |F|), one joint at rest: the others
+    accelerate as with a fixed joint there."""
+    from tests.engine.test_coulomb_chains import chain
+
+    scene = chain((40, 41, 42, 43, 44, 47)[seed])
+    joints = {n: replace(j, friction=None) for n, j in scene.joints.items()}
+    name = next((n for n, j in scene.joints.items() if j.type == "revolute"), "")
+    if not name:
+        pytest.skip("balls only")
+    stuck = scene.joints[name]
+    assert stuck.start is not None
+    rub = replace(stuck.friction, mu=0.1, mu_static=10.0, radius=5.0)
+    joints[name] = replace(stuck, friction=rub, start=replace(stuck.start, qd=0.0))
+    held = replace(scene, joints=joints)
+    locked = replace(joints[name], friction=None, drive={"constant": {"rate": 0.0, "start": stuck.start.q}}, start=None)
+    fixed = replace(scene, joints={**joints, name: locked})
+    got, expected = (evaluate(Model(s, ("*",)), {}, {}) for s in (held, fixed))
+    for n in joints:
+        a, b = take(got, f"{n}.qdd"), take(expected, f"{n}.qdd")
+        assert a == pytest.approx(b, rel=1e-9, abs=1e-9 * max(1.0, float(np.abs(b).max())))
