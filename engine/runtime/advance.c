@@ -159,8 +159,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     if (!tr_is_set(s, i)) tr_freeze(s, i);
     else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i))) tr_rates_of_state(s, i, tr_mode(s, i) + 1);
   }
-  for (int i = 0; i < k->nsliders && s->hfixed <= 0.0; ++i)
-    if (tr_starts_sliding(s, i)) s->h = fmin(s->h, ONSET_STEP * sqrt(s->rtol) / s->rate);
+  if (k->sets && s->hfixed <= 0.0) s->h = fmin(s->h, tr_onset_step(s, TR_A(s, K) + k->nq));
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
   return TR_OK;
 }
@@ -207,7 +206,7 @@ static int tr_attempt(tr_sim *s, double limit) {
       memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * n);
       if (!tr_project(s, t1, TR_A(s, ynew)) || !tr_rhs(s, t1, TR_A(s, ynew), TR_A(s, K) + end * n)) err = NAN;
       else if (s->chatter <= CHATTER_MAX) theta = tr_find_event(s, &which);
-      if (theta == 3.0) err = NAN;
+      if (theta == 3.0 || (k->sets && s->hfixed <= 0.0 && tr_onset_too_fast(s, TR_A(s, ynew), h))) err = NAN;
     }
     s->watch = 0;
     if (err <= 1.0) {

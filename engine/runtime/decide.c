@@ -25,7 +25,7 @@ static double tr_misfit(tr_sim *s, int i) {
     for (int j = 0; j < sl[4]; ++j) along += acc[j] * m[1 + j] * TR_A(s, arm)[sl[1] + j];
     if (sl[4] == 1) return -along / (unit * TR_A(s, arm)[sl[1]]) - TOL_RESOLVE;
     for (int j = 0; j < sl[4]; ++j) worst = fmax(worst, fabs(acc[j]));
-    return worst <= FAINT * unit || along > 0.0 ? -1.0 : 1.0;
+    return worst <= tr_faint(s, i) || along > 0.0 ? -1.0 : 1.0;
   }
   for (int j = 0; j < sl[2]; ++j)
     if (row[sl[1] + j] == TR_ROW_FREE)

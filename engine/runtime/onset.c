@@ -10,7 +10,8 @@
 #include "modes.h"
 
 #define TR_FROZEN 1e126
-#define FAINT 1e-7     /* of length · rate²: an acceleration this small has no direction; friction keeps the one it had while holding */
+#define FAINT 1e-7     /* of length · rate², and */
+#define FAINT_RATIO 1e-5 /* of what friction itself accelerates: less has no direction; friction keeps the one it had while holding */
 #define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen */
 #define SAME_DIRECTION 1e-9
 #define ONSET_STEP 0.3 /* of √rtol / rate: the direction's own drift over it is below the tolerance */
@@ -35,10 +36,55 @@ static int tr_starts_sliding(const tr_sim *s, int i) {
   return tr_is_set(s, i) && m[0] > 0.5 && fmax(fabs(m[1]), fmax(fabs(m[2]), fabs(m[3]))) > 1e-6 * TR_FROZEN;
 }
 
+/* Surface acceleration of pair i too small to have a direction, at the solution in place. */
+static double tr_faint(const tr_sim *s, int i) {
+  const int *sl = tr_slider(s, i);
+  const double *eta = TR_A(s, z) + s->k->active, *Qe = TR_A(s, Q) + s->k->neta, *arm = TR_A(s, arm);
+  double own = 0.0;
+  for (int e = sl[1]; e < sl[1] + sl[4]; ++e) own = fmax(own, fabs(Qe[e + e * s->k->neta] * eta[e] * arm[e]));
+  return fmax(FAINT * tr_speed_unit(s) * s->rate, FAINT_RATIO * own);
+}
+
+/* Speed up to which the direction of a pair in its first step from rest stays frozen. */
+static double tr_onset_speed(const tr_sim *s) { return fmax(ONSET_SPEED * s->rtol, REST_SPEED) * tr_speed_unit(s); }
+
 /* Whether the direction of pair i, with this surface speed, is to stay frozen. */
 static int tr_keeps_direction(const tr_sim *s, int i, double speed) {
-  double least = tr_starts_sliding(s, i) ? fmax(ONSET_SPEED * s->rtol, REST_SPEED) : REST_SPEED;
-  return speed <= least * tr_speed_unit(s);
+  return speed <= (tr_starts_sliding(s, i) ? tr_onset_speed(s) : REST_SPEED * tr_speed_unit(s));
+}
+
+/* Longest step of the pairs that start to slide: as long as their speed stays below that, however long it takes. dv: acceleration of the
+ * rates. */
+static double tr_onset_step(const tr_sim *s, const double *dv) {
+  double least = INFINITY;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    if (!tr_starts_sliding(s, i)) continue;
+    double size = 0.0;
+    for (int j = 0; j < sl[4] && sl[8] >= 0; ++j) {
+      double a = dv[sl[8] + j] * TR_A(s, arm)[sl[1] + j];
+      size += a * a;
+    }
+    double slow = size > 0.0 ? 0.5 * tr_onset_speed(s) / sqrt(size) : 0.0;
+    least = fmin(least, fmax(ONSET_STEP * sqrt(s->rtol) / s->rate, slow));
+  }
+  return least;
+}
+
+/* Whether a pair that starts to slide has become much too fast in a step to y that was longer than it had to be. */
+static int tr_onset_too_fast(const tr_sim *s, const double *y, double h) {
+  if (h <= 1.001 * ONSET_STEP * sqrt(s->rtol) / s->rate) return 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const int *sl = tr_slider(s, i);
+    double size = 0.0;
+    if (!tr_starts_sliding(s, i)) continue;
+    for (int j = 0; j < sl[4] && sl[8] >= 0; ++j) {
+      double v = y[s->k->nq + sl[8] + j] * TR_A(s, arm)[sl[1] + j];
+      size += v * v;
+    }
+    if (sqrt(size) > 4.0 * tr_onset_speed(s)) return 1;
+  }
+  return 0;
 }
 
 /* Direction of acceleration (unit, n) when pair i starts to slide along d; 0 when the multipliers cannot be found. */
@@ -55,7 +101,7 @@ static int tr_accelerates(tr_sim *s, int i, const double *d, double *dir) {
   }
   tr_pair_acceleration(s, i, dir);
   double size = tr_unit(sl[4], dir);
-  if (size <= FAINT * tr_speed_unit(s) * s->rate) memcpy(dir, d, sizeof(double) * sl[4]);
+  if (size <= tr_faint(s, i)) memcpy(dir, d, sizeof(double) * sl[4]);
   return size < INFINITY;
 }
 

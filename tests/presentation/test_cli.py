@@ -131,9 +131,12 @@ def test_an_interrupt_ends_the_run_as_stopped_with_what_there_is(tmp_path: Path)
     main(["check", "double_pendulum"])  # the kernel is ready then
     command = [sys.executable, "-m", "engine.cli", *words, str(tmp_path / "r.csv")]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(2.5)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
+    try:
+        time.sleep(6.0)  # well into the run: before it, imports take a second, several on a busy machine
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 1, err
     assert json.loads(out)["outcome"]["name"] == "stopped"
     assert len(load_result_table(tmp_path / "r.csv").time) > 1
