@@ -26,7 +26,7 @@ from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench
 from engine.friction import Law
 
 TINY = 1e-300
-FLOOR = 1e-12
+FLOOR = 1e-24
 """Inside the friction cone (sliding speed zero) the sliding form has no real s²; its continuation is floored at this times |ω|²,
 so that a trial step past the end of sliding stays finite until the event is found."""
 
