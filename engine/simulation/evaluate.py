@@ -14,7 +14,7 @@ from engine.system.structure import state_coordinates
 
 def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequence[float]], t: float = 0.0) -> dict[str, float]:
     """Columns by name at time t, s. q, qd: coordinates and rates of the tree joints by name (all of a joint's, driven ones are
-    ignored; missing joints: as the scene starts). The state must close the loops; it is used as it is.
+    ignored; missing joints: as the scene starts; those of cut joints follow). The state must close the loops; it is used as it is.
     ValueError for joints or numbers that are not there, SimulationError when the state has no solution."""
     block, system = model.block, model.system
     _known(model, q, qd)
@@ -39,8 +39,11 @@ def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Se
 def _known(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequence[float]]) -> None:
     """ValueError for joints that are not in the tree, and for too many or too few numbers."""
     kinds = {j.name: j.kind for j in model.system.tree}
+    cut = {j.name for j in model.system.cuts}
     for what, given in (("coordinates", q), ("rates", qd)):
         for name, values in given.items():
+            if name in cut:
+                continue  # follows from the tree
             if name not in kinds:
                 raise ValueError(f"{what} of {name!r}: the joints of the tree are {', '.join(kinds)}")
             wanted = kinds[name].nq if what == "coordinates" else kinds[name].nv
