@@ -56,7 +56,7 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
         s, mue = ca.sqrt(s2 + TINY), level
         if drag is not None:
             half, square = along2 * level * drag, 1 + along2 * drag * drag
-            s = (ca.sqrt(half * half + square * s2 + TINY) - half) / square
+            s = s2 / (ca.sqrt(half * half + square * s2 + TINY) + half)  # the positive root, without its cancellation
             mue = level + drag * s
         k_s, mue2_s = mue / s, mue * mue
     k, mue2 = law.choose(k_s, k_p), law.choose(mue2_s, mue2_p)
