@@ -82,6 +82,26 @@ int tr_why(tr_sim *s, int *pair) {
   return tr_blame(s, TR_A(s, y), pair);
 }
 
+/* A ball that cannot slide on (its sliding branch has turned back) while it could turn without sliding does that from here. 1 when one
+ * does. */
+static int tr_lets_spin(tr_sim *s) {
+  double *y = TR_A(s, y);
+  if (!s->k->sets) return 0;
+  s->watch = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_slides_on_cone(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
+    tr_mode(s, i)[0] = TR_CONE;
+    if (tr_rhs(s, s->t, y, TR_A(s, dy)) && TR_A(s, speed)[2 * i + 1] < 0.0) {
+      s->have_k1 = s->have_jac = 0;
+      s->h = s->hfixed;
+      s->stats.events++;
+      return 1;
+    }
+    tr_mode(s, i)[0] = TR_SLIPS;
+  }
+  return 0;
+}
+
 /* Continue through a jam at (t, y): the pair to blame stops at once. 1 when the run can go on. */
 static int tr_through_jam(tr_sim *s) {
   const tr_kernel *k = s->k;

@@ -40,6 +40,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
     double *m = tr_mode(s, which); /* a ball between sliding and spinning: its law is continuous there */
     m[0] = m[0] > 1.5 ? TR_SLIPS : TR_CONE;
     tr_freeze(s, which);
+    if (m[0] < 1.5) tr_tilt_of(s, TR_A(s, z) + k->active, which);
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest);

@@ -12,6 +12,7 @@ import numpy as np
 
 from engine.friction import REGISTRY as LAWS
 from engine.integrators.rk8 import RK8
+from engine.recursion.symbols import MODE
 from engine.sensitivities.record import Leg, Record
 from engine.sensitivities.signals import Signals
 from engine.sensitivities.start import Start
@@ -64,7 +65,7 @@ class March:
         very instant (the end or onset of sliding): there the direction of friction has a limit, but no derivative. Velocities
         across that direction die out as the speed goes to zero (friction turns against them), and so do their derivatives."""
         y, system = np.array(y), self.unit.system
-        offset = len(x) - 4 * len(system.sliders)
+        offset = len(x) - MODE * len(system.sliders)
         for j in system.frictional:
             assert j.friction is not None
             if j.cut or len(j.free) != j.kind.nv or not LAWS[j.friction.law].sets:
@@ -72,9 +73,9 @@ class March:
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
                 places = [system.nq + j.v0 + e - first for e in s.eta]
-                d = x[offset + 4 * s.flag + 1 : offset + 4 * s.flag + 1 + len(places)]
+                d = x[offset + MODE * s.flag + 1 : offset + MODE * s.flag + 1 + len(places)]
                 size = np.linalg.norm(d)
-                if len(places) > 1 and x[offset + 4 * s.flag] > 0.5 and size > 0 and np.linalg.norm(y[places]) < HAIR * self.rate:
+                if len(places) > 1 and x[offset + MODE * s.flag] > 0.5 and size > 0 and np.linalg.norm(y[places]) < HAIR * self.rate:
                     d = d / size
                     y[places] = HAIR * self.rate * d
                     S = S.copy()
@@ -137,15 +138,15 @@ class March:
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
         flow, _ = u.total(f[:n, None], np.zeros((u.np, 1)), 1.0)
-        offset = len(leg.x) - 4 * len(u.system.sliders)
+        offset = len(leg.x) - MODE * len(u.system.sliders)
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []
         for j in u.system.frictional:
             assert j.friction is not None
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
-                flag, *d = leg.x[offset + 4 * s.flag : offset + 4 * s.flag + 4]
-                new = leg.x1[offset + 4 * s.flag : offset + 4 * s.flag + 4]
+                flag, *d = leg.x[offset + MODE * s.flag : offset + MODE * s.flag + 4]
+                new = leg.x1[offset + MODE * s.flag : offset + MODE * s.flag + 4]
                 rows = [rates + at + e - first for e in s.eta]
                 d_ = np.array(d[: len(rows)])
                 size = np.linalg.norm(d_)
