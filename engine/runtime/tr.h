@@ -107,7 +107,7 @@ typedef struct tr_sim {
   /* time */
   double t, h, h_slip, told, step_t0, step_h, row_next;
   long row_index;
-  int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch;
+  int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch, trouble;
   int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
   double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
   double jac_t;

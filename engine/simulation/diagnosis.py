@@ -32,16 +32,28 @@ def diagnose(model: Model, status: int) -> Outcome:
 
 def suspect(model: Model, status: int) -> str:
     """Name of the joint: for unsolvable complement equations the one whose friction would have to grow without bound (largest
-    multiplier ratio when friction is scaled up), for non-finite accelerations the first such freedom's."""
+    multiplier ratio when friction is scaled up); for numbers that are not finite the one that moves fastest where they were still
+    finite, at rest the first with a freedom."""
     system = model.system
     if status == 12 and system.frictional:
         names = [j.name for j in system.frictional]
         return names[0] if len(names) == 1 else _largest(model, names)
     if status == 10:
-        for j in system.tree:
-            if j.free:
-                return j.name
+        return _fastest(model)
     return ""
+
+
+def _fastest(model: Model) -> str:
+    """The tree joint with the largest rate, in the units of the error control."""
+    system, length = model.system, model.built.numbers.length
+    rates = np.abs(model.block.y[system.nq : system.nq + system.nv])
+    best, name = -1.0, ""
+    for j in system.tree:
+        for i, k in enumerate(j.free):
+            rate = rates[j.v0 + i] * (1.0 if any(a.rot for a in j.kind.columns[k]) else 1.0 / length)
+            if rate > best:
+                best, name = rate, j.name
+    return name
 
 
 def _largest(model: Model, names: list[str]) -> str:

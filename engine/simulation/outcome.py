@@ -15,7 +15,8 @@ NAMES = {
     16: "inconsistent",
 }
 ADVICE = {
-    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint",
+    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint; "
+    "with a fixed step, take a smaller step or method rosenbrock",
     "step_underflow": "the motion becomes singular or far stiffer than the tolerance allows here: try method rosenbrock, a looser "
     "rtol, or look at the mechanism's configuration at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
