@@ -1,8 +1,9 @@
 """The C compiler: ``ziglang`` (a pip package), so that nothing need be installed on the machine.
 
-Its caches are pointed into ours (it fails without a home directory otherwise): one that all builds share, for what it makes of the
-system's libraries and which does not grow, and one of each build's own for our code, dropped with it. Libraries for this machine are linked without the
-start files: the first link would otherwise build the compiler's own runtime for seconds. Never fast-math: NaN tests must live.
+Its caches are pointed into ours (it fails without a home directory otherwise): one that all builds share, for what it makes of
+the system's libraries and which does not grow, and one of each build's own for our code, dropped with it. Libraries for this
+machine are linked without the start files: the first link would otherwise build the compiler's own runtime for seconds. Never
+fast-math: NaN tests must live.
 """
 
 from __future__ import annotations

@@ -334,7 +334,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
         if (s->every <= 0.0 && *count > 0 && rows[s->want * (*count - 1)] > s->t) --*count; /* of the event given up */
         continue;
       }
-      if (code != TR_OK) return s->status = code;
+      if (code != TR_OK) return tr_end(s, code);
       if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
     if (s->t >= target - 1e-13 * fmax(1.0, fabs(target))) return s->status = TR_DONE;
@@ -346,6 +346,6 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       return code;
     }
     if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) continue;
-    if (code != TR_OK) return s->status = code;
+    if (code != TR_OK) return tr_end(s, code);
   }
 }
