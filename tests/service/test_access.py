@@ -44,11 +44,12 @@ def test_each_role_may_do_what_it_says(guarded: tuple[InProcess, dict[str, str]]
         role: [
             s.get("/v1/jobs", **with_key(key)).status_code,
             s.post("/v1/jobs", SMALL | {"until": -1}, **with_key(key)).status_code,
+            s.post("/v1/sensitivities", {"parameters": [], "outputs": []}, **with_key(key)).status_code,
             s.get("/v1/keys", **with_key(key)).status_code,
         ]
         for role, key in keys.items()
     }
-    assert statuses == {"read": [200, 403, 403], "submit": [200, 422, 403], "admin": [200, 422, 200]}
+    assert statuses == {"read": [200, 403, 403, 403], "submit": [200, 422, 422, 403], "admin": [200, 422, 422, 200]}
 
 
 def test_a_key_works_from_when_it_is_made_until_it_is_revoked(guarded: tuple[InProcess, dict[str, str]]) -> None:
