@@ -13,7 +13,7 @@ from starlette.responses import HTMLResponse, Response, StreamingResponse
 from engine.basics.problems import Problem, SceneError
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
-from service.api.problems import Refusal, documented
+from service.api.problems import Refusal, documented, with_header
 from service.api.service import Service
 from service.api.waiting import answered
 from service.executor.work import run_trajectory
@@ -30,7 +30,11 @@ REPLAY_BYTES = 400_000_000
     "/{job}/results",
     response_class=StreamingResponse,
     responses={
-        200: {"description": "Rows of the cases that are done, in order of cases.", "content": CONTENT},
+        200: {
+            "description": "Rows of the cases that are done, in order of cases.",
+            "content": CONTENT,
+            **with_header("Trunnion-Complete", "Whether these are the rows of all cases: true or false."),
+        },
         **documented(404, 406),
     },
 )
@@ -141,15 +145,14 @@ def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> N
     """SceneError when the rows would be too many, a pattern matches nothing, or the case is no scene."""
     from engine.kernel.columns import columns, select
     from engine.scene.overrides import apply
+    from engine.simulation.run import pattern_problems
     from engine.system.build import build
 
     plan = plan_of_document(s.store.document(job))
     scene = apply(plan.scene, plan.cases.changes(case))
     until, every, _ = plan.run.of(scene)
     everything = columns(build(scene).system)
-    problems = [
-        Problem("outputs", f"the pattern {p[:200]!r} matches no column") for p in outputs or () if not select(everything, (p,))
-    ]
+    problems = pattern_problems(everything, tuple(p[:200] for p in outputs or ()))
     width = 1 + len(select(everything, tuple(outputs or scene.outputs)))
     size = 8 * width * (math.ceil(until / every) if every > 0.0 else 1)
     if size > REPLAY_BYTES:
