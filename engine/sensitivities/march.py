@@ -13,7 +13,7 @@ import numpy as np
 from engine.friction import REGISTRY as LAWS
 from engine.integrators.rk8 import RK8
 from engine.recursion.symbols import MODE
-from engine.sensitivities.record import Leg, Record
+from engine.sensitivities.record import Leg, Record, Tick
 from engine.sensitivities.signals import Signals
 from engine.sensitivities.start import Start
 from engine.sensitivities.unit import Unit
@@ -163,11 +163,14 @@ class March:
         return min(usable, key=lambda c: c[0])[1:] if usable else None
 
 
-def marched(unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers) -> tuple[np.ndarray, np.ndarray, March]:
+def marched(
+    unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers, tick: Tick
+) -> tuple[np.ndarray, np.ndarray, March]:
     """(values as this unit has them: samples × columns; derivatives: samples × columns × m; the march)."""
     march = March(unit, signals, start, numbers.breaks, numbers.rate)
     out = [_columns(march, 0.0, run.y0, run.x0)]
     for leg in run.legs:
+        tick()
         march.step(leg)
         if leg.sample:
             out.append(_columns(march, leg.t1, leg.y1, leg.x1))
