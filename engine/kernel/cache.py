@@ -1,7 +1,8 @@
 """The kernel cache: compiled libraries by content, safe under concurrent builds, bounded, never half written.
 
 An entry is a folder ``<kind>-<key>``; it is made under a temporary name and renamed when complete, so whoever sees it sees all of
-it. Two processes that build the same entry both succeed; the second one's copy is dropped.
+it. Two processes that build the same entry both succeed; the second one's copy is dropped. The compiler's shared cache (``zig-…``,
+and ``zig`` of older versions) counts and is pruned as an entry; a build that loses it goes on without.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from pathlib import Path
 
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
+COMPILER_SECONDS = 600.0
+"""How long after the last build began its compiler's cache is left alone: longer than builds take."""
 
 
 def cache_folder() -> Path:
@@ -87,13 +90,34 @@ def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
             if path.name.startswith(".") and path.is_dir():
                 if now - path.stat().st_mtime > STALE_SECONDS:
                     shutil.rmtree(path, ignore_errors=True)
-            elif (path / "complete").exists():
-                size = sum(f.stat().st_size for f in path.iterdir() if f.is_file())
-                entries.append((path.stat().st_mtime, size, path))
+            elif (path / "complete").exists() or _is_compilers(path):
+                entries.append((path.stat().st_mtime, _size(path), path))
     total = sum(size for _, size, _ in entries)
     for used, size, path in sorted(entries):
         if total <= max_bytes:
             break
-        if now - used > 60.0:
-            shutil.rmtree(path, ignore_errors=True)
+        if now - used > (COMPILER_SECONDS if _is_compilers(path) else 60.0):
+            _remove(path)
             total -= size
+
+
+def _is_compilers(path: Path) -> bool:
+    """Whether it is the compiler's own cache (not a link to one elsewhere)."""
+    return path.name.partition("-")[0] == "zig" and path.is_dir() and not path.is_symlink()
+
+
+def _size(path: Path) -> int:
+    """Bytes of all files in a folder; files that vanish meanwhile do not count."""
+    total = 0
+    for f in path.rglob("*"):
+        with suppress(OSError):
+            total += f.stat().st_size if f.is_file() else 0
+    return total
+
+
+def _remove(path: Path) -> None:
+    """Out of sight at once, so that nobody finds half of it; then gone."""
+    trash = path.with_name(f".{path.name}-{os.getpid()}-{time.monotonic_ns()}")
+    with suppress(OSError):
+        path.rename(trash)
+        shutil.rmtree(trash, ignore_errors=True)

@@ -1,7 +1,9 @@
 """The C compiler: ``ziglang`` (a pip package), so that nothing need be installed on the machine.
 
-Its caches are pointed into ours (it fails without a home directory otherwise). Libraries for this machine are linked without the
-start files: the first link would otherwise build the compiler's own runtime for seconds. Never fast-math: NaN tests must live.
+Its caches are pointed into ours (it fails without a home directory otherwise): one that all builds share, for what it makes of
+the system's libraries and which does not grow, and one of each build's own for our code, dropped with it. Libraries for this
+machine are linked without the start files: the first link would otherwise build the compiler's own runtime for seconds. Never
+fast-math: NaN tests must live.
 """
 
 from __future__ import annotations
@@ -11,7 +13,9 @@ import os
 import platform
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 log = logging.getLogger("trunnion.kernel")
@@ -63,17 +67,34 @@ def library_suffix() -> str:
     return {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
 
 
+def shared_cache(cache: Path) -> Path:
+    """The compiler's cache that all builds share."""
+    return cache / f"zig-{compiler_version()}"
+
+
 def run(arguments: Sequence[str], cache: Path) -> None:
-    """``zig cc`` with our caches; CompilerError with the compiler's words on failure."""
-    env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(cache / "zig"), ZIG_LOCAL_CACHE_DIR=str(cache / "zig"))
-    command = [sys.executable, "-m", "ziglang", "cc", *arguments]
+    """``zig cc`` with our caches; CompilerError with the compiler's words on failure. Should the shared cache be pruned under the
+    build, it is made again without."""
     log.debug("compile: %s", " ".join(arguments))
-    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+    shared = shared_cache(cache)
+    with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
+        shared.mkdir(exist_ok=True)
+        with suppress(OSError):
+            os.utime(shared)  # pruned when unused for longest
+        done = _zig(arguments, shared, Path(own))
+        if done.returncode:
+            done = _zig(arguments, Path(own), Path(own))
     if done.returncode:
         raise CompilerError(
             "the C compiler failed on generated code; this is a defect of Trunnion, please report it with this text:\n"
             + done.stderr[-2000:]
         )
+
+
+def _zig(arguments: Sequence[str], shared: Path, own: Path) -> subprocess.CompletedProcess[str]:
+    env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(shared), ZIG_LOCAL_CACHE_DIR=str(own))
+    command = [sys.executable, "-m", "ziglang", "cc", *arguments]
+    return subprocess.run(command, env=env, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
 
 
 def machine_flags() -> list[str]:

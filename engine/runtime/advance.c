@@ -52,15 +52,16 @@ static double tr_first_step(tr_sim *s, double span, int order) {
   return fmin(fmin(100.0 * h0, h1), span);
 }
 
-/* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0. */
+/* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0: the
+ * end of the whole step, or where an event cuts it short (as it was up to there). */
 static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->want == 0) return TR_OK;
   int width = s->want;
   if (s->every <= 0.0) {
     if (*count >= capacity) return TR_ROWS_FULL;
-    if (!final) return TR_OK;
     double *y = TR_A(s, yout);
-    memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    if (final) memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    else tr_dense_eval(s, s->p_theta, y);
     if (!tr_output(s, t_end, y, rows + width * *count)) return TR_FAIL_MULTIPLIERS;
     ++*count;
     return TR_OK;
@@ -177,17 +178,25 @@ static void tr_step_aside(tr_sim *s) {
   s->method_now = slow ? TR_RK8 : TR_ROSENBROCK;
 }
 
+/* Why the last trial step towards ynew was refused. */
+static int tr_fault(const tr_sim *s, double err, const double *ynew) {
+  if (err == err) return TR_FAIL_STEP;
+  if (s->trouble != TR_OK) return s->trouble;
+  return s->k->neta && tr_finite(s->ny + s->k->nquad, ynew) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
+}
+
 /* Make one acceptable trial step towards `limit`; the result waits as `pending` (1 whole step, 2 up to an event). */
 static int tr_attempt(tr_sim *s, double limit) {
   const tr_kernel *k = s->k;
   if (s->method_now == TR_MOREAU) return tr_attempt_moreau(s, limit);
   tr_step_aside(s);
-  const int ros = s->method_now == TR_ROSENBROCK, n = tr_width(s), nz = k->active + k->neta;
+  const int ros = s->method_now == TR_ROSENBROCK, n = tr_width(s), nz = k->active + k->neta, live = s->ny + k->nquad;
   const tr_erk *m = tr_erk_of(s->method_now);
   const int order = ros ? TR_ROS_ORDER : m->order, end = ros ? TR_ROS_END : m->stages;
   int code = tr_begin_step(s, limit, order), rejected = 0;
   if (code != TR_OK) return code;
   if (s->capture >= 0 && s->hfixed <= 0.0 && s->t + s->capture_h < limit && tr_step_capture(s)) {
+    s->stats.steps++;
     s->pending = 2;
     return TR_OK;
   }
@@ -198,13 +207,16 @@ static int tr_attempt(tr_sim *s, double limit) {
     else if (h > 0.5 * left && s->hfixed <= 0.0) h = 0.5 * left;
     TR_A(s, x)[1] = s->t + 0.5 * h;
     s->watch = s->locate && k->nsliders > 0;
+    s->trouble = TR_OK;
     double err = ros ? tr_step_rosenbrock(s, h) : tr_step_explicit(s, m, h), theta = 2.0, t1 = last ? limit : s->t + h;
     int which = -1;
     if (s->status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
     if (err <= 1.0) {
       s->step_t0 = s->t, s->step_h = t1 - s->t, s->have_dense = 0;
       memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * n);
-      if (!tr_project(s, t1, TR_A(s, ynew)) || !tr_rhs(s, t1, TR_A(s, ynew), TR_A(s, K) + end * n)) err = NAN;
+      if (!tr_finite(live, TR_A(s, ynew)) || !tr_project(s, t1, TR_A(s, ynew)) || !tr_rhs(s, t1, TR_A(s, ynew), TR_A(s, K) + end * n) ||
+          !tr_finite(live, TR_A(s, K) + end * n))
+        err = NAN;
       else if (s->chatter <= CHATTER_MAX) theta = tr_find_event(s, &which);
       if (theta == 3.0 || (k->sets && s->hfixed <= 0.0 && tr_onset_too_fast(s, TR_A(s, ynew), h))) err = NAN;
     }
@@ -225,7 +237,7 @@ static int tr_attempt(tr_sim *s, double limit) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * nz);
     tr_forget_extremes(s);
     s->h = err == err ? h * tr_factor_of(err, order, 0.9) : 0.2 * h;
-    if (s->hfixed > 0.0 || s->h <= s->hmin + 8e-16 * fabs(s->t)) return err == err ? TR_FAIL_STEP : TR_FAIL_MULTIPLIERS;
+    if (s->hfixed > 0.0 || s->h <= s->hmin + 8e-16 * fabs(s->t)) return tr_fault(s, err, TR_A(s, ynew));
   }
 }
 
@@ -319,9 +331,10 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       code = tr_finish(s, rows, capacity, count);
       if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) {
         s->pending = s->p_noted = 0;
+        if (s->every <= 0.0 && *count > 0 && rows[s->want * (*count - 1)] > s->t) --*count; /* of the event given up */
         continue;
       }
-      if (code != TR_OK) return s->status = code;
+      if (code != TR_OK) return tr_end(s, code);
       if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
     if (s->t >= target - 1e-13 * fmax(1.0, fabs(target))) return s->status = TR_DONE;
@@ -333,6 +346,6 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       return code;
     }
     if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && (tr_lets_spin(s) || tr_through_jam(s))) continue;
-    if (code != TR_OK) return s->status = code;
+    if (code != TR_OK) return tr_end(s, code);
   }
 }

@@ -11,6 +11,9 @@ static void tr_normalize(const tr_sim *s, double *y) {
   }
 }
 
+/* The larger, or what is not a number (fmax would drop it). */
+static inline double tr_most(double a, double b) { return b <= a || a != a ? a : b; }
+
 /* Largest residual of the active rows, scaled: positions by length, rates by length·rate (turns: 1, rate). */
 static void tr_residual(const tr_sim *s, const double *h, double *position, double *velocity) {
   const tr_kernel *k = s->k;
@@ -18,8 +21,8 @@ static void tr_residual(const tr_sim *s, const double *h, double *position, doub
   for (int i = 0; i < k->active; ++i) {
     int r = k->active_rows[i];
     double unit = k->row_kind[r] ? 1.0 : s->length;
-    *position = fmax(*position, fabs(h[r]) / unit);
-    *velocity = fmax(*velocity, fabs(h[k->rows + r]) / (unit * s->rate));
+    *position = tr_most(*position, fabs(h[r]) / unit);
+    *velocity = tr_most(*velocity, fabs(h[k->rows + r]) / (unit * s->rate));
   }
 }
 
@@ -64,7 +67,10 @@ static int tr_project(tr_sim *s, double t, double *y) {
   for (int it = 0; it < 12; ++it) {
     k->closure(x, y, c + k->c_closure, h);
     tr_residual(s, h, &pos, &vel);
-    if (!(pos < INFINITY)) return 0;
+    if (!(pos < INFINITY)) {
+      s->trouble = TR_FAIL_NOT_FINITE;
+      return 0;
+    }
     if (pos <= 4e-15 || (it > 1 && pos > 0.2 * before)) break;
     before = pos;
     k->stage1(x, y, c, TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
@@ -77,7 +83,10 @@ static int tr_project(tr_sim *s, double t, double *y) {
     if (k->nquat) tr_normalize(s, y);
     s->stats.projections++;
   }
-  if (pos > 1e-8) return 0;
+  if (pos > 1e-8) {
+    s->trouble = TR_FAIL_CLOSURE;
+    return 0;
+  }
   for (int it = 0; it < 3 && vel > 4e-15; ++it) {
     double was = vel;
     k->stage1(x, y, c, TR_A(s, w), TR_A(s, maps), TR_A(s, dy));

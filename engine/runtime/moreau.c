@@ -55,7 +55,8 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   for (int i = k->nq; i < s->ny + k->nquad; ++i) ynew[i] = y[i] + h * f[i];
   tr_keep_still(s, ynew);
   tr_drift(s, ynew, ynew + k->nq, 0.5 * h);
-  if (!tr_project(s, s->t + h, ynew)) return TR_FAIL_CLOSURE;
+  if (!tr_finite(s->ny + k->nquad, ynew)) return TR_FAIL_NOT_FINITE;
+  if (!tr_project(s, s->t + h, ynew)) return s->trouble;
   int changed = 0;
   for (int i = 0; i < k->nsliders; ++i) {
     kinds[i] = tr_is_set(s, i) ? tr_change(s, i, modes + TR_MODE * i) : 0;

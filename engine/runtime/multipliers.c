@@ -57,7 +57,10 @@ static void tr_note_rank(tr_sim *s) {
   const tr_kernel *k = s->k;
   if (k->active == 0) return;
   int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, EXACT_PIVOT, EXACT_PIVOT);
-  if (r > s->rank) s->rank = r;
+  if (r > s->rank) {
+    double last = TR_A(s, S)[(r - 1) * (k->active + 1)];
+    s->rank = r, s->least_pivot = last * last;
+  }
 }
 
 static inline const double *map_Q0(const tr_kernel *k, const double *m) { return map_rates(k, m) + k->nrates; }

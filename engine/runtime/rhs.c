@@ -92,7 +92,13 @@ static void tr_watch(tr_sim *s) {
   }
 }
 
-/* 1 when the derivative could be computed, 0 when the multipliers could not. */
+static int tr_finite(int n, const double *a) {
+  double sum = 0.0;
+  for (int i = 0; i < n; ++i) sum += 0.0 * a[i];
+  return sum == 0.0;
+}
+
+/* 1 when the derivative could be computed, 0 when the multipliers could not (why: `trouble`). */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   const tr_kernel *k = s->k;
   const double *x = TR_A(s, x), *c = TR_A(s, c);
@@ -101,7 +107,10 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   tr_set_time(s, t);
   k->stage1(x, y, c, w, maps, dy);
   if (k->active + k->neta == 0) return 1;
-  if (!tr_multipliers(s)) return 0;
+  if (!tr_multipliers(s)) {
+    s->trouble = tr_finite(k->nmaps, maps) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
+    return 0;
+  }
   if (s->watch) tr_watch(s);
   k->stage2(x, y, c, w, TR_A(s, z), dy);
   if (s->still) tr_keep_still(s, dy);

@@ -84,7 +84,7 @@ enum tr_status {
   TR_FAIL_MULTIPLIERS = 12, /* complement equations have no reachable root */
   TR_FAIL_CLOSURE = 13,   /* loops cannot be closed */
   TR_FAIL_MAX_STEPS = 14,
-  TR_FAIL_SINGULAR = 15,
+  TR_FAIL_GIMBAL = 15,    /* the turning axes of a loop lie in one plane, and it cannot turn on */
   TR_FAIL_MODES = 16      /* no set of sticking and slipping pairs satisfies the friction laws */
 };
 
@@ -107,9 +107,9 @@ typedef struct tr_sim {
   /* time */
   double t, h, h_slip, told, step_t0, step_h, row_next;
   long row_index;
-  int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch;
+  int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch, trouble;
   int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
-  double chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
+  double least_pivot, fail_number, chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
   double jac_t;
   int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
   double capture_h, capture_dec, contraction, complement, open_t; /* largest so far; first decision with several answers */

@@ -64,6 +64,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_directional.argtypes, lib.tr_directional.restype = [p, p, p, p, p, p], i
     lib.tr_redundancy.argtypes, lib.tr_redundancy.restype = [p, p], i
     lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
+    lib.tr_fail_row.argtypes, lib.tr_fail_row.restype = [p, p], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
     lib.tr_certificate.argtypes, lib.tr_certificate.restype = [p, p], None
     lib.tr_hold.argtypes, lib.tr_hold.restype = [p, p], i
@@ -228,6 +229,12 @@ class Block:
         """After a failure of friction: (0 unknown, 1 jam, 2 inconsistent; the pair to blame or −1)."""
         pair = ctypes.c_int(-1)
         return self.lib.tr_why(self.at, ctypes.addressof(pair)), pair.value
+
+    def open_row(self) -> tuple[int, float]:
+        """After a failure of the loops: (constraint row it is about or −1, how independent the rows still are: 1 fully, 0 one
+        depends on the others, −1 not the reason)."""
+        number = ctypes.c_double(-1.0)
+        return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 
     def roots(self) -> int:
         """Roots of the complement equations found at the present state."""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from engine.simulation.outcome import Outcome, from_status
 from engine.simulation.pairs import slider_names
+from engine.system.structure import Joint, System
 
 if TYPE_CHECKING:
     from engine.simulation.run import Model
 
+LOOPS = (13, 15)
+"""Statuses in which a loop cannot go on."""
 FRICTION = (12, 16)
 """Statuses in which friction has no answer: no root, no consistent set of modes."""
 WHY = {1: "jammed", 2: "inconsistent"}
@@ -27,21 +31,62 @@ def diagnose(model: Model, status: int) -> Outcome:
             z = block.multipliers()
             numbers = {"part": part, "friction": float(np.abs(z).max()) if z.size else 0.0}
             return Outcome.named(WHY[why], block.time, name, numbers)
+    if status in LOOPS:
+        return _stuck_loop(model, from_status(status, block.time, ""))
     return from_status(status, block.time, suspect(model, status))
+
+
+def _stuck_loop(model: Model, plain: Outcome) -> Outcome:
+    """The loop that cannot go on: its cut joint, or the universal joint it has; all its joints, and who drives."""
+    row, independence = model.block.open_row()
+    cut = next((j for j in model.system.cuts if j.rows <= row < j.rows + j.kind.rows), None)
+    if cut is None:
+        return plain
+    loop = around(model.system, cut)
+    joint = next((j for j in loop if j.kind_name == "universal"), cut) if plain.name == "gimbal" else cut
+    driving = [j.name for j in model.system.joints if j.driven]
+    advice = f"{plain.advice}; the loop is {', '.join(j.name for j in loop)}"
+    advice += f"; driven: {', '.join(driving)}" if driving else ""
+    return replace(plain, joint=joint.name, advice=advice, numbers={"independence": independence} if independence >= 0.0 else {})
+
+
+def around(system: System, cut: Joint) -> list[Joint]:
+    """The joints of the loop a cut joint closes, from its inboard part through the tree to its outboard part, then itself."""
+    ways = []
+    for body in (cut.inb, cut.out):
+        way = []
+        while body >= 0:
+            way.append(system.tree[body])
+            body = system.bodies[body].parent
+        ways.append(way)
+    first, second = ([j for j in a if j not in b] for a, b in (ways, ways[::-1]))
+    return [*first, *second[::-1], cut]
 
 
 def suspect(model: Model, status: int) -> str:
     """Name of the joint: for unsolvable complement equations the one whose friction would have to grow without bound (largest
-    multiplier ratio when friction is scaled up), for non-finite accelerations the first such freedom's."""
+    multiplier ratio when friction is scaled up); for numbers that are not finite the one that moves fastest where they were still
+    finite, at rest the first with a freedom."""
     system = model.system
     if status == 12 and system.frictional:
         names = [j.name for j in system.frictional]
         return names[0] if len(names) == 1 else _largest(model, names)
     if status == 10:
-        for j in system.tree:
-            if j.free:
-                return j.name
+        return _fastest(model)
     return ""
+
+
+def _fastest(model: Model) -> str:
+    """The tree joint with the largest rate, in the units of the error control."""
+    system, length = model.system, model.built.numbers.length
+    rates = np.abs(model.block.y[system.nq : system.nq + system.nv])
+    best, name = -1.0, ""
+    for j in system.tree:
+        for i, k in enumerate(j.free):
+            rate = rates[j.v0 + i] * (1.0 if any(a.rot for a in j.kind.columns[k]) else 1.0 / length)
+            if rate > best:
+                best, name = rate, j.name
+    return name
 
 
 def _largest(model: Model, names: list[str]) -> str:

@@ -11,11 +11,12 @@ NAMES = {
     12: "no_solution",
     13: "open_loop",
     14: "max_steps",
-    15: "singular",
+    15: "gimbal",
     16: "inconsistent",
 }
 ADVICE = {
-    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint",
+    "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint; "
+    "with a fixed step, take a smaller step or method rosenbrock",
     "step_underflow": "the motion becomes singular or far stiffer than the tolerance allows here: try method rosenbrock, a looser "
     "rtol, or look at the mechanism's configuration at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
@@ -24,9 +25,11 @@ ADVICE = {
     "lengthen the guide (half_length), lower mu or radius, bring the load closer, or go on with simulation.jams: impact",
     "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé, or a jam): lower mu or "
     "radius, lengthen the guide, or continue with law regularized",
-    "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on",
+    "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on; check the "
+    "lengths along the loop and how far its drives go (with a fixed step, try a smaller one)",
+    "gimbal": "all free turning axes of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of its reach), "
+    "so that it cannot turn as its drives ask: keep its angles away from there, or add a turning freedom across that plane",
     "max_steps": "the step budget is used up: raise max_steps, or try method rosenbrock",
-    "singular": "the mechanism is singular here: its motion is not determined by its state",
     "stopped": "stopped on request; results up to then are kept",
 }
 

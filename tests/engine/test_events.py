@@ -100,7 +100,6 @@ def test_output_spacing_changes_nothing(every: float) -> None:
     assert other.stats.steps == base.stats.steps
 
 
-@pytest.mark.xfail(strict=True, reason="with every = 0 a step that ends at an event gives no row")
 def test_every_zero_gives_a_row_at_every_event() -> None:
     r = pendulum(every=0.0)
     assert r.stats.events > 0

@@ -169,10 +169,19 @@ def test_tighter_tolerances_take_steps_by_the_order() -> None:
         assert 4 / p * 0.7 <= np.log10(many / few) <= 4 / p * 1.5, method
 
 
-@pytest.mark.xfail(strict=True, reason="a fixed step whose result is not finite is accepted: outcome done, rows of NaN")
 def test_an_unstable_fixed_step_does_not_end_as_done() -> None:
     r = simulate("governor", until=0.05, every=0.01, step=0.01, method="rk5")
     assert not r.outcome.ok or np.isfinite(r.data).all()
+
+
+@pytest.mark.parametrize("method", ["rk5", "rk8"])
+def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) -> None:
+    r = simulate("governor", until=1.0, every=0.01, step=0.01, method=method)
+    assert (r.outcome.name, r.outcome.ok) == ("not_finite", False)
+    assert r.outcome.joint in r.scene.joints
+    assert "step" in r.outcome.advice
+    assert np.isfinite(r.data).all()
+    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to then
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:

@@ -178,7 +178,7 @@ def test_a_step_budget_ends_a_run_and_keeps_its_rows() -> None:
 def test_a_mechanism_at_the_end_of_its_reach_keeps_what_it_did() -> None:
     r = simulate(out_of_reach(), until=1.0, every=0.001)
     assert not r.outcome.ok
-    assert r.outcome.name in ("step_underflow", "open_loop", "singular", "no_solution")
+    assert r.outcome.name == "open_loop"
     assert r.outcome.time == pytest.approx(np.arcsin(0.6) / 10, abs=1e-4)
     assert r.outcome.time - 0.002 < r.time[-1] <= r.outcome.time
     assert np.isfinite(r.data).all()
@@ -186,9 +186,8 @@ def test_a_mechanism_at_the_end_of_its_reach_keeps_what_it_did() -> None:
     assert r["slider.position[1]"] == pytest.approx(x, abs=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="a loop that cannot go on is called no_solution (friction) although nothing rubs")
 def test_and_is_told_that_it_cannot_move_on() -> None:
-    assert simulate(out_of_reach(), until=1.0).outcome.name in ("open_loop", "singular", "step_underflow")
+    assert simulate(out_of_reach(), until=1.0).outcome.name in ("open_loop", "step_underflow")
 
 
 def test_numbers_out_of_range_are_named() -> None:
