@@ -31,8 +31,8 @@ FLOOR = 1e-24
 so that a trial step past the end of sliding stays finite until the event is found.
 
 At the border of the cone friction goes as the root of the distance to it. There the runtime solves for the tilt u = s/|ω|, the sine
-of the angle between ω and the normal, in which everything is smooth (``runtime/tilt.c``): friction at a given tilt (> 0 in the mode)
-does not look at the distance."""
+of the angle between ω and the normal, in which everything is smooth (``runtime/tilt.c``): friction at a given tilt (> 0 in the
+mode) does not look at the distance."""
 
 
 def _dot(a, b) -> SX:

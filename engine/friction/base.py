@@ -27,8 +27,8 @@ STUCK, SLIPS, CONE = 0, 1, 2
 
 class Law(ABC):
     """A law at one sliding pair. numbers: its scene numbers as expressions; mode: (flag, d1, d2, d3, tilt) of the pair, the state
-    flag, the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen, and for a ball
-    the tilt where it is not to follow from the state (``contact.ball``)."""
+    flag, the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen, and for a
+    ball the tilt where it is not to follow from the state (``contact.ball``)."""
 
     name: ClassVar[str]
     kinks: ClassVar[bool] = False

@@ -75,7 +75,8 @@ class March:
                 places = [system.nq + j.v0 + e - first for e in s.eta]
                 d = x[offset + MODE * s.flag + 1 : offset + MODE * s.flag + 1 + len(places)]
                 size = np.linalg.norm(d)
-                if len(places) > 1 and x[offset + MODE * s.flag] > 0.5 and size > 0 and np.linalg.norm(y[places]) < HAIR * self.rate:
+                slides = x[offset + MODE * s.flag] > 0.5 and size > 0
+                if len(places) > 1 and slides and np.linalg.norm(y[places]) < HAIR * self.rate:
                     d = d / size
                     y[places] = HAIR * self.rate * d
                     S = S.copy()
