@@ -75,8 +75,17 @@ static double tr_norm2(const tr_sim *s, const double *e, const double *y, const 
 static double tr_step_explicit(tr_sim *s, const tr_erk *m, double h) {
   int n = tr_width(s), nv = n / 4;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
+  int e = s->k->neta;
+  double start[e + 1], before[e + 1], now[e + 1], *eta = TR_A(s, z) + s->k->active;
+  memcpy(start, eta, sizeof(double) * e), memcpy(now, eta, sizeof(double) * e);
   for (int i = 1; i < m->stages; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+    double c = m->c[i], b = m->c[i - 1], a = i > 1 ? m->c[i - 2] : 0.0;
+    memcpy(before, now, sizeof(double) * e), memcpy(now, eta, sizeof(double) * e);
+    for (int j = 0; i > 1 && j < e; ++j) { /* where the parabola (at first, the line) through the start and the last two leads */
+      double first = (now[j] - start[j]) / b, second = a > 0.0 && a != b ? (first - (before[j] - start[j]) / a) / (b - a) : 0.0;
+      eta[j] = start[j] + c * (first + (c - b) * second);
+    }
     if (!tr_rhs(s, s->t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
