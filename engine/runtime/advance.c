@@ -185,6 +185,10 @@ static int tr_fault(const tr_sim *s, double err, const double *ynew) {
   return s->k->neta && tr_finite(s->ny + s->k->nquad, ynew) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
 }
 
+/* A fixed step in which friction cannot be followed (sliding of several components that ends inside it) is made in parts, not smaller than
+ * this. */
+#define LEAST_PART 1e-4
+
 /* Make one acceptable trial step towards `limit`; the result waits as `pending` (1 whole step, 2 up to an event). */
 static int tr_attempt(tr_sim *s, double limit) {
   const tr_kernel *k = s->k;
@@ -195,13 +199,13 @@ static int tr_attempt(tr_sim *s, double limit) {
   const int order = ros ? TR_ROS_ORDER : m->order, end = ros ? TR_ROS_END : m->stages;
   int code = tr_begin_step(s, limit, order), rejected = 0;
   if (code != TR_OK) return code;
-  if (s->capture >= 0 && s->hfixed <= 0.0 && s->t + s->capture_h < limit && tr_step_capture(s)) {
+  if (s->capture >= 0 && s->t + s->capture_h < limit && tr_step_capture(s)) {
     s->stats.steps++;
     s->pending = 2;
     return TR_OK;
   }
   for (;;) {
-    double h = s->hfixed > 0.0 ? s->hfixed : fmin(s->h, s->hmax), left = limit - s->t;
+    double h = s->hfixed > 0.0 && !k->sets ? s->hfixed : fmin(s->h, s->hfixed > 0.0 ? s->hfixed : s->hmax), left = limit - s->t;
     int last = h >= left * (1.0 - 1e-10);
     if (last) h = left;
     else if (h > 0.5 * left && s->hfixed <= 0.0) h = 0.5 * left;
@@ -225,7 +229,7 @@ static int tr_attempt(tr_sim *s, double limit) {
       s->stats.steps++;
       s->pending = theta <= 1.0 ? 2 : 1;
       s->p_theta = theta, s->p_which = which, s->p_h = h, s->p_t = theta <= 1.0 ? s->step_t0 + theta * s->step_h : t1;
-      s->p_grow = s->hfixed > 0.0 ? 1.0 : tr_grow(s, err, order, rejected ? 1.0 : 6.0);
+      s->p_grow = s->hfixed > 0.0 ? 2.0 : tr_grow(s, err, order, rejected ? 1.0 : 6.0);
       s->p_cut = last;
       if (s->pending == 1) memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * nz);
       if (s->pending == 1 && k->sets) s->capture = tr_ends_sliding(s);
@@ -237,7 +241,8 @@ static int tr_attempt(tr_sim *s, double limit) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * nz);
     tr_forget_extremes(s);
     s->h = err == err ? h * tr_factor_of(err, order, 0.9) : 0.2 * h;
-    if (s->hfixed > 0.0 || s->h <= s->hmin + 8e-16 * fabs(s->t)) return tr_fault(s, err, TR_A(s, ynew));
+    if (s->hfixed > 0.0 && (!k->sets || s->h < LEAST_PART * s->hfixed)) return tr_fault(s, err, TR_A(s, ynew));
+    if (s->h <= s->hmin + 8e-16 * fabs(s->t)) return tr_fault(s, err, TR_A(s, ynew));
   }
 }
 
@@ -270,7 +275,7 @@ static int tr_finish_set(tr_sim *s) {
   tr_shift(s, te, ye);
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
   s->have_k1 = 1, s->have_jac = 0;
-  s->h = s->p_h * fmin(s->p_grow, 1.0);
+  s->h = s->hfixed > 0.0 ? s->hfixed : s->p_h * fmin(s->p_grow, 1.0);
   return TR_OK;
 }
 
