@@ -205,8 +205,9 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -_dot(normal, f)
     held, vector = _at_rest(w, eta, g)
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # the flag says so too, but not with Adams' friction, which has no cone
     values = [
-        ca.if_else(law.stuck, rest, ca.if_else(law.flag > 1.5, turning, sliding))
+        ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)
     ]
     return Contact(values[0], (values[1], values[2], values[3]), (0, 2), inboard=True)

@@ -19,11 +19,11 @@ TOLERANCE = 1e-9
 """Asked for; both sides solve to about 1e-13 times the condition of the mechanism."""
 
 
-def dry(case: Case) -> Case:
+def dry(case: Case, normal_force: str = "exact") -> Case:
     """The case with dry friction in every joint that rubs."""
     joints = {}
     for name, j in case.scene.joints.items():
-        rub = j.friction and replace(j.friction, law="coulomb", mu=j.friction.mu or 0.3, viscosity=None, normal_force="exact")
+        rub = j.friction and replace(j.friction, law="coulomb", mu=j.friction.mu or 0.3, viscosity=None, normal_force=normal_force)
         joints[name] = replace(j, friction=rub)
     return replace(case, scene=replace(case.scene, joints=joints))
 
@@ -36,9 +36,10 @@ def compared(case: Case, here: Case) -> None:
     assert gap <= TOLERANCE, where
 
 
+@pytest.mark.parametrize("normal_force", ["exact", "adams"])
 @pytest.mark.parametrize("seed", range(12))
-def test_a_sliding_tree_accelerates_as_the_dense_solve_says(seed: int) -> None:
-    case = dry(random_tree(seed, 3, friction=1.0, drives=0.0, t=0.3, laws=("regularized",)))
+def test_a_sliding_tree_accelerates_as_the_dense_solve_says(seed: int, normal_force: str) -> None:
+    case = dry(random_tree(seed, 3, friction=1.0, drives=0.0, t=0.3, laws=("regularized",)), normal_force)
     compared(case, case)
 
 
