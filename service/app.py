@@ -13,7 +13,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from engine.basics.version import version
-from service.api import admin, jobs, problems, results, scenes
+from service.api import admin, jobs, problems, results, scenes, sensitivities
 from service.api.problems import ProblemDocument
 from service.api.security import Door, Rates
 from service.api.service import Service, made
@@ -45,7 +45,7 @@ def app_of(service: Service) -> FastAPI:
     app.state.service = service
     app.state.rates = Rates(service.settings.limits.rate)
     problems.install(app)
-    for router in (jobs.router, results.router, scenes.router, admin.router, page.router):
+    for router in (jobs.router, results.router, scenes.router, sensitivities.router, admin.router, page.router):
         app.include_router(router)
     app.add_middleware(Door, most=service.settings.limits.body, open=service.settings.open)
     app.add_middleware(Counting, metrics=service.metrics)

@@ -10,8 +10,9 @@ from pathlib import Path
 @dataclass(frozen=True)
 class Limits:
     """Most a request may ask for. body: bytes of a request; duration: simulated s; rows: output rows a case; output_bytes: of a
-    job's table; job_seconds: stepping s of a job; rate: requests a key (or, without keys, an address) may make, "" for any number;
-    waiting: jobs that may be queued or running."""
+    job's table; job_seconds: stepping s of a job; answer_seconds: of work for what is answered at once (a case run again, a
+    sensitivity); waiting: jobs that may be queued or running; rate: requests a key (or, without keys, an address) may make, "" for
+    any number."""
 
     body: int = 2_000_000
     bodies: int = 128
@@ -20,9 +21,9 @@ class Limits:
     rows: int = 10_000_000
     output_bytes: int = 4_000_000_000
     job_seconds: float = 86_400.0
+    answer_seconds: float = 120.0
     waiting: int = 10_000
     rate: str = ""
-    fmus_at_once: int = 2
 
 
 @dataclass(frozen=True)

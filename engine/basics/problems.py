@@ -38,6 +38,10 @@ class SceneError(ValueError):
         self.problems: tuple[Problem, ...] = tuple(problems)
         super().__init__("\n".join(map(str, self.problems)))
 
+    def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Problem, ...]]]:
+        """Comes whole from another process."""
+        return SceneError, (self.problems,)
+
 
 class SimulationError(RuntimeError):
     """The run could not be started or carried out; the text says why and what to try."""

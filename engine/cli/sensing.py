@@ -70,6 +70,7 @@ def document(s: Sensitivity) -> dict:
     """Everything, for JSON."""
     return {
         "time": s.time.tolist(), "outputs": list(s.names), "units": list(s.units), "parameters": list(s.parameters),
+        "parameter_units": list(s.parameter_units), "derivative_units": s.derivative_units(),
         "values": s.values.tolist(), "derivatives": s.derivatives.tolist(), "notes": list(s.notes),
         "events": [{"time": e.time, "joint": e.joint, "shift": e.shift.tolist()} for e in s.events],
     }  # fmt: skip

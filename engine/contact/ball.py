@@ -28,7 +28,11 @@ from engine.friction import Law
 TINY = 1e-300
 FLOOR = 1e-24
 """Inside the friction cone (sliding speed zero) the sliding form has no real s²; its continuation is floored at this times |ω|²,
-so that a trial step past the end of sliding stays finite until the event is found."""
+so that a trial step past the end of sliding stays finite until the event is found.
+
+At the border of the cone friction goes as the root of the distance to it. There the runtime solves for the tilt u = s/|ω|, the sine
+of the angle between ω and the normal, in which everything is smooth (``runtime/tilt.c``): friction at a given tilt (> 0 in the
+mode) does not look at the distance."""
 
 
 def _dot(a, b) -> SX:
@@ -53,11 +57,12 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
     if level is not None:
         level = level * law.sign(rates, (1.0, 1.0, 1.0))
         s2, drag = ca.fmax(ww - along2 * (1 + level * level), FLOOR * ww), _drag(rates, omega, law, g)
-        s, mue = ca.sqrt(s2 + TINY), level
+        s, given = ca.sqrt(s2 + TINY), law.tilt * ca.sqrt(ww + TINY)
         if drag is not None:
             half, square = along2 * level * drag, 1 + along2 * drag * drag
             s = s2 / (ca.sqrt(half * half + square * s2 + TINY) + half)  # the positive root, without its cancellation
-            mue = level + drag * s
+        s = ca.if_else(law.tilt > 0, given, s)
+        mue = level if drag is None else level + drag * s
         k_s, mue2_s = mue / s, mue * mue
     k, mue2 = law.choose(k_s, k_p), law.choose(mue2_s, mue2_p)
     fn = ca.sqrt(FF / (1 + mue2))
@@ -160,15 +165,17 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. Adams' ball has no
-    cone."""
+    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force (with a viscous part
+    and no tilt given, it has only the sign of that). Adams' ball has no cone."""
     law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
     level = _level(f, rates, law, g)
     if adams or level is None:
         return [SX(1)]
     omega = law.moving(rates, (1.0, 1.0, 1.0))
-    fw = _dot(f, omega)
-    return [1 - fw * fw * (1 + level**2) / ((_dot(f, f) + TINY) * (_dot(omega, omega) + TINY))]
+    fw, ww, drag = _dot(f, omega), _dot(omega, omega), _drag(rates, omega, law, g)
+    if drag is not None:
+        level = ca.if_else(law.tilt > 0, level + drag * law.tilt * ca.sqrt(ww + TINY), level)
+    return [1 - fw * fw * (1 + level**2) / ((_dot(f, f) + TINY) * (ww + TINY))]
 
 
 def _at_rest(w: Wrench, eta: list[SX], g: Mapping[str, SX]) -> tuple[SX, list[SX]]:

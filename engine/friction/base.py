@@ -26,8 +26,9 @@ STUCK, SLIPS, CONE = 0, 1, 2
 
 
 class Law(ABC):
-    """A law at one sliding pair. numbers: its scene numbers as expressions; mode: (flag, d1, d2, d3) of the pair, the state flag
-    and the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen."""
+    """A law at one sliding pair. numbers: its scene numbers as expressions; mode: (flag, d1, d2, d3, tilt) of the pair, the state
+    flag, the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen, and for a
+    ball the tilt where it is not to follow from the state (``contact.ball``)."""
 
     name: ClassVar[str]
     kinks: ClassVar[bool] = False
@@ -40,7 +41,7 @@ class Law(ABC):
     """Whether the law has a state along each velocity component (then ``drift`` and ``carried``)."""
 
     def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any], state: Sequence[SX] = ()):
-        self.numbers, self.flag, self.frozen, self.state = numbers, mode[0], list(mode[1:]), list(state)
+        self.numbers, self.flag, self.frozen, self.tilt, self.state = numbers, mode[0], list(mode[1:4]), mode[4], list(state)
 
     @property
     @abstractmethod

@@ -15,7 +15,7 @@ from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 
-ABI = 8
+ABI = 9
 """Must equal TR_ABI of ``runtime/tr.h`` (the runtime refuses a kernel of another one)."""
 PREAMBLE = '#include <math.h>\n#include "tr.h"\n'
 

@@ -10,8 +10,8 @@ from engine.system.structure import Joint, Signal, System, state_coordinates
 
 TABLE = 4
 """Numbers per table signal in the inputs: value and three derivatives."""
-MODE = 4
-"""Numbers per slider in the mode part of the inputs: state flag and frozen direction (see ``friction.base``)."""
+MODE = 5
+"""Numbers per slider in the mode part of the inputs: state flag, frozen direction, given tilt (see ``friction.base``)."""
 
 
 class Symbols:
@@ -48,7 +48,7 @@ class Symbols:
         return self.x[self.offset_stops + index]
 
     def mode(self, slider: int) -> list[SX]:
-        """(state flag, frozen direction) of a sliding pair."""
+        """(state flag, frozen direction, given tilt) of a sliding pair."""
         k = self.offset_modes + MODE * slider
         return [self.x[k + i] for i in range(MODE)]
 

@@ -347,7 +347,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       s->status = TR_OK;
       return code;
     }
-    if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) continue;
+    if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && (tr_lets_spin(s) || tr_through_jam(s))) continue;
     if (code != TR_OK) return tr_end(s, code);
   }
 }

@@ -10,6 +10,9 @@
 #define TOL_TWIST 1e-9     /* of the capacity: torque about the force that a ball at rest may have to hold */
 #define PRESCRIBED 1e-9    /* response of a freedom through the loops over its own: below it, its motion is prescribed */
 #define DECIDE_MAX 40
+#define SHARE_MAX 30
+#define SHARE_SAME 1e-3 /* of the largest share */
+#define SHARE_WEIGHT 1e-6
 
 /* Surface speed of a pair, m/s, from its rates. */
 static double tr_pair_speed(const tr_sim *s, int i) {
@@ -126,16 +129,16 @@ static void tr_share_with(tr_sim *s, int member, int leader) {
 }
 
 /* Loads x (n) of least largest share of capacity among those that leave no motion: A x = b (A: n×n response, rank r), by
- * reweighting. */
+ * reweighting (Lawson's algorithm: a share's weight in the sum of squares grows with its size). */
 static void tr_least_share(int n, const double *A, const double *cap, const double *b, double *x) {
   double w[n], W[n * n], L[n * n], d[n], v[n];
   int perm[n];
   for (int i = 0; i < n; ++i) w[i] = 1.0;
-  for (int it = 0; it < 300; ++it) { /* x = D Aᵀ (A D Aᵀ)⁺ b with D = w cap²: least Σ x²/(w cap²) */
+  for (int it = 0; it < 300; ++it) { /* x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w: least Σ w x²/cap² */
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
         double sum = 0.0;
-        for (int q = 0; q < n; ++q) sum += A[i + q * n] * w[q] * cap[q] * cap[q] * A[j + q * n];
+        for (int q = 0; q < n; ++q) sum += A[i + q * n] * cap[q] * cap[q] / w[q] * A[j + q * n];
         W[i + j * n] = sum;
       }
     for (int i = 0; i < n; ++i) d[i] = W[i + i * n] > 0.0 ? 1.0 / sqrt(W[i + i * n]) : 1.0;
@@ -145,11 +148,43 @@ static void tr_least_share(int n, const double *A, const double *cap, const doub
     for (int q = 0; q < n; ++q) {
       double sum = 0.0;
       for (int i = 0; i < n; ++i) sum += A[i + q * n] * v[i];
-      x[q] = w[q] * cap[q] * cap[q] * sum;
-      total += w[q] *= fabs(x[q]) / cap[q] + 1e-12;
+      x[q] = cap[q] * cap[q] / w[q] * sum;
+      total += w[q] *= fabs(x[q]) / cap[q];
     }
     if (!(total > 0.0)) return;
-    for (int q = 0; q < n; ++q) w[q] *= n / total;
+    for (int q = 0; q < n; ++q) w[q] = fmax(w[q] * n / total, SHARE_WEIGHT);
+  }
+}
+
+/* Loads x of the multipliers c that leave no motion and ask for the least largest share of capacity. Capacities (cap) follow from the
+ * loads, by iteration; the loads it ends with are where the multipliers' solution then starts (from none at all there may be no way:
+ * without friction the pairs would carry quite other forces). */
+static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, double *cap, double *x) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, at;
+  const double *Qe = TR_A(s, Q) + e;
+  double unit[e + 1], mine[e + 1], b[n], *hold = TR_A(s, hold), *eta = TR_A(s, z) + k->active, moved = INFINITY;
+  memset(mine, 0, sizeof mine);
+  for (int i = 0; i < n; ++i) mine[c[i]] = 1.0, b[i] = TR_A(s, Q)[c[i]];
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < e; ++j) b[i] += (1.0 - mine[j]) * Qe[c[i] + j * e] * eta[j];
+  for (int it = 0; it < SHARE_MAX && moved > SHARE_SAME; ++it) {
+    double size = 0.0;
+    moved = 0.0;
+    tr_law(s, eta);
+    for (int i = 0; i < n; ++i) {
+      memset(unit, 0, sizeof unit);
+      unit[c[i]] = 1.0;
+      int m = tr_owner(s, c[i], &at);
+      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, hold, TR_A(s, dhold));
+      cap[i] = fmax(hold[3 * m] / hold[3 * m + 1], 1e-12);
+    }
+    tr_least_share(n, A, cap, b, x);
+    for (int i = 0; i < n; ++i) {
+      moved = fmax(moved, fabs(x[i] - eta[c[i]]) / cap[i]), size = fmax(size, fabs(x[i]) / cap[i]);
+      eta[c[i]] = x[i];
+    }
+    moved /= size;
   }
 }
 
@@ -158,31 +193,19 @@ static void tr_least_share(int n, const double *A, const double *cap, const doub
 static void tr_group_of(tr_sim *s, int n, const int *c) {
   const tr_kernel *k = s->k;
   int e = k->neta, perm[n];
-  const double *Qe = TR_A(s, Q) + e, *eta = TR_A(s, z) + k->active;
-  double A[n * n], L[n * n], d[n], cap[n], x[n], *u = TR_A(s, share), *arm = TR_A(s, arm), *hold = TR_A(s, hold);
+  const double *Qe = TR_A(s, Q) + e;
+  double A[n * n], L[n * n], d[n], cap[n], x[n], *u = TR_A(s, share), *arm = TR_A(s, arm);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) A[i + j * n] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
     d[i] = 1.0 / sqrt(A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, 1e-9, 1e-9), active = n - rank + 1;
   if (rank == n) return;
-  int leader = perm[0], at;
+  int leader = perm[0];
   if (rank == 1) { /* one freedom: all oppose its motion */
     for (int i = 0; i < n; ++i) x[i] = A[i + leader * n] * arm[c[i]] * arm[c[i]];
   } else {
-    double unit[e + 1], outside[e + 1], b[n];
-    for (int j = 0; j < e; ++j) outside[j] = 1.0;
-    for (int i = 0; i < n; ++i) outside[c[i]] = 0.0;
-    for (int i = 0; i < n; ++i) {
-      memset(unit, 0, sizeof unit);
-      unit[c[i]] = 1.0;
-      int m = tr_owner(s, c[i], &at);
-      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, hold, TR_A(s, dhold));
-      cap[i] = fmax(hold[3 * m] / hold[3 * m + 1], 1e-12);
-      b[i] = TR_A(s, Q)[c[i]];
-      for (int j = 0; j < e; ++j) b[i] += outside[j] * Qe[c[i] + j * e] * eta[j];
-    }
-    tr_least_share(n, A, cap, b, x);
+    tr_share_loads(s, n, c, A, cap, x);
     for (int i = 0; i < n; ++i) perm[i] = i;
     for (int i = 0; i < n; ++i) /* by share, largest first */
       for (int j = i + 1; j < n; ++j)

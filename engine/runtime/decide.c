@@ -1,6 +1,8 @@
 /* Deciding the modes of all pairs at rest together, and bringing them to rest before. */
 #include "modes.h"
 
+#define SHARE_GAIN 1e-10 /* of the capacity */
+
 /* Turn a stuck pair into one that slips the way its friction pulls (or, where its motion is prescribed, the way it accelerates). */
 static void tr_let_slip(tr_sim *s, int i) {
   const int *sl = tr_slider(s, i);
@@ -95,11 +97,26 @@ static int tr_enumerate(tr_sim *s, const int *rest, int n) {
   return found;
 }
 
+/* Whether the pairs at rest still hold together when they share their load anew (as it grows, others come to carry the most of it):
+ * by a margin, so that this is not tried without end. */
+static int tr_hold_anew(tr_sim *s, const int *rest, int n) {
+  for (int q = 0; q < n; ++q) tr_mode(s, rest[q])[0] = TR_STUCK;
+  if (!tr_solve_modes(s) || !tr_solve_modes(s)) return 0; /* shares follow from the loads of the first solution */
+  for (int q = 0; q < n; ++q)
+    if (!(tr_misfit(s, rest[q]) < -SHARE_GAIN)) return 0;
+  return 1;
+}
+
 /* Modes of the pairs at rest at the state whose maps are in place. ``released``: the pair that has just been let go (its mode says
- * how it slips), or −1. 1 when found. */
+ * how it slips), or −1. 1 when found, 2 when all hold on and only share their load anew. */
 static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
   memcpy(old, eta, sizeof(double) * s->k->neta);
+  if (released >= 0 && s->shares) {
+    if (tr_hold_anew(s, rest, n)) return 2;
+    tr_mode(s, released)[0] = TR_SLIPS;
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+  }
   for (int q = 0; q < n; ++q)
     if (rest[q] != released) tr_mode(s, rest[q])[0] = TR_STUCK;
   if (tr_settle_from(s, rest, n)) return 1;

@@ -82,21 +82,44 @@ int tr_why(tr_sim *s, int *pair) {
   return tr_blame(s, TR_A(s, y), pair);
 }
 
-/* Continue through a jam at (t, y): the pair to blame stops at once. 1 when the run can go on. */
+/* A ball that cannot slide on (its sliding branch has turned back) while it could turn without sliding does that from here. 1 when one
+ * does. */
+static int tr_lets_spin(tr_sim *s) {
+  double *y = TR_A(s, y);
+  if (!s->k->sets) return 0;
+  s->watch = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_slides_on_cone(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
+    tr_mode(s, i)[0] = TR_CONE;
+    if (tr_rhs(s, s->t, y, TR_A(s, dy)) && TR_A(s, speed)[2 * i + 1] < 0.0) {
+      s->have_k1 = s->have_jac = 0;
+      s->h = s->hfixed;
+      s->stats.events++;
+      return 1;
+    }
+    tr_mode(s, i)[0] = TR_SLIPS;
+  }
+  return 0;
+}
+
+/* Continue through a jam at (t, y): the pair to blame stops at once. Where what is left of its speed is below the tolerance of velocities,
+ * that is how it comes to rest; else it is an impact, if the user wants those. 1 when the run can go on. */
 static int tr_through_jam(tr_sim *s) {
   const tr_kernel *k = s->k;
   int pair, nc = s->o ? s->o->ncontacts : 0;
   double *y = TR_A(s, y), before[4 * nc + 4], after[4 * nc + 4];
-  if (!k->sets || !s->through) return 0;
+  if (!k->sets) return 0;
   s->watch = 0;
   tr_maps_at(s, y);
   if (tr_blame(s, y, &pair) != TR_WHY_JAM) return 0;
   tr_maps_at(s, y);
+  int slow = tr_pair_speed(s, pair) <= s->rtol * tr_speed_unit(s);
+  if (!slow && !s->through) return 0;
   int contacts = tr_rhs(s, s->t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
   tr_maps_at(s, y);
   if (!tr_impact(s, y, pair) || !tr_rhs(s, s->t, y, TR_A(s, dy))) return 0;
   if (contacts) tr_all_contacts(s, y, after);
-  tr_log(s, s->t, TR_EV_IMPACT, pair, before + 4 * tr_slider(s, pair)[6], after + 4 * tr_slider(s, pair)[6],
+  tr_log(s, s->t, slow ? TR_EV_STOP : TR_EV_IMPACT, pair, before + 4 * tr_slider(s, pair)[6], after + 4 * tr_slider(s, pair)[6],
          contacts ? tr_slider(s, pair)[7] : 0);
   s->stats.events++;
   s->have_k1 = s->have_jac = 0;

@@ -12,7 +12,6 @@
 #define GROW_PIVOT 1e-6
 #define EXACT_PIVOT 1e-9
 #define NEWTON_MAX 30
-#define CONE_MAX 90 /* with a sliding ball near its friction cone: the step is halved there */
 
 /* Offsets of the blocks of `maps`. */
 static inline const double *map_Se(const tr_kernel *k, const double *m) { return m + k->active * k->active; }
@@ -231,35 +230,14 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
   }
 }
 
-/* Pairs that slide but could turn without sliding (balls). */
-static int tr_has_cones(const tr_sim *s) {
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_slider(s, i)[9] && tr_is_set(s, i) && tr_mode(s, i)[0] > 0.5 && tr_mode(s, i)[0] < 1.5) return 1;
-  return 0;
-}
-
-/* Whether the trial friction has brought a sliding ball inside its friction cone, where its law has no sliding branch: near the border
- * the law goes as the root of the distance, and Newton's step leads to twice as far as it should. */
-static int tr_inside_cone(const tr_sim *s) {
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_slider(s, i)[9] && tr_is_set(s, i) && tr_mode(s, i)[0] > 0.5 && tr_mode(s, i)[0] < 1.5 && TR_A(s, speed)[2 * i + 1] <= 0.0)
-      return 1;
-  return 0;
-}
-
 /* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
  * convergence has made the next one negligible (the Jacobian is exact). */
-static int tr_newton_by(tr_sim *s, double *eta, int cones) {
+static int tr_newton(tr_sim *s, double *eta) {
   const tr_kernel *k = s->k;
   int e = k->neta;
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY;
-  for (int it = 1; it <= (cones ? CONE_MAX : NEWTON_MAX); ++it) {
+  for (int it = 1; it <= NEWTON_MAX; ++it) {
     tr_law(s, eta);
-    for (int halves = 0; cones && it > 1 && halves < 60 && tr_inside_cone(s); ++halves) {
-      for (int i = 0; i < e; ++i) r[i] *= 0.5, eta[i] -= r[i];
-      tr_law(s, eta);
-      last = 0.0; /* no quadratic convergence on this way */
-    }
     tr_law_jacobian(s, J);
     const double *law = TR_A(s, law);
     double size = 0.0, step = 0.0;
@@ -289,7 +267,7 @@ static int tr_newton_by(tr_sim *s, double *eta, int cones) {
   return 0;
 }
 
-static int tr_newton(tr_sim *s, double *eta) { return tr_newton_by(s, eta, 0); }
+#include "tilt.c"
 
 /* z = [λ active | η] at the state whose maps are in place; warm-started from the last z. 0 when there is no reachable root. */
 static int tr_multipliers(tr_sim *s) {
@@ -310,12 +288,7 @@ static int tr_multipliers(tr_sim *s) {
   memcpy(warm, eta, sizeof warm);
   if (!tr_newton(s, eta)) {
     memset(eta, 0, sizeof(double) * e);
-    int ok = tr_newton(s, eta);
-    if (!ok && tr_has_cones(s)) {
-      memcpy(eta, warm, sizeof warm);
-      ok = tr_newton_by(s, eta, 1);
-    }
-    if (!ok) {
+    if (!tr_newton(s, eta) && !tr_newton_by_tilt(s, warm)) {
       memset(eta, 0, sizeof(double) * e);
       return 0;
     }

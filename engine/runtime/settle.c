@@ -86,14 +86,15 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
     double *m = tr_mode(s, which); /* a ball between sliding and spinning: its law is continuous there */
     m[0] = m[0] > 1.5 ? TR_SLIPS : TR_CONE;
     tr_freeze(s, which);
+    if (m[0] < 1.5) tr_tilt_of(s, TR_A(s, z) + k->active, which);
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
-  int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest);
+  int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest), decided = 1;
   if (released >= 0) tr_let_slip(s, released);
   if (n) {
     tr_bring_to_rest(s, y, rest, n);
     k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-    if (!tr_decide(s, rest, n, released)) {
+    if (!(decided = tr_decide(s, rest, n, released))) {
       s->event_slider = own ? which : rest[0];
       return TR_FAIL_MODES;
     }
@@ -102,7 +103,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   tr_certify(s);
   if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(double) * 4 * nc);
-  tr_log_changes(s, t, modes, before, after, contacts);
+  if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts); /* else only friction that is not unique is split anew */
   return TR_OK;
 }
 

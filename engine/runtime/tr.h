@@ -8,9 +8,9 @@
 #define TR_H
 #include <stddef.h>
 
-#define TR_ABI 8
+#define TR_ABI 9
 #define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
-#define TR_MODE 4       /* numbers per slider in x: flag and frozen direction */
+#define TR_MODE 5       /* numbers per slider in x: flag, frozen direction, given tilt of a ball */
 #define TR_STAGES 17    /* most stages of a method, dense output included */
 #define TR_BREAKS 4096
 #define TR_EVENT 24     /* doubles of one event record */

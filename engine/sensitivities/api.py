@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,17 +12,15 @@ import numpy as np
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel.columns import Column
 from engine.scene.model import Scene
+from engine.scene.overrides import list_parameters
+from engine.sensitivities.asked import checked_request
 from engine.sensitivities.march import EventShift, marched
-from engine.sensitivities.record import record
+from engine.sensitivities.record import Tick, record
 from engine.sensitivities.signals import Signals
-from engine.sensitivities.start import checked, start_of
+from engine.sensitivities.start import start_of
 from engine.sensitivities.unit import Unit
 from engine.simulation.redundancy import redundancy
 from engine.simulation.run import Model
-
-NOT_SMOOTH = ("extra", "state", "residual")
-"""Keys of columns that count or audit: they have no derivative."""
-
 
 UNIQUE = 1e-6
 """Agreement of two choices of reactions, relative, that shows a column to be unique."""
@@ -31,14 +30,15 @@ UNIQUE = 1e-6
 class Sensitivity:
     """Outputs and their derivatives at the sample times.
 
-    time (n), s; names (c) and units of outputs; parameters (m); values n × c; derivatives n × c × m, in units of the output per
-    unit of the parameter (SI); events: those whose time moves with the parameters, and by how much.
+    time (n), s; names (c) and units of outputs; parameters (m) and their units; values n × c; derivatives n × c × m, in units of
+    the output per unit of the parameter (SI); events: those whose time moves with the parameters, and by how much.
     """
 
     time: np.ndarray
     names: tuple[str, ...]
     units: tuple[str, ...]
     parameters: tuple[str, ...]
+    parameter_units: tuple[str, ...]
     values: np.ndarray
     derivatives: np.ndarray
     events: tuple[EventShift, ...]
@@ -52,6 +52,10 @@ class Sensitivity:
         """d(output)/d(parameter) over time."""
         return self.derivatives[:, self.names.index(name), self.parameters.index(parameter)]
 
+    def derivative_units(self) -> list[list[str]]:
+        """Units of the derivatives: outputs × parameters."""
+        return [[_per(u, p) for p in self.parameter_units] for u in self.units]
+
 
 def sensitivity(
     scene: Scene | str,
@@ -61,38 +65,49 @@ def sensitivity(
     every: float | None = None,
     rtol: float = 1e-9,
     overrides: Mapping[str, Any] | None = None,
+    tick: Tick | None = None,
 ) -> Sensitivity:
     """Differentiate a run by parameters of its scene, exactly along its steps and across its events.
 
     scene: a Scene, a file, or a bundled model's name. parameters: paths as for ``overrides``, one number each (start values too).
     outputs: patterns of columns. until, every: as for ``simulate`` (default 100 samples). rtol: of the run underneath; derivatives
-    are about a hundred times less accurate. Raises SceneError for wrong input, SimulationError when the run does not reach its end.
+    are about a hundred times less accurate. tick: called at least once a step; what it raises ends the work. Raises SceneError for
+    wrong input, SimulationError when the run does not reach its end.
     """
     from engine.scene import load_scene
     from engine.scene.overrides import apply
 
     loaded = load_scene(scene) if isinstance(scene, str) else scene
     loaded = apply(loaded, overrides) if overrides else loaded
-    until = float(loaded.simulation.until if until is None else until)
-    every = float(every or until / 100)
-    _check_times(until, every)
-    checked(loaded, parameters)
+    tick = tick or _nothing
+    chosen, until, every = checked_request(loaded, parameters, outputs, until, every, rtol)
     model = Model(loaded, tuple(outputs))
-    chosen = list(model.columns)
-    _check_columns(model, chosen)
-    start = start_of(model, loaded, parameters)
-    count = max(1, round(until / every))
+    start = start_of(model, loaded, parameters, tick)
+    count = max(1, math.ceil(until / every - 1e-9))
     samples = [every * k for k in range(count)] + [until]
-    run = record(model, samples, rtol)
+    run = record(model, samples, rtol, tick)
     if model.kernel.structure[3]:
         raise SimulationError("friction depends on reactions that redundant loops leave open: no derivative")
     unit = Unit(model, chosen)
     signals = Signals(model.built.numbers, len(model.system.inputs))
-    values, derivatives, march = marched(unit, signals, start, run, model.built.numbers)
+    values, derivatives, march = marched(unit, signals, start, run, model.built.numbers, tick)
     _check_unique(model, chosen, values, run.rows[:, 1:])
     names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
     events, notes = tuple(march.events), tuple(march.notes)
-    return Sensitivity(np.array(samples), names, units, tuple(parameters), run.rows[:, 1:], derivatives, events, notes)
+    known = {p.path: p.unit for p in list_parameters(loaded)}
+    by = tuple(known[p] for p in parameters)
+    return Sensitivity(np.array(samples), names, units, tuple(parameters), by, run.rows[:, 1:], derivatives, events, notes)
+
+
+def _nothing() -> None:
+    """Never ends the work."""
+
+
+def _per(unit: str, by: str) -> str:
+    """Unit of a derivative: N*m per kg/m^3 is N*m/(kg/m^3)."""
+    if unit == by:
+        return "1"
+    return unit if by == "1" else f"{unit}/({by})" if set(by) & set("*/") else f"{unit}/{by}"
 
 
 def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: np.ndarray) -> None:
@@ -106,22 +121,6 @@ def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: 
         if np.abs(values[:, i] - rows[:, i]).max() > UNIQUE * np.abs(rows[:, i]).max():
             hint = "ask for motion, or make the mechanism statically determinate"
             problems.append(Problem("outputs", f"{c.name} is not unique: the loops are redundant", hint))
-    if problems:
-        raise SceneError(problems)
-
-
-def _check_times(until: float, every: float) -> None:
-    if not (until > 0 and 0 < every <= until):
-        raise SceneError([Problem("every", f"{every:g} s is no spacing within {until:g} s", "0 < every <= until")])
-
-
-def _check_columns(model: Model, chosen: list[Column]) -> None:
-    problems = [
-        Problem("outputs", f"{c.name} has no derivative", "it counts or audits; ask for motion, forces or energies")
-        for c in chosen if c.key[0] in NOT_SMOOTH
-    ]
-    if not chosen:
-        problems.append(Problem("outputs", "none is given", "see `trunnion check SCENE --outputs` for the names"))
     if problems:
         raise SceneError(problems)
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from engine.friction import REGISTRY as LAWS
 from engine.integrators.rk8 import RK8
-from engine.sensitivities.record import Leg, Record
+from engine.recursion.symbols import MODE
+from engine.sensitivities.record import Leg, Record, Tick
 from engine.sensitivities.signals import Signals
 from engine.sensitivities.start import Start
 from engine.sensitivities.unit import Unit
@@ -64,7 +65,7 @@ class March:
         very instant (the end or onset of sliding): there the direction of friction has a limit, but no derivative. Velocities
         across that direction die out as the speed goes to zero (friction turns against them), and so do their derivatives."""
         y, system = np.array(y), self.unit.system
-        offset = len(x) - 4 * len(system.sliders)
+        offset = len(x) - MODE * len(system.sliders)
         for j in system.frictional:
             assert j.friction is not None
             if j.cut or len(j.free) != j.kind.nv or not LAWS[j.friction.law].sets:
@@ -72,9 +73,10 @@ class March:
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
                 places = [system.nq + j.v0 + e - first for e in s.eta]
-                d = x[offset + 4 * s.flag + 1 : offset + 4 * s.flag + 1 + len(places)]
+                d = x[offset + MODE * s.flag + 1 : offset + MODE * s.flag + 1 + len(places)]
                 size = np.linalg.norm(d)
-                if len(places) > 1 and x[offset + 4 * s.flag] > 0.5 and size > 0 and np.linalg.norm(y[places]) < HAIR * self.rate:
+                slides = x[offset + MODE * s.flag] > 0.5 and size > 0
+                if len(places) > 1 and slides and np.linalg.norm(y[places]) < HAIR * self.rate:
                     d = d / size
                     y[places] = HAIR * self.rate * d
                     S = S.copy()
@@ -137,15 +139,15 @@ class March:
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
         flow, _ = u.total(f[:n, None], np.zeros((u.np, 1)), 1.0)
-        offset = len(leg.x) - 4 * len(u.system.sliders)
+        offset = len(leg.x) - MODE * len(u.system.sliders)
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []
         for j in u.system.frictional:
             assert j.friction is not None
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
-                flag, *d = leg.x[offset + 4 * s.flag : offset + 4 * s.flag + 4]
-                new = leg.x1[offset + 4 * s.flag : offset + 4 * s.flag + 4]
+                flag, *d = leg.x[offset + MODE * s.flag : offset + MODE * s.flag + 4]
+                new = leg.x1[offset + MODE * s.flag : offset + MODE * s.flag + 4]
                 rows = [rates + at + e - first for e in s.eta]
                 d_ = np.array(d[: len(rows)])
                 size = np.linalg.norm(d_)
@@ -162,11 +164,14 @@ class March:
         return min(usable, key=lambda c: c[0])[1:] if usable else None
 
 
-def marched(unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers) -> tuple[np.ndarray, np.ndarray, March]:
+def marched(
+    unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers, tick: Tick
+) -> tuple[np.ndarray, np.ndarray, March]:
     """(values as this unit has them: samples × columns; derivatives: samples × columns × m; the march)."""
     march = March(unit, signals, start, numbers.breaks, numbers.rate)
     out = [_columns(march, 0.0, run.y0, run.x0)]
     for leg in run.legs:
+        tick()
         march.step(leg)
         if leg.sample:
             out.append(_columns(march, leg.t1, leg.y1, leg.x1))

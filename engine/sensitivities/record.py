@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,8 @@ from engine.simulation import block as bl
 from engine.simulation.outcome import from_status
 from engine.simulation.run import Model
 
+Tick = Callable[[], None]
+"""Called at least once a step; what it raises ends the work."""
 MOST_STEPS = 100_000
 LEAST_STEPS = 100
 """Steps a run has at least: integrals (work of friction) are not part of the error control, and driven mechanisms need no steps."""
@@ -45,7 +47,7 @@ class Record:
     x0: np.ndarray
 
 
-def record(model: Model, samples: Sequence[float], rtol: float) -> Record:
+def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> Record:
     """Run from the assembled start through all sample times with the explicit method of order 8. SimulationError when it fails."""
     settings = bl.Settings(rtol=rtol, method="rk8", max_step=samples[-1] / LEAST_STEPS)
     model.block.configure(settings)
@@ -61,6 +63,7 @@ def record(model: Model, samples: Sequence[float], rtol: float) -> Record:
     modes = 2 + len(model.system.inputs) + 4 * model.system.tables
     for target in samples[1:]:
         while True:
+            tick()
             t = block.time
             status, _ = block.advance(target, 1, buffer)
             block.take_events()

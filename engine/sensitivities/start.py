@@ -15,6 +15,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.scene.model import Scene
 from engine.scene.overrides import apply, list_parameters
 from engine.scene.suggest import closest
+from engine.sensitivities.record import Tick
 from engine.simulation.block import Settings
 from engine.simulation.run import Model
 from engine.system.build import Built, build
@@ -36,6 +37,14 @@ class Start:
 
 def checked(scene: Scene, parameters: Sequence[str]) -> list[float]:
     """Values of the parameters; SceneError that names every path that is no single number of the scene."""
+    if problems := parameter_problems(scene, parameters):
+        raise SceneError(problems)
+    known = {p.path: p.value for p in list_parameters(scene)}
+    return [known[n] for n in parameters]
+
+
+def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
+    """What is wrong with the paths of parameters."""
     known = {p.path: p.value for p in list_parameters(scene)}
     problems = []
     for name in parameters:
@@ -48,15 +57,16 @@ def checked(scene: Scene, parameters: Sequence[str]) -> list[float]:
             problems.append(Problem("parameters", f"{name} belongs to {what}", "choose a number of the mechanism"))
     if not parameters:
         problems.append(Problem("parameters", "none is given", "for example joints.ball.friction.mu"))
-    if problems:
-        raise SceneError(problems)
-    return [known[n] for n in parameters]
+    return problems
 
 
-def start_of(model: Model, scene: Scene, parameters: Sequence[str]) -> Start:
+def start_of(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> Start:
     """Differentiate; the block is left assembled at the scene's own numbers."""
     values = checked(scene, parameters)
-    columns = [_column(model, scene, n, v) for n, v in zip(parameters, values, strict=True)]
+    columns = []
+    for name, value in zip(parameters, values, strict=True):
+        tick()
+        columns.append(_column(model, scene, name, value))
     _numbers(model, model.built)
     return Start(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
 

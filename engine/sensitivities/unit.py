@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.basics.problems import SimulationError
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column, needs_quadratures
 from engine.kernel.library import RUNTIME
@@ -62,7 +63,7 @@ class Unit:
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(f, z) with the residuals zero, from z as a guess. RuntimeError when there is no root nearby."""
+        """(f, z) with the residuals zero, from z as a guess. SimulationError when there is no root nearby."""
         if self.nz == 0:
             return self.point(x, y, z).copy(), z
         a = self.ny + self.nquad
@@ -75,8 +76,8 @@ class Unit:
             if np.abs(step).max() <= 1e-13 * size or np.abs(step).max() < 1e-200:
                 break
         else:
-            if np.abs(step).max() > 1e-9 * size:
-                raise RuntimeError("no multipliers at a state of the run")
+            if not np.abs(step).max() <= 1e-9 * size:
+                raise SimulationError(f"no multipliers at t = {x[1]:.6g} s: no derivative")
         f = self.point(x, y, z).copy()
         self.Rz = self._by_z()
         return f, z
@@ -95,7 +96,10 @@ class Unit:
             return b / A[0, 0]
         columns = np.linalg.norm(A, axis=0)
         columns[columns == 0] = 1.0
-        found = np.linalg.lstsq(A / columns, b, rcond=RANK)[0]
+        try:
+            found = np.linalg.lstsq(A / columns, b, rcond=RANK)[0]
+        except np.linalg.LinAlgError as e:
+            raise SimulationError(f"the multipliers of a state have no derivative: {e}") from e
         return (found.T / columns).T
 
     def total(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:

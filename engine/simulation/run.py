@@ -41,7 +41,8 @@ class Model:
         everything = columns(self.built.system)
         wanted = tuple(outputs if outputs is not None else scene.outputs)
         self.columns: list[Column] = select(everything, wanted)
-        _check_patterns(everything, wanted)
+        if problems := pattern_problems(everything, wanted):
+            raise SceneError(problems)
         self.build_seconds = 0.0
         self._load(redundant=False)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
@@ -71,7 +72,7 @@ class Model:
         return self.built.system
 
 
-def _check_patterns(everything: list[Column], patterns: tuple[str, ...]) -> None:
+def pattern_problems(everything: list[Column], patterns: tuple[str, ...]) -> list[Problem]:
     """A pattern that matches nothing is a mistake."""
     from difflib import get_close_matches
 
@@ -82,8 +83,7 @@ def _check_patterns(everything: list[Column], patterns: tuple[str, ...]) -> None
         near = get_close_matches(p, [c.name for c in everything], 3, 0.4)
         hint = f"did you mean {', '.join(near)}?" if near else "see `trunnion check SCENE --outputs` for the names"
         problems.append(Problem("outputs", f"pattern {p!r} matches no column", hint))
-    if problems:
-        raise SceneError(problems)
+    return problems
 
 
 def simulate(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter, Body, Depends
 from pydantic import Field
 from starlette.responses import PlainTextResponse, Response
 
@@ -18,6 +18,7 @@ from service.store.database import Unreachable
 from service.store.rows import Key
 
 router = APIRouter()
+KEYS: Any = {"robot": {"summary": "For a script that submits", "value": {"name": "nightly sweep", "role": "submit"}}}
 Admin = Annotated[Caller, Depends(need("admin"))]
 
 
@@ -49,7 +50,7 @@ def _item(k: Key) -> dict[str, object]:
 
 
 @router.post("/v1/keys", tags=["keys"], status_code=201, response_model=KeyMade, responses=documented(413))
-def make_key(request: KeyRequest, caller: Admin, s: Here) -> Response:
+def make_key(request: Annotated[KeyRequest, Body(openapi_examples=KEYS)], caller: Admin, s: Here) -> Response:
     """Make a key."""
     key, text = new_key(request.name, request.role)
     s.store.add_key(key)

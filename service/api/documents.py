@@ -34,6 +34,7 @@ EXAMPLE_JOB: dict[str, Any] = {
     "problems": [],
     "links": {
         "self": "/v1/jobs/0123456789abcdef01234567",
+        "request": "/v1/jobs/0123456789abcdef01234567/request",
         "results": "/v1/jobs/0123456789abcdef01234567/results",
         "events": "/v1/jobs/0123456789abcdef01234567/events",
     },
@@ -73,6 +74,21 @@ class JobList(BaseModel):
     next: str | None = Field(description="Cursor of the next page; null on the last.")
 
 
+class Attempt(BaseModel):
+    """An attempt at a chunk."""
+
+    start: int = Field(description="First case of the chunk.")
+    begun: str
+    ended: str | None
+    worker: str
+    result: str = Field(description="done, or what went wrong; empty while it runs.")
+
+
+def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
+    """An attempt as clients see it."""
+    return {**{k: a[k] for k in ("start", "worker", "result")}, "begun": stamp(a["begun"]), "ended": stamp(a["ended"])}
+
+
 def job_document(j: Job) -> dict[str, Any]:
     """A job as clients see it."""
     left = j.cases - j.done - j.lost
@@ -99,7 +115,7 @@ def job_document(j: Job) -> dict[str, Any]:
         "bytes": j.bytes,
         "budget": j.budget,
         "problems": j.problems,
-        "links": {"self": place, "results": f"{place}/results", "events": f"{place}/events"},
+        "links": {"self": place, "request": f"{place}/request", "results": f"{place}/results", "events": f"{place}/events"},
     }
 
 

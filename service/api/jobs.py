@@ -12,8 +12,8 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
-from service.api.documents import JobDocument, JobList, State, job_document
-from service.api.problems import Json, Refusal, documented
+from service.api.documents import Attempt, JobDocument, JobList, State, attempt_document, job_document
+from service.api.problems import Json, Refusal, documented, with_header
 from service.api.security import Caller, need
 from service.api.service import Service, service
 from service.request import JobRequest, digest, document_of, plan_of_request
@@ -56,11 +56,29 @@ EXAMPLES: Any = {
 }
 
 
+PLACE = with_header("Location", "The job.")
+REQUEST: dict[str, Any] = {"$ref": "#/components/schemas/JobRequest"}
+EVENT: dict[str, Any] = {
+    "type": "object",
+    "description": "One event; its data is a JSON text.",
+    "required": ["event", "data"],
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string"},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+}
+
+
 @router.post(
     "",
     status_code=202,
     response_model=JobDocument,
-    responses={200: {"model": JobDocument, "description": "The job this idempotency key made before."}, **documented(409, 413)},
+    responses={
+        200: {"model": JobDocument, "description": "The job this idempotency key made before.", **PLACE},
+        202: PLACE,
+        **documented(409, 413),
+    },
 )
 def submit(
     request: Annotated[JobRequest, Body(openapi_examples=EXAMPLES)],
@@ -140,18 +158,25 @@ def cancel(job: str, caller: Submitter, s: Here) -> Response:
     return Json(job_document(after))
 
 
-@router.get("/{job}/attempts", responses=documented(404))
-def attempts(job: str, caller: Reader, s: Here) -> list[dict[str, Any]]:
-    """Every attempt at a chunk of the job: when, where, what became of it."""
+@router.get("/{job}/request", responses={200: {"content": {"application/json": {"schema": REQUEST}}}, **documented(404)})
+def asked(job: str, caller: Reader, s: Here) -> Response:
+    """What was submitted, as it is kept: the scene itself in place of its name and changes. It can be sent again."""
     found(s, job)
-    return s.store.attempts(job)[-5000:]
+    return Json(s.store.document(job))
+
+
+@router.get("/{job}/attempts", response_model=list[Attempt], responses=documented(404))
+def attempts(job: str, caller: Reader, s: Here) -> Response:
+    """The last 5000 attempts at chunks of the job: when, where, what became of them."""
+    found(s, job)
+    return Json([attempt_document(a) for a in s.store.attempts(job)[-5000:]])
 
 
 @router.get(
     "/{job}/events",
     response_class=EventSourceResponse,
     responses={
-        200: {"description": "Events until the job has ended.", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+        200: {"description": "Events until the job has ended.", "content": {"text/event-stream": {"schema": EVENT}}},
         **documented(404),
     },
 )

@@ -171,8 +171,12 @@ def install(app: FastAPI) -> None:
 
 def _of_validation(e: Any) -> Problem:
     """One of pydantic's errors."""
+    if e["type"] == "json_invalid":
+        return Problem("body", f"it is no JSON: {e['ctx']['error']}, at character {e['loc'][-1]}"[:500])
     place = [str(x) for x in e["loc"]]
     where = ".".join(place[1:] if place and place[0] in ("body", "query", "path", "header") and len(place) > 1 else place)
+    if e["loc"] == ("body",) and isinstance(e.get("input"), bytes | str):
+        return Problem("body", "it was not sent as JSON", "add the header Content-Type: application/json")
     return Problem(where[:300] or "body", str(e["msg"])[:500])
 
 
@@ -180,4 +184,11 @@ def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """Entries of an operation's ``responses`` for these errors, and those any operation may give."""
     every = sorted({*statuses, 400, 401, 403, 422, 429, 503})
     content = {MEDIA: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
-    return {s: {"description": TITLES[s], "content": content} for s in every}
+    again = with_header("Retry-After", "Seconds after which to try again.", "integer")
+    headers = {401: with_header("WWW-Authenticate", "Bearer."), 429: again, 503: again}
+    return {s: {"description": TITLES[s], "content": content, **headers.get(s, {})} for s in every}
+
+
+def with_header(name: str, words: str, kind: str = "string") -> dict[str, Any]:
+    """The part of a documented response that names a header."""
+    return {"headers": {name: {"description": words, "schema": {"type": kind}}}}

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from concurrent.futures import TimeoutError as Late
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Header, Query, Request
+from fastapi.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, Response, StreamingResponse
 
 from engine.basics.problems import Problem, SceneError
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
-from service.api.problems import Refusal, documented
+from service.api.problems import Refusal, documented, with_header
 from service.api.service import Service
+from service.api.waiting import answered
 from service.executor.work import run_trajectory
 from service.request import plan_of_document
 from service.store.rows import Chunk
@@ -22,7 +23,6 @@ from service.store.rows import Chunk
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Format = Annotated[Literal["json", "csv", "parquet", "arrow"] | None, Query(description="Instead of the Accept header.")]
 Accept = Annotated[str, Header(max_length=1000, include_in_schema=False)]
-REPLAY_SECONDS = 120
 REPLAY_BYTES = 400_000_000
 
 
@@ -30,7 +30,11 @@ REPLAY_BYTES = 400_000_000
     "/{job}/results",
     response_class=StreamingResponse,
     responses={
-        200: {"description": "Rows of the cases that are done, in order of cases.", "content": CONTENT},
+        200: {
+            "description": "Rows of the cases that are done, in order of cases.",
+            "content": CONTENT,
+            **with_header("Trunnion-Complete", "Whether these are the rows of all cases: true or false."),
+        },
         **documented(404, 406),
     },
 )
@@ -84,11 +88,12 @@ def _tables(s: Service, done: list[Chunk], schema: Any, first: int, stop: int) -
     response_class=StreamingResponse,
     responses={200: {"description": "All rows of one case.", "content": CONTENT}, **documented(404, 406, 409)},
 )
-def trajectory(
+async def trajectory(
     job: str,
     case: int,
     caller: Reader,
     s: Here,
+    request: Request,
     format: Format = None,
     outputs: Annotated[
         list[str] | None, Query(description="Patterns of columns (repeatable; default: the scene's).", max_length=100)
@@ -99,7 +104,7 @@ def trajectory(
     import pyarrow as pa
 
     kind = chosen(format, accept)
-    table = pa.ipc.open_stream(_replayed(s, job, case, outputs, "table")).read_all()
+    table = pa.ipc.open_stream(await _replayed(s, request, job, case, outputs, "table")).read_all()
     headers = {"Content-Disposition": f'attachment; filename="{job}-{case}.{SUFFIX[kind]}"'}
     return StreamingResponse(stream(kind, table.schema, [table]), 200, headers, MEDIA[kind])
 
@@ -115,41 +120,39 @@ def trajectory(
         **documented(404, 409),
     },
 )
-def animation(job: str, case: int, caller: Reader, s: Here) -> Response:
+async def animation(job: str, case: int, caller: Reader, s: Here, request: Request) -> Response:
     """One case as a moving picture (open it with ``?t=0.5`` to begin at that time)."""
-    return HTMLResponse(_replayed(s, job, case, None, "animation"))
+    return HTMLResponse(await _replayed(s, request, job, case, None, "animation"))
 
 
-def _replayed(s: Service, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
+async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """A case run again on the cluster."""
+    await run_in_threadpool(_check, s, job, case, outputs)
+    return await answered(s, request, s.settings.limits.answer_seconds, run_trajectory, s.parts.url, job, case, outputs, kind)
+
+
+def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
+    """Whether a case can be run again."""
     there = found(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")
     if not s.parts.exists(s.parts.job_file(job)):
         raise Refusal(409, "the job has not been started yet")
     _check_size(s, job, case, outputs)
-    with s.replays:
-        future = s.cluster.submit(run_trajectory, s.parts.url, job, case, outputs, kind, priority=10)
-        try:
-            return bytes(future.result(timeout=REPLAY_SECONDS))
-        except (Late, TimeoutError):
-            future.cancel()
-            raise Refusal(503, "the case takes too long to be run again here", headers={"Retry-After": "60"}) from None
 
 
 def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
     """SceneError when the rows would be too many, a pattern matches nothing, or the case is no scene."""
     from engine.kernel.columns import columns, select
     from engine.scene.overrides import apply
+    from engine.simulation.run import pattern_problems
     from engine.system.build import build
 
     plan = plan_of_document(s.store.document(job))
     scene = apply(plan.scene, plan.cases.changes(case))
     until, every, _ = plan.run.of(scene)
     everything = columns(build(scene).system)
-    problems = [
-        Problem("outputs", f"the pattern {p[:200]!r} matches no column") for p in outputs or () if not select(everything, (p,))
-    ]
+    problems = pattern_problems(everything, tuple(p[:200] for p in outputs or ()))
     width = 1 + len(select(everything, tuple(outputs or scene.outputs)))
     size = 8 * width * (math.ceil(until / every) if every > 0.0 else 1)
     if size > REPLAY_BYTES:

@@ -7,8 +7,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter, Body
 from fastapi import Path as InPath
+from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
@@ -17,15 +18,28 @@ from engine.batch.reductions import DEFAULTS, reductions
 from engine.kernel.columns import columns
 from engine.scene.library import model_file, model_names
 from engine.scene.load import load_scene
+from engine.scene.model import Scene
 from engine.scene.overrides import list_parameters
 from engine.scene.schema import json_schema
 from engine.system.build import build
-from service.api.jobs import Here, Reader
+from service.api.jobs import Here, Reader, Submitter
 from service.api.problems import Json, Refusal, documented
-from service.api.security import Caller, need
+from service.api.waiting import counted
 from service.request import SceneSource, scene_of
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
+YAML = """schema: 1
+gravity: [0, -9.81, 0]
+bodies:
+  arm: {box: [0.6 m, 40 mm, 40 mm], density: 7800, points: {pivot: [-300 mm, 0, 0]}}
+joints:
+  pivot: {type: revolute, axis: z, inboard: ground, outboard: arm.pivot}
+"""
+SCENES: Any = {
+    "name": {"summary": "A bundled model, changed", "value": {"scene": "crank_slider", "overrides": {"gravity[3]": -1.62}}},
+    "yaml": {"summary": "A scene as YAML text", "value": {"scene_text": YAML}},
+}
+FMUS: Any = {"native": {"summary": "For the machine of the server", "value": {"scene": "crank_slider", "flavour": "native"}}}
 
 
 class ModelItem(BaseModel):
@@ -93,7 +107,7 @@ def schema(caller: Reader) -> Response:
 
 
 @router.post("/scenes/check", response_model=SceneFacts, responses=documented(413))
-def check(source: SceneSource, caller: Reader, s: Here) -> Response:
+def check(source: Annotated[SceneSource, Body(openapi_examples=SCENES)], caller: Reader, s: Here) -> Response:
     """What a scene is: its numbers, its columns; or every problem it has (422), with lines."""
     scene = scene_of(source, s.settings.limits)
     built = build(scene)
@@ -135,21 +149,22 @@ class FmuRequest(SceneSource):
         **documented(413, 501),
     },
 )
-def fmus(request: FmuRequest, caller: Annotated[Caller, Depends(need("submit"))], s: Here) -> Response:
+async def fmus(request: Annotated[FmuRequest, Body(openapi_examples=FMUS)], caller: Submitter, s: Here) -> Response:
     """Export a scene as an FMU (FMI 2.0) and download it."""
-    scene = scene_of(request, s.settings.limits)
-    export = _exporter()
-    if not s.exports.acquire(timeout=60):
-        raise Refusal(503, "too many exports at once; try again", headers={"Retry-After": "30"})
-    try:
-        with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
-            file = Path(folder) / "model.fmu"
-            export(scene, file, flavour=request.flavour, platform=request.platform)
-            data = file.read_bytes()
-    finally:
-        s.exports.release()
+    scene = await run_in_threadpool(scene_of, request, s.settings.limits)
+    async with counted(s.exports), s.exports.turn:
+        data = await run_in_threadpool(_exported, scene, request, s.settings.data)
     name = "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in scene.name)[:60] or "model"
     return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")
+
+
+def _exported(scene: Scene, request: FmuRequest, data: Path) -> bytes:
+    """The FMU's bytes."""
+    export = _exporter()
+    with tempfile.TemporaryDirectory(dir=data, prefix="fmu-") as folder:
+        file = Path(folder) / "model.fmu"
+        export(scene, file, flavour=request.flavour, platform=request.platform)
+        return file.read_bytes()
 
 
 def _exporter() -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import math
 import secrets
 import time
 from collections.abc import Callable
@@ -95,15 +96,17 @@ class Rates:
         self.item = parse(text) if text else None
         self.window = SlidingWindowCounterRateLimiter(MemoryStorage())
 
-    def allow(self, who: str) -> bool:
-        """Count one more; False when it is too many."""
-        return self.item is None or self.window.hit(self.item, who)
+    def wait(self, who: str) -> int:
+        """Count one more: 0, or when it is too many, the seconds after which one may come again."""
+        if self.item is None or self.window.hit(self.item, who):
+            return 0
+        return max(1, math.ceil(self.window.get_window_stats(self.item, who).reset_time - time.time()))
 
 
 def _count(s: Service, request: Request, who: str) -> None:
     rates: Rates = request.app.state.rates
-    if not rates.allow(who):
-        raise Refusal(429, f"more than {s.settings.limits.rate}", headers={"Retry-After": "10"})
+    if seconds := rates.wait(who):
+        raise Refusal(429, f"more than {s.settings.limits.rate}", headers={"Retry-After": str(seconds)})
 
 
 class Door:

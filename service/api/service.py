@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import asyncio
 from dataclasses import dataclass, field
 
 from fastapi import Request
@@ -15,6 +15,15 @@ from service.settings import Settings
 from service.store.work import WorkStore
 
 
+class Turns:
+    """Long requests of one kind: some worked on at a time (``turn``), and ``count``, those that wait included. For the event loop
+    only."""
+
+    def __init__(self, at_once: int):
+        self.turn = asyncio.Semaphore(at_once)
+        self.count = 0
+
+
 @dataclass
 class Service:
     """One server's parts, wired up."""
@@ -25,8 +34,8 @@ class Service:
     parts: Parts
     metrics: Metrics
     dispatcher: Dispatcher
-    replays: threading.BoundedSemaphore = field(default_factory=lambda: threading.BoundedSemaphore(4))
-    exports: threading.BoundedSemaphore = field(default_factory=lambda: threading.BoundedSemaphore(2))
+    answers: Turns = field(default_factory=lambda: Turns(4))
+    exports: Turns = field(default_factory=lambda: Turns(2))
     streams: int = 0
 
 

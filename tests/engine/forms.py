@@ -12,6 +12,7 @@ from engine.contact import REGISTRY as CONTACTS
 from engine.contact import Wrench
 from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
+from engine.recursion.symbols import MODE
 from tests.reference import contacts as ct
 from tests.reference.laws import Law as ReferenceLaw
 
@@ -35,13 +36,13 @@ def functions(element: str, law: str, adams: bool, pin: int) -> tuple[ca.Functio
     e = CONTACTS[element]
     wrench, rates = ca.SX.sym("w", 6), ca.SX.sym("r", RATES[element])
     names = (*NUMBERS[element], *LAW_NUMBERS[law])
-    numbers, mode = ca.SX.sym("g", len(names)), ca.SX.sym("m", 4 * PAIRS[element])
+    numbers, mode = ca.SX.sym("g", len(names)), ca.SX.sym("m", MODE * PAIRS[element])
     g = {n: numbers[i] for i, n in enumerate(names)}
     w = Wrench({n: wrench[i] for i, n in enumerate(COMPONENTS)}, pin)
     r = [rates[i] for i in range(RATES[element])]
 
     def laws():
-        return [LAWS[law](g, [mode[4 * i + k] for k in range(4)]) for i in range(PAIRS[element])]
+        return [LAWS[law](g, [mode[MODE * i + k] for k in range(MODE)]) for i in range(PAIRS[element])]
 
     arguments = [wrench, rates, numbers, mode]
     kinks = [one.kink for one in laws()]
@@ -97,15 +98,15 @@ def random_states(element: str, law: str, n: int, seed: int = 0) -> States:
 def modes(s: States, adams: bool, pin: int) -> np.ndarray:
     """Flags and frozen directions as the runtime sets them where a run starts."""
     n, pairs = s.wrench.shape[1], PAIRS[s.element]
-    mode = np.zeros((4 * pairs, n))
+    mode = np.zeros((MODE * pairs, n))
     for i in range(pairs):
         if RATES[s.element] == pairs:
-            mode[4 * i + 1] = np.where(s.rates[i] < 0, -1.0, 1.0)
+            mode[MODE * i + 1] = np.where(s.rates[i] < 0, -1.0, 1.0)
         else:
-            mode[4 * i + 1 : 4 * i + 1 + RATES[s.element]] = s.rates
+            mode[MODE * i + 1 : MODE * i + 1 + RATES[s.element]] = s.rates
     speeds = functions(s.element, s.law, adams, pin)[0](s.wrench, s.rates, s.numbers, mode).full()
     for i in range(pairs):
-        mode[4 * i] = LAWS[s.law].sets or np.abs(speeds[i]) > speeds[pairs + i]
+        mode[MODE * i] = LAWS[s.law].sets or np.abs(speeds[i]) > speeds[pairs + i]
     return mode
 
 

@@ -15,8 +15,7 @@ from tests.engine.plane_loops import FIVE_BAR, FOUR_BAR, PlaneLoop
 
 LOOPS = {"four-bar": FOUR_BAR, "five-bar": FIVE_BAR}
 EXACT = 1e-9
-OPEN = pytest.mark.xfail(reason="statics of a group with two freedoms: no solution is found from zero friction")
-WHICH = ["four-bar", pytest.param("five-bar", marks=OPEN)]
+WHICH = ["four-bar", "five-bar"]
 
 
 @cache

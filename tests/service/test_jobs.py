@@ -48,6 +48,14 @@ def test_the_same_idempotency_key_makes_no_second_job(server: InProcess, small: 
     assert other.headers["content-type"] == "application/problem+json"
 
 
+def test_what_was_submitted_can_be_had_and_sent_again(server: InProcess, small: str) -> None:
+    asked = server.get(f"/v1/jobs/{small}/request").json()
+    assert (asked["over"], asked["until"]) == (SMALL["over"], SMALL["until"])
+    again = server.submit(asked)
+    server.ended(again)
+    assert server.rows(again) == server.rows(small)
+
+
 def test_results_are_those_of_engine_sweep_in_every_format(server: InProcess, small: str, expected: pa.Table) -> None:
     place = f"/v1/jobs/{small}/results"
     as_json = server.get(place).json()

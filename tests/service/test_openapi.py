@@ -18,7 +18,7 @@ from schemathesis.specs.openapi.checks import (
     status_code_conformance,
 )
 
-from tests.service.serving import Served
+from tests.service.serving import SMALL, InProcess, Served
 
 CHECKS = [
     not_a_server_error,
@@ -37,40 +37,54 @@ def fuzzed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @pytest.fixture(scope="module")
+def job(fuzzed: Served) -> str:
+    """A job that is there: without one, what is asked about jobs would only ever be not found."""
+    there = fuzzed.submit(SMALL)
+    fuzzed.ended(there)
+    return there
+
+
+@pytest.fixture(scope="module")
 def api_schema(fuzzed: Served) -> Any:
     return schemathesis.openapi.from_url(f"http://127.0.0.1:{fuzzed.port}/openapi.json")
 
 
-def tried(schema: Any, examples: int) -> list[str]:
-    """Send right and wrong requests to every operation; what is wrong with the answers."""
+def tried(schema: Any, examples: int, job: str) -> list[str]:
+    """Send right and wrong requests to every operation, those about a job also with a real one; what is wrong with the answers."""
     wrong: list[str] = []
     for found in schema.get_all_operations():
         operation = found.ok()
         for mode in GenerationMode.POSITIVE, GenerationMode.NEGATIVE:
-
-            @given(case=operation.as_strategy(generation_mode=mode))
-            @settings(
-                max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck), database=None, derandomize=True
-            )
-            def one(case: Any) -> None:
-                case.call_and_validate(checks=CHECKS, timeout=60)
-
-            try:
-                one()
-            except Unsatisfiable:  # nothing of this kind can be asked here
-                continue
-            except Exception as e:  # noqa: BLE001  # all operations are tried before any is complained about
-                wrong.append(f"{operation.label}: {e}")
+            for real in ("", job) if "{job}" in operation.path else ("",):
+                try:
+                    one(operation, mode, examples, real)
+                except Unsatisfiable:  # nothing of this kind can be asked here
+                    continue
+                except (Exception, BaseExceptionGroup) as e:  # noqa: BLE001  # all are tried before any is complained about
+                    wrong.append(f"{operation.label}: {e}")
     return wrong
 
 
-def test_every_answer_is_one_the_document_describes(api_schema: Any) -> None:
-    assert tried(api_schema, 8) == []
+def one(operation: Any, mode: GenerationMode, examples: int, job: str) -> None:
+    """Send many requests to one operation, about this job unless it is ""."""
+
+    @given(case=operation.as_strategy(generation_mode=mode))
+    @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck), database=None, derandomize=True)
+    def sent(case: Any) -> None:
+        if job:
+            case.path_parameters["job"] = job
+        case.call_and_validate(checks=CHECKS, timeout=60)
+
+    sent()
+
+
+def test_every_answer_is_one_the_document_describes(api_schema: Any, job: str) -> None:
+    assert tried(api_schema, 8, job) == []
 
 
 @pytest.mark.slow
-def test_every_one_of_many_answers_is_one_the_document_describes(api_schema: Any) -> None:
-    assert tried(api_schema, 60) == []
+def test_every_one_of_many_answers_is_one_the_document_describes(api_schema: Any, job: str) -> None:
+    assert tried(api_schema, 100, job) == []
 
 
 def test_every_operation_has_words_and_every_body_an_example(fuzzed: Served) -> None:
@@ -80,6 +94,19 @@ def test_every_operation_has_words_and_every_body_an_example(fuzzed: Served) -> 
             assert operation.get("description") or operation.get("summary"), (method, path)
             for status, answer in operation["responses"].items():
                 assert int(status) < 400 or "application/problem+json" in answer["content"] or path == "/readyz", (path, status)
-    body = document["paths"]["/v1/jobs"]["post"]["requestBody"]["content"]["application/json"]
-    for example in body["examples"].values():
-        assert fuzzed.post("/v1/jobs/check", example["value"] | {"until": 0.5}).status_code in (200, 422)
+            if "requestBody" in operation:
+                assert operation["requestBody"]["content"]["application/json"]["examples"], path
+
+
+def examples(document: dict[str, Any], path: str) -> list[dict[str, Any]]:
+    body = document["paths"][path]["post"]["requestBody"]["content"]["application/json"]
+    return [e["value"] for e in body["examples"].values()]
+
+
+def test_the_examples_are_accepted(server: InProcess) -> None:
+    document = server.get("/openapi.json").json()
+    for path in ("/v1/jobs/check", "/v1/scenes/check", "/v1/keys", "/v1/sensitivities"):
+        for example in examples(document, path):
+            answer = server.post(path, example)
+            assert answer.status_code in (200, 201), (path, example, answer.text)
+    assert examples(document, "/v1/jobs") == examples(document, "/v1/jobs/check")

@@ -1,0 +1,45 @@
+"""What may be asked of a derivative: every mistake in it at once, before anything is built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from engine.basics.problems import Problem, SceneError
+from engine.kernel.columns import Column, columns, select
+from engine.scene.model import Scene
+from engine.sensitivities.start import parameter_problems
+from engine.simulation.run import pattern_problems
+from engine.system.build import build
+
+NOT_SMOOTH = ("extra", "state", "residual")
+"""Keys of columns that count or audit: they have no derivative."""
+SAMPLES = 100
+
+
+def checked_request(
+    scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float
+) -> tuple[list[Column], float, float]:
+    """(columns, end time, spacing of samples; s). SceneError with everything that is wrong."""
+    everything = columns(build(scene).system)
+    chosen = select(everything, tuple(outputs))
+    problems = [*parameter_problems(scene, parameters), *_columns(everything, chosen, outputs)]
+    end = float(scene.simulation.until if until is None else until)
+    spacing = float(every or end / SAMPLES)
+    if not (0 < end < math.inf and 0 < spacing <= end):
+        problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
+    if not 1e-14 <= rtol <= 0.1:
+        problems.append(Problem("rtol", f"{rtol:g} is out of range", "between 1e-14 and 0.1; 1e-9 is a good start"))
+    if problems:
+        raise SceneError(problems)
+    return chosen, end, spacing
+
+
+def _columns(everything: list[Column], chosen: list[Column], outputs: Sequence[str]) -> list[Problem]:
+    if not outputs:
+        return [Problem("outputs", "none is given", "see `trunnion check SCENE --outputs` for the names")]
+    return pattern_problems(everything, tuple(outputs)) + [
+        Problem("outputs", f"{c.name} has no derivative", "it counts or audits; ask for motion, forces or energies")
+        for c in chosen
+        if c.key[0] in NOT_SMOOTH
+    ]

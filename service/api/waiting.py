@@ -1,0 +1,84 @@
+"""Requests answered by the cluster: waited for without holding a thread, and given up when the client has gone."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from typing import Any
+
+from fastapi import Request
+from fastapi.concurrency import run_in_threadpool
+
+from service.api.problems import Refusal
+from service.api.service import Service, Turns
+from service.executor.cluster import NoCluster
+
+MOST_WAITING = 32
+GONE = ("cancelled", "lost")
+LOOK_SECONDS = 0.25
+RESULT_SECONDS = 10
+
+
+@asynccontextmanager
+async def counted(turns: Turns) -> AsyncIterator[None]:
+    """One more who waits; Refusal (503) when they are too many."""
+    if turns.count >= MOST_WAITING:
+        raise Refusal(503, "too many such requests at once; try again", headers={"Retry-After": "10"})
+    turns.count += 1
+    try:
+        yield
+    finally:
+        turns.count -= 1
+
+
+async def answered(s: Service, request: Request, seconds: float, function: Callable[..., Any], *arguments: Any) -> bytes:
+    """What a function makes of its arguments on the cluster, ahead of the chunks of jobs. Refusal (503) when too many wait, or when
+    there is no answer after ``seconds``."""
+    async with counted(s.answers):
+        end = time.monotonic() + seconds
+        work = asyncio.create_task(_worked(s, function, arguments))
+        try:
+            while not work.done():
+                await asyncio.wait({work}, timeout=LOOK_SECONDS)
+                if not work.done() and (time.monotonic() > end or await request.is_disconnected()):
+                    raise Refusal(503, f"there was no answer within {seconds:g} s", headers={"Retry-After": "60"})
+            return work.result()
+        finally:
+            work.cancel()
+
+
+async def _worked(s: Service, function: Callable[..., Any], arguments: tuple[Any, ...]) -> bytes:
+    """Take a turn; the future is cancelled with this task."""
+    async with s.answers.turn:
+        future = await run_in_threadpool(lambda: s.cluster.submit(function, *arguments, priority=10))
+        loop, over = asyncio.get_running_loop(), asyncio.Event()
+
+        def came(_: Any) -> None:
+            with suppress(RuntimeError):  # the server ends
+                loop.call_soon_threadsafe(over.set)
+
+        future.add_done_callback(came)
+        try:
+            while not over.is_set() and future.status not in GONE:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(over.wait(), LOOK_SECONDS)
+            return bytes(await run_in_threadpool(_result, future))
+        finally:
+            if not future.done():
+                loop.run_in_executor(None, future.cancel)
+
+
+def _result(future: Any) -> Any:
+    """What came of it; the function's own error, NoCluster when it went away with its worker."""
+    from distributed import KilledWorker
+
+    error = future.exception(timeout=RESULT_SECONDS) if future.status == "error" else None
+    if isinstance(error, KilledWorker):
+        raise NoCluster("the process that worked on it ended again and again")
+    if error is not None:
+        raise error
+    if future.status != "finished":
+        raise NoCluster("the cluster went away")
+    return future.result(timeout=RESULT_SECONDS)

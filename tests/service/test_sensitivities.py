@@ -1,0 +1,143 @@
+"""POST /v1/sensitivities gives what ``engine.sensitivity`` gives, within its limits, and in nobody's way."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+import engine
+from service.api.sensitivities import ANSWER, SensitivityDocument
+from service.settings import Limits, Settings
+from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually
+
+ASKED: dict[str, Any] = {
+    "scene": "spherical_pendulum",
+    "parameters": [MU, "joints.ball.friction.radius"],
+    "outputs": ["ball.qd*", "ball.contact[1].normal_force"],
+    "until": 0.3,
+    "every": 0.05,
+}
+LONG = ASKED | {"overrides": {MU: 1e-4}, "until": 5000, "every": 5}
+"""Minutes of work."""
+
+
+def problems(answer: Any) -> list[str]:
+    assert answer.headers["content-type"] == "application/problem+json"
+    return [p["where"] for p in answer.json()["problems"]]
+
+
+def test_it_gives_the_numbers_of_the_engine_to_the_last_bit(server: InProcess) -> None:
+    answer = server.post("/v1/sensitivities", ASKED)
+    assert answer.status_code == 200, answer.text
+    s, got = engine.sensitivity(**ASKED), answer.json()
+    for document in (got, ANSWER):
+        SensitivityDocument.model_validate(document)
+    assert np.array_equal(got["derivatives"], s.derivatives)
+    assert np.array_equal(got["values"], s.values)
+    assert (got["time"], got["outputs"], got["parameters"]) == (s.time.tolist(), list(s.names), list(s.parameters))
+    units = {(o, p): got["derivative_units"][i][k] for i, o in enumerate(s.names) for k, p in enumerate(s.parameters)}
+    assert units["ball.qd[2]", MU] == "rad/s"
+    assert units["ball.contact[1].normal_force", "joints.ball.friction.radius"] == "N/m"
+
+
+def test_a_scene_may_come_whole_with_changes(server: InProcess) -> None:
+    text = server.get("/v1/models/spherical_pendulum").json()["text"]
+    changed = {k: v for k, v in ASKED.items() if k != "scene"} | {"scene_text": text, "overrides": {MU: 0.2}}
+    got = server.post("/v1/sensitivities", changed).json()
+    assert np.array_equal(got["derivatives"], engine.sensitivity(**ASKED, overrides={MU: 0.2}).derivatives)
+
+
+def test_events_come_with_how_far_they_move(server: InProcess) -> None:
+    asked = {"scene": "spherical_pendulum", "parameters": [MU], "outputs": ["ball.qd[2]"], "until": 1.0, "every": 0.5}
+    got, s = server.post("/v1/sensitivities", asked).json(), engine.sensitivity(**asked)
+    assert [(e["time"], e["joint"], e["shift"]) for e in got["events"]] == [(e.time, e.joint, [*e.shift]) for e in s.events]
+
+
+def test_every_mistake_is_told_at_once(server: InProcess) -> None:
+    asked = ASKED | {
+        "parameters": [MU, "joints.bal.friction.mu", "simulation.until"],
+        "outputs": ["nothing*", "ball.friction.state[1]"],
+        "every": 2.0,
+        "rtol": 5.0,
+    }
+    answer = server.post("/v1/sensitivities", asked)
+    assert answer.status_code == 422
+    assert problems(answer) == ["parameters", "parameters", "outputs", "outputs", "every", "rtol"]
+    assert 'did you mean "joints.ball.friction.mu"' in answer.text.replace("\\", "")
+
+
+@pytest.mark.parametrize("empty", ["parameters", "outputs"])
+def test_nothing_to_differentiate_is_a_mistake(server: InProcess, empty: str) -> None:
+    assert problems(server.post("/v1/sensitivities", ASKED | {empty: []})) == [empty]
+
+
+@pytest.mark.parametrize(
+    ("limits", "asked", "where"),
+    [
+        ({"duration": 0.2}, {}, "until"),
+        ({"rows": 5}, {}, "every"),
+        ({}, {"every": 1e-300}, "every"),
+        ({}, {"every": 1e-6}, "outputs"),
+        ({"answer_seconds": 5.0}, {"budget": 6}, "budget"),
+        ({"bodies": 0}, {}, "bodies"),
+    ],
+)
+def test_more_than_the_limits_is_refused_at_once(
+    tmp_path_factory: pytest.TempPathFactory, limits: dict[str, Any], asked: dict[str, Any], where: str
+) -> None:
+    with InProcess(Settings(tmp_path_factory.mktemp("limited"), workers=1, limits=Limits(**limits))) as s:
+        answer = s.post("/v1/sensitivities", ASKED | asked)
+        assert answer.status_code == 422
+        assert where in problems(answer)
+
+
+def test_a_run_that_ends_early_says_why(server: InProcess) -> None:
+    """Painlevé's rod jams: a problem of the request, with the outcome and its advice."""
+    text = (ROOT / "models/stability/07_painleve.yaml").read_text()
+    name = next(p for p in server.post("/v1/scenes/check", {"scene_text": text}).json()["parameters"] if p["path"].endswith(".mu"))
+    asked = {"scene_text": text, "parameters": [name["path"]], "outputs": ["*.qd*"]}
+    answer = server.post("/v1/sensitivities", asked)
+    assert answer.status_code == 422
+    assert "the run ends early" in answer.text or "cannot start" in answer.text
+
+
+def test_what_takes_longer_than_its_budget_is_ended_and_its_worker_free(server: InProcess) -> None:
+    server.post("/v1/sensitivities", ASKED)
+    answer = server.post("/v1/sensitivities", LONG | {"budget": 0.5})
+    assert answer.status_code == 422
+    assert problems(answer) == ["budget"]
+    assert server.post("/v1/sensitivities", ASKED).status_code == 200
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with Served(tmp_path_factory.mktemp("sensitive") / "data", "--workers", "1") as s:
+        yield s
+
+
+def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> None:
+    """Fifty at once on one worker: looking goes on; those beyond the queue are told to come again. When their clients hang up, the
+    worker is free for a job."""
+    assert served.post("/v1/sensitivities", ASKED, timeout=120).status_code == 200
+    answers: list[httpx.Response] = []
+
+    def ask() -> None:
+        with httpx.Client(base_url=served.client.base_url, timeout=8) as c, suppress(httpx.TimeoutException):
+            answers.append(c.post("/v1/sensitivities", json=LONG))
+
+    threads = [threading.Thread(target=ask) for _ in range(50)]
+    for t in threads:
+        t.start()
+    eventually(lambda: len(answers) >= 18)
+    for _ in range(20):
+        assert served.get("/v1/jobs", timeout=30).status_code == 200
+    for t in threads:
+        t.join()
+    assert {(a.status_code, a.headers["retry-after"]) for a in answers} == {(503, "10")}
+    assert served.ended(served.submit(SMALL), 60)["state"] == "done"
