@@ -1,5 +1,5 @@
 """The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states; powers] and of the multiplier residuals R = [R_λ; R_η] by
-y, t and z = [λ; η].
+y, t and z = [λ; η]; in the redundant variant also of the scaled reactions, which decide there what the motion leaves open.
 
 The runtime combines them by the implicit-function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense function
 (its columns share all intermediate values); large ones a directional derivative in two stages, the point once and then a column
@@ -26,6 +26,7 @@ from engine.recursion.elements import (
     wrench,
 )
 from engine.recursion.reduction import Accelerations, Model, outward
+from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.symbols import TABLE
 from engine.recursion.vectors import SX
 
@@ -70,7 +71,8 @@ def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> Jacob
     acc = outward(m, pick)
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
     extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
-    f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active))
+    kappa = scaled_reactions(m, acc, pick) if redundant else SX(0, 1)
+    f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active), kappa)
     inactive = [k for k in range(sym.system.rows) if k not in active]
     if inactive:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))

@@ -231,6 +231,7 @@ static int tr_attempt(tr_sim *s, double limit) {
       s->p_theta = theta, s->p_which = which, s->p_h = h, s->p_t = theta <= 1.0 ? s->step_t0 + theta * s->step_h : t1;
       s->p_grow = s->hfixed > 0.0 ? 2.0 : tr_grow(s, err, order, rejected ? 1.0 : 6.0);
       s->p_cut = last;
+      if (s->pending == 2) tr_sharpen_pending(s);
       if (s->pending == 1) memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * nz);
       if (s->pending == 1 && k->sets) s->capture = tr_ends_sliding(s);
       if (s->pending == 1 && k->nsliders) tr_watch_contacts(s, TR_A(s, K) + end * n + k->nq);
@@ -267,6 +268,7 @@ static int tr_finish_set(tr_sim *s) {
   s->capture = s->missed = -1;
   tr_dense_eval(s, s->p_theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  if (tr_needs_sharpening(s, s->p_which)) tr_sharpen(s, s->p_which, &te, ye);
   int code = tr_settle(s, te, ye, s->p_which);
   if (code != TR_OK) return code;
   s->stats.events++;

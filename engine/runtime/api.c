@@ -20,6 +20,7 @@ static void tr_certify(tr_sim *s);
 #include "settle.c"
 #include "output.c"
 #include "assemble.c"
+#include "choice.c"
 #include "rosenbrock.c"
 #include "diagnose.c"
 #include "limit.c"
@@ -47,10 +48,11 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 3 * e); TR_PLACE(share, e); TR_PLACE(hold, 3 * k->nsliders);
   TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, k->nsliders);
   TR_PLACE(con, o ? 4 * o->ncontacts : 0);
-  int nz = a + e, dense = (ny + k->nquad + nz) * (ny + 1 + nz);
+  int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
   TR_PLACE(jp, s->j ? s->j->nw : 0); TR_PLACE(W, s->j ? ny * ny : 0); TR_PLACE(wperm, s->j ? ny : 0);
+  TR_PLACE(jch, s->j && k->nkappa ? dense + a * (ny + 1) : 0);
   return at;
 }
 
@@ -176,7 +178,7 @@ int tr_evaluate(tr_sim *s, double *dy, double *z) {
 /* dẏ/d[y, t] at the block's (t, y): (ny + nquad) × (ny + 1), column-major. 1 on success; needs the Jacobian unit. */
 int tr_derivatives(tr_sim *s, double *out) {
   const tr_kernel *k = s->k;
-  int rows = s->ny + k->nquad, ld = rows + k->active + k->neta;
+  int rows = s->ny + k->nquad, ld = tr_jacobian_rows(s);
   if (!s->j) return 0;
   s->watch = 0, s->have_jac = 0;
   if (!tr_jacobian_at(s, s->t, TR_A(s, y))) return 0;

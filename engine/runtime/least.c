@@ -50,13 +50,13 @@ static tr_least tr_least_of(int m, int r, const double *N, double *work) {
   return q;
 }
 
-/* x ← the best amounts; kappa becomes the residual κ + N x. */
-static void tr_least_solve(const tr_least *q, double *kappa, double *x) {
+/* x ← the best amounts; kappa becomes the residual κ + N x. `more` (r, or 0): Nᵀ(κ + N x) + more = 0 instead. */
+static void tr_least_solve(const tr_least *q, double *kappa, const double *more, double *x) {
   int m = q->m, r = q->r;
   double dx[r];
   for (int j = 0; j < r; ++j) x[j] = 0.0;
   for (int pass = 0; pass <= CORRECTIONS; ++pass) {
-    for (int j = 0; j < r; ++j) q->g[j] = -tr_dot(q->N + (size_t)m * j + q->lo[j], kappa + q->lo[j], q->hi[j] - q->lo[j]);
+    for (int j = 0; j < r; ++j) q->g[j] = -tr_dot(q->N + (size_t)m * j + q->lo[j], kappa + q->lo[j], q->hi[j] - q->lo[j]) - (more ? more[j] : 0.0);
     tr_cholesky_solve(r, q->rank, q->L, q->perm, q->d, q->g, dx);
     for (int j = 0; j < r; ++j) {
       const double *n = q->N + (size_t)m * j;

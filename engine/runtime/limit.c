@@ -31,7 +31,7 @@ static double tr_lost_direction(tr_sim *s, double *lost) {
   }
   if (r && m) {
     tr_least least = tr_least_of(m, r, N, TR_A(s, gram));
-    tr_least_solve(&least, kappa, x);
+    tr_least_solve(&least, kappa, 0, x);
     tr_add_columns(a, r, open, x, 1.0, lost);
   }
   for (int i = 0; i < a; ++i) {

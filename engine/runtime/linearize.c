@@ -1,7 +1,8 @@
 /* Exact derivatives of ẏ and of the columns along a direction of inputs and state.
  *
  * Multipliers follow by the implicit-function theorem, as in the stiff method. Only where loops are redundant, the share of the
- * reactions that the motion leaves open (chosen smallest, see output.c) comes from central differences of that choice. */
+ * reactions that the motion leaves open (chosen smallest, see output.c), and friction that depends on it, come from central differences
+ * of that choice. */
 #include "tr.h"
 
 /* All multipliers at (t, y) moved by h along the direction; 0 when they cannot be found. */
@@ -22,7 +23,7 @@ static int tr_moved_multipliers(tr_sim *s, int ninputs, const double *inputs, co
   return ok;
 }
 
-/* dz over all rows where redundant loops leave reactions open: the part along `dir` from differences. */
+/* dz, friction included, where redundant loops leave reactions open: along the direction, from differences. */
 static int tr_open_derivative(tr_sim *s, int ninputs, const double *inputs, const double *dy, double *dz) {
   int n = s->k->rows + s->k->neta;
   double plus[n + 1], minus[n + 1], size = 0.0;
@@ -30,7 +31,7 @@ static int tr_open_derivative(tr_sim *s, int ninputs, const double *inputs, cons
   for (int i = 0; i < 4 * ninputs; ++i) size = fmax(size, fabs(inputs[i]));
   double h = 1e-6 / fmax(size, 1e-12);
   if (!tr_moved_multipliers(s, ninputs, inputs, dy, h, plus) || !tr_moved_multipliers(s, ninputs, inputs, dy, -h, minus)) return 0;
-  for (int i = 0; i < s->k->rows; ++i) dz[i] = (plus[i] - minus[i]) / (2.0 * h);
+  for (int i = 0; i < n; ++i) dz[i] = (plus[i] - minus[i]) / (2.0 * h);
   return 1;
 }
 
@@ -57,8 +58,9 @@ int tr_directional(tr_sim *s, const tr_linear *l, const double *inputs, const do
   memset(J, 0, sizeof(double) * ld * (ny + 1));
   l->rates(x, y, c, TR_A(s, z), seed, J);
   if (nz) {
-    if (!tr_multiplier_derivatives(s, J, ld, TR_A(s, jw))) return 0;
+    if (!tr_multiplier_derivatives(s, J, ld, 0, TR_A(s, jw))) return 0;
     memcpy(seed + ni + ny, TR_A(s, jw), sizeof(double) * nz);
+    if (k->nkappa && s->rank_now < a) memcpy(seed + ni + ny, dz, sizeof(double) * nz); /* all rows are active: λ, then η */
   }
   l->rates(x, y, c, TR_A(s, z), seed, f);
   memcpy(rates, f, sizeof(double) * ny);

@@ -113,7 +113,7 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
     double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
     memcpy(kap, col == 0 ? k0 : ke + (col - 1) * m, sizeof kap);
     tr_add_columns(m, a, kl, lam, sign, kap);
-    tr_least_solve(&least, kap, x);
+    tr_least_solve(&least, kap, 0, x);
     tr_add_columns(a, r, V, x, sign, lam);
   }
 }

@@ -39,7 +39,7 @@ static void tr_resolve(tr_sim *s, const double *y, double *z) {
   double *base = TR_A(s, kap), *N = base + m, *dir = TR_A(s, cand), x[rows];
   int count = tr_open_reactions(s, y, z, dir, N, base);
   tr_least least = tr_least_of(m, count, N, TR_A(s, gram));
-  tr_least_solve(&least, base, x);
+  tr_least_solve(&least, base, 0, x);
   tr_add_columns(rows, count, dir, x, 1.0, z);
 }
 

@@ -19,8 +19,9 @@ static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double
   }
 }
 
-/* dz/d[y, t] (nz × (ny+1)) from the residual rows of the Jacobian: R_z dz = −R_y, with S factorised and dlaw/dN in place. */
-static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double *dz) {
+/* dz/d[y, t] (nz × (ny+1)) from the residual rows of the Jacobian: R_z dz = −R_y, with S factorised and dlaw/dN in place. choice: what
+ * decides where redundant loops leave λ open, its rows behind R (0: the basic solution). */
+static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const tr_choice *choice, double *dz) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny + k->nquad;
   const double *T = TR_A(s, T), *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);
@@ -36,6 +37,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double 
     double *out = dz + (size_t)j * (a + e), *deta = out + a;
     for (int i = 0; i < a; ++i) b[i] = -R[i];
     if (a) tr_solve_S(s, b, lam);
+    if (choice && choice->r) tr_follow_choice(s, choice, j, R + a + e, lam);
     for (int i = 0; i < a; ++i) out[i] = lam[i];
     if (!e) continue;
     for (int i = 0; i < n; ++i) {
@@ -60,28 +62,16 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, double 
 /* jac ← dF/d[y, t] at (t, y): (ny+nquad) × (ny+1), column-major in place (leading dimension ld). 0 when not available. */
 static int tr_jacobian_at(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
-  const tr_jacobian *j = s->j;
-  int nz = k->active + k->neta, top = s->ny + k->nquad, ld = top + nz, cols = s->ny + 1;
+  int nz = k->active + k->neta, top = s->ny + k->nquad, ld = tr_jacobian_rows(s), cols = s->ny + 1;
   double *J = TR_A(s, jac), *z = TR_A(s, z);
-  const double *x = TR_A(s, x), *c = TR_A(s, cj);
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return 0;
   if (k->neta) tr_law(s, z + k->active);
-  if (j->eval) {
-    j->eval(x, y, c, z, J);
-  } else {
-    double *w = TR_A(s, jp), seed[cols + nz];
-    j->point(x, y, c, z, w);
-    memset(seed, 0, sizeof seed);
-    for (int i = 0; i < cols + nz; ++i) {
-      seed[i] = 1.0;
-      j->along(x, y, c, z, w, seed, J + (size_t)i * ld);
-      seed[i] = 0.0;
-    }
-  }
+  tr_jacobian_columns(s, y, z, cols + nz, J);
   s->stats.jacobians++;
   if (nz == 0) return 1;
   double *dz = TR_A(s, jw);
-  if (!tr_multiplier_derivatives(s, J, ld, dz)) return 0;
+  tr_choice choice = tr_choice_of(s, y, J);
+  if (!tr_multiplier_derivatives(s, J, ld, &choice, dz)) return 0;
   for (int q = 0; q < cols; ++q)
     for (int m = 0; m < nz; ++m) {
       double a = dz[m + (size_t)q * nz];
@@ -100,7 +90,7 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
     return NAN;
   }
   const tr_kernel *k = s->k;
-  int n = tr_width(s), ny = s->ny, nquad = k->nquad, nz = k->active + k->neta, ld = ny + nquad + nz;
+  int n = tr_width(s), ny = s->ny, nquad = k->nquad, ld = tr_jacobian_rows(s);
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew), *W = TR_A(s, W), *J = TR_A(s, jac);
   int *perm = (int *)TR_A(s, wperm);
   if (s->jac_t != s->t || !s->have_jac) {
@@ -167,7 +157,7 @@ static int tr_dense_rosenbrock(tr_sim *s) {
 
 /* |λ|max h of the Jacobian by a few power iterations in the tolerance metric. */
 static double tr_spectral(tr_sim *s, double h) {
-  int ny = s->ny, ld = ny + s->k->nquad + s->k->active + s->k->neta;
+  int ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
   double v[ny], u[ny], size = 0.0;
   for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));

@@ -7,6 +7,52 @@
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
 
 
+/* Rate of change of the sliding speed of a pair of one component along its direction, at the state just solved. */
+static double tr_slowing(const tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  int e = tr_slider(s, i)[1];
+  const double *z = TR_A(s, z), *maps = TR_A(s, maps);
+  double acc = map_Q0(k, maps)[e];
+  for (int q = 0; q < k->active; ++q) acc += map_Ql(k, maps)[e + q * k->neta] * z[q];
+  for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, maps)[e + q * k->neta] * z[k->active + q];
+  return acc * TR_A(s, arm)[e] * (tr_mode(s, i)[1] < 0.0 ? -1.0 : 1.0);
+}
+
+/* The end of sliding of pair i, found inside a step at (t, y) and evaluated there, was found with the loops open by the step's error;
+ * closing them leaves a speed. Where the pair is at its dead centre (whatever moves, its rate is near zero) that speed cannot be taken by
+ * an impulse of its friction: that would stop the whole mechanism. Its time is therefore found anew with the loops closed. */
+static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
+  int n = tr_width(s);
+  double moved[n], te = *t;
+  memcpy(moved, y, sizeof moved);
+  for (int it = 0; it < 4; ++it) {
+    double v = TR_A(s, speed)[2 * i], change = tr_slowing(s, i);
+    if (fabs(v) <= TOL_SPEED * tr_speed_unit(s)) break;
+    double dt = -v / change;
+    te += dt;
+    if (!(change < 0.0) || !(te > s->t) || te > s->step_t0 + s->step_h) break;
+    for (int q = 0; q < n; ++q) moved[q] += dt * TR_A(s, dy)[q];
+    if (!tr_project(s, te, moved) || !tr_rhs(s, te, moved, TR_A(s, dy))) break;
+    if (!(fabs(TR_A(s, speed)[2 * i]) < 0.5 * fabs(v))) break;
+    memcpy(y, moved, sizeof moved), *t = te;
+  }
+  tr_rhs(s, *t, y, TR_A(s, dy));
+}
+
+static int tr_needs_sharpening(const tr_sim *s, int i) {
+  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_slider(s, i)[4] == 1 && !tr_is_stuck(s, i);
+}
+
+/* The pending step's event moved to its sharpened time, so that rows up to it are its own. */
+static void tr_sharpen_pending(tr_sim *s) {
+  double te = s->p_t, *ye = TR_A(s, cand);
+  if (!tr_needs_sharpening(s, s->p_which)) return;
+  tr_dense_eval(s, s->p_theta, ye);
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return;
+  tr_sharpen(s, s->p_which, &te, ye);
+  s->p_t = te, s->p_theta = (te - s->step_t0) / s->step_h;
+}
+
 /* What became of pair i: an event kind, or 0. */
 static int tr_change(const tr_sim *s, int i, const double *old) {
   const double *m = tr_mode(s, i);

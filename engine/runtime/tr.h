@@ -56,7 +56,7 @@ typedef struct tr_outputs {
 typedef struct tr_jacobian {
   int abi, nc, nw;
   void (*prepare)(const double *p, double *c);
-  /* [F; R] by [y, t, z], column-major: all at once, or the point and then columns one by one */
+  /* [F; R; scaled reactions (nkappa)] by [y, t, z], column-major: all at once, or the point and then columns one by one */
   void (*eval)(const double *x, const double *y, const double *c, const double *z, double *J);
   void (*point)(const double *x, const double *y, const double *c, const double *z, double *w);
   void (*along)(const double *x, const double *y, const double *c, const double *z, const double *w, const double *seed, double *J);
@@ -122,7 +122,7 @@ typedef struct tr_sim {
   tr_stats stats;
   /* offsets (in doubles) of the arrays behind this struct */
   int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
-      smax, h_res, ev, breaks, tables, wrap, jac, jw, jp, W, wperm, lin0, kap, nul, gram, cand, kstep, Q, rowk, lead, share, hold, dhold,
+      smax, h_res, ev, breaks, tables, wrap, jac, jw, jp, W, wperm, jch, lin0, kap, nul, gram, cand, kstep, Q, rowk, lead, share, hold, dhold,
       arm, vmin, con;
   int ny, nz, nrows;
 } tr_sim;

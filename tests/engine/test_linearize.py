@@ -13,6 +13,7 @@ from engine.scene import scene_from_dict, scene_to_dict
 from engine.simulation.block import Settings
 from engine.simulation.linearize import _go, _Point
 from engine.simulation.run import Model
+from tests.engine.redundant import four_bar
 
 HELD = ("events.", "audit.", "energy.")
 STEP = 1e-6
@@ -66,7 +67,15 @@ def differences(model: Model, dy: np.ndarray, inputs: np.ndarray) -> tuple[np.nd
     return tuple((a - b) / (2 * STEP) for a, b in zip(*found, strict=True))
 
 
-@pytest.mark.parametrize("make", [pushed_chain, driven_crank])
+def pushed_four_bar() -> engine.Scene:
+    """A redundant loop whose friction depends on the reactions that the motion leaves open."""
+    data = scene_to_dict(four_bar("regularized"))
+    data["inputs"] = {"push": {"start": 3, "unit": "N"}}
+    data["forces"] = {"wind": {"type": "force", "on": "coupler", "force": [{"input": "push"}, 0, 1]}}
+    return scene_from_dict(data)
+
+
+@pytest.mark.parametrize("make", [pushed_chain, driven_crank, pushed_four_bar])
 @pytest.mark.parametrize("at", [0.0, 0.13])
 def test_directions_are_those_of_differences(make, at: float) -> None:
     model = Model(make())
@@ -79,9 +88,9 @@ def test_directions_are_those_of_differences(make, at: float) -> None:
     for dy in directions:
         seed = rng.normal(size=ni)
         seed[3::4] = 0.0
-        if model.system.cuts:  # a displacement or a rate alone would open the loop: the acceleration can be given freely
+        if model.system.cuts:  # a displacement or a rate alone would open the loop: an acceleration or a force does not
             seed[:] = 0.0
-            seed[2::4] = 1.0
+            seed[0 if model.built.scene.forces else 2 :: 4] = 1.0
         exact, expected = point.along(seed, dy), differences(model, dy, seed)
         for got, want, names in zip(exact, expected, ([], [c.name for c in model.columns]), strict=True):
             size = np.abs(want).max()
