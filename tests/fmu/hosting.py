@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import json
 import os
 import shutil
 import subprocess
@@ -17,18 +18,26 @@ from fmpy.fmi2 import FMU2Slave
 
 import engine
 from engine.scene import scene_from_dict
+from engine.scene.overrides import apply
 from fmu.export import export
 
 FOLDER = Path(tempfile.mkdtemp(prefix="trunnion-fmu-tests-"))
 atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
 ROWS = 200
+LAWS: dict[str, dict[str, object]] = {
+    "": {},
+    "lugre": {"friction.law": "lugre", "joints.ball.friction.bristle_stiffness": 1e3, "joints.ball.friction.bristle_damping": 0.03},
+    "stribeck": {"friction.law": "stribeck", "joints.ball.friction.mu_static": 0.8, "joints.ball.friction.v_stribeck": 0.01},
+    "regularized": {"friction.law": "regularized"},
+}
 
 
 @cache
 def exported(model: str, flavour: str = "native") -> Path:
-    """The FMU of a bundled model, or of ``arm``."""
-    file = FOLDER / f"{model}-{flavour}.fmu"
-    export(arm() if model == "arm" else model, file, flavour=flavour)
+    """The FMU of a bundled model (``model:law``: with that law everywhere), or of ``arm``."""
+    file = FOLDER / f"{model.replace(':', '-')}-{flavour}.fmu"
+    name, _, law = model.partition(":")
+    export(arm() if model == "arm" else apply(engine.load_scene(name), LAWS[law]), file, flavour=flavour)
     return file
 
 
@@ -101,17 +110,18 @@ class Host:
 
 
 REFERENCE = """
-import sys, numpy, engine
-r = engine.simulate(sys.argv[1], until=float(sys.argv[2]), every=float(sys.argv[3]))
-numpy.savez(sys.argv[4], data=r.data, names=numpy.array(r.names))
+import json, sys, numpy, engine
+r = engine.simulate(sys.argv[1], until=float(sys.argv[2]), every=float(sys.argv[3]), overrides=json.loads(sys.argv[4]))
+numpy.savez(sys.argv[5], data=r.data, names=numpy.array(r.names))
 """
 
 
 def engine_run(model: str, until: float) -> dict[str, np.ndarray]:
     """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for (in a process of its own:
     otherwise fused operations of newer processors round differently)."""
-    file = FOLDER / f"{model}.npz"
-    command = [sys.executable, "-c", REFERENCE, model, repr(until), repr(until / ROWS), str(file)]
+    file = FOLDER / f"{model.replace(':', '-')}.npz"
+    name, _, law = model.partition(":")
+    command = [sys.executable, "-c", REFERENCE, name, repr(until), repr(until / ROWS), json.dumps(LAWS[law]), str(file)]
     subprocess.run(command, env=dict(os.environ, TRUNNION_CPU="x86_64"), check=True)
     with np.load(file) as data:
         return dict(zip(data["names"], data["data"].T, strict=True))
@@ -126,7 +136,7 @@ def fmu_run(file: Path, until: float, names: list[str], **more) -> dict[str, np.
 
 def claim_equal_to_engine(model: str) -> None:
     """Both flavours give the engine's columns to 1e-9 of each column's size (1 where it is smaller), and each other's bits."""
-    until = min(float(engine.load_scene(model).simulation.until), 2.0)
+    until = min(float(engine.load_scene(model.partition(":")[0]).simulation.until), 2.0)
     expected = engine_run(model, until)
     names = [n for n in expected if n != "time"]
     runs = [fmu_run(exported(model, flavour), until, names) for flavour in ("native", "python")]
