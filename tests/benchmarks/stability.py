@@ -16,7 +16,8 @@ from scipy.integrate import solve_ivp
 from engine.scene import models_dir
 from engine.scene.dump import scene_to_yaml
 from tests.benchmarks.pendulum import MU, OMEGA_EPS, G, L, M, R, alpha
-from tests.stability.rows import EDGE, ROWS
+from tests.stability.row import EDGE
+from tests.stability.rows import ROWS
 
 HEAD = """# Stability gallery
 

@@ -9,7 +9,8 @@ import pytest
 from engine.basics.problems import SceneError
 from engine.scene import load_scene, models_dir
 from engine.scene.overrides import apply
-from tests.stability.rows import EDGE, ROWS, Row
+from tests.stability.row import EDGE, Row
+from tests.stability.rows import ROWS
 from tests.stability.tellings import TELLINGS, told
 
 FOLDER = models_dir() / "stability"
