@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from engine.scene import model as sm
-from tests.stability.row import Row
-from tests.stability.verdicts import accepted, holding, ran
+from tests.stability.row import Edge, Row
+from tests.stability.verdicts import accepted, holding, ran, settled
 
 STEEL, G = 7800.0, 9.81
 TORQUE = 0.2 * 40.0 * 0.015
@@ -55,18 +55,25 @@ def crossed(angle: float) -> sm.Scene:
 def overhung(half_length: float) -> sm.Scene:
     """A bar on a level journal that also carries its bending moment: the ends press with m/(2c)."""
     bar = sm.Body(box=(0.5, 0.05, 0.05), density=STEEL, center=(0.25, 0.2, 0.0))
-    rub = sm.Friction(mu=0.1, radius=1e-3, half_length=half_length)
+    rub = sm.Friction(mu=0.1, radius=0.02, half_length=half_length)
     joint = sm.Joint("revolute", "ground", "bar", axis="y", friction=rub, start=sm.Start(0.0, 0.0))
     return sm.Scene({"bar": bar}, {"pin": joint}, "overhung", simulation=sm.Simulation(until=0.2))
 
 
+GRIP = 0.1 / math.hypot(1, 0.1) * 0.02 * 0.2 / 0.25
+"""Half length of the overhung bar's journal at which friction is its weight's torque: μ/√(1+μ²) r M/(2c) · 2 = W a."""
+
 ROWS = (
-    Row(3, "no_reaction", "reaction → 0", lambda b: rotor(1 + 50 * b, 0.2), normal_turn, "stays", "separates",
+    Row(3, "no_reaction", "reaction → 0", (
+        Edge("push up to the weight", lambda b: rotor(1 + b, 0.2), normal_turn, "stays", "separates"),),
         "contact normal undefined: 0/0"),
-    Row(5, "parallel_cross", "universal cross axes nearly parallel", lambda b: crossed(0.0 if b < 0 else 0.1), accepted, "refused",
-        "right", "a singular Jacobian in the middle of a run"),
-    Row(6, "short_journal", "half length c → 0", lambda b: overhung(0.0 if b < 0 else 1e-2), accepted, "refused", "right",
-        "division by c"),
-    Row(17, "axial_thrust", "axial thrust on a journal", lambda b: rotor(0.0, 0.01, 0.0, 40.0, 0.015, TORQUE * (1 + b)), holding,
-        "holds", "slips", "an end face has no arm"),
+    Row(5, "parallel_cross", "universal cross axes nearly parallel", (
+        Edge("axes 1e-6 rad apart", lambda b: crossed(1e-6 * (1 + b)), accepted, "refused", "right"),),
+        "a singular Jacobian in the middle of a run"),
+    Row(6, "short_journal", "half length c → 0", (
+        Edge("c at which the bending moment grips", lambda b: overhung(GRIP * (1 + b)), holding, "holds", "slips"),
+        Edge("c = 0 ∓ 1 µm", overhung, settled, "refused", "holds"),), "division by c"),
+    Row(17, "axial_thrust", "axial thrust on a journal", (
+        Edge("torque μ F R on the end face", lambda b: rotor(0.0, 0.01, 0.0, 40.0, 0.015, TORQUE * (1 + b)), holding,
+        "holds", "slips"),), "an end face has no arm"),
 )  # fmt: skip

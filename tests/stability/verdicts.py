@@ -53,6 +53,13 @@ def accepted(scene: sm.Scene) -> str:
     return "refused" if problems(scene) else honest(scene)
 
 
+def settled(scene: sm.Scene) -> str:
+    """Refused with a reason, or whether it holds."""
+    from engine.scene.check import problems
+
+    return "refused" if problems(scene) else holding(scene)
+
+
 def bundled(name: str, until: float, **changes: float) -> Callable[[float], sm.Scene]:
     """A bundled model for some time; beyond: changed a little."""
 

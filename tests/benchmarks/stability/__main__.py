@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from engine.scene import models_dir
 from engine.scene.dump import scene_to_yaml
 from tests.benchmarks.pendulum import MU, OMEGA_EPS, G, L, M, R, alpha
-from tests.stability.row import EDGE
+from tests.stability.row import EDGE, Edge
 from tests.stability.rows import ROWS
 
 HEAD = """# Stability gallery
@@ -28,7 +28,7 @@ length, mass
 and time. `trunnion simulate models/stability/01_zero_speed.yaml` runs one; the files are just beyond the threshold. The table is
 written by `python -m tests.benchmarks.stability --write`; what is in the last column in *italics* was measured by it.
 
-| | where methods fail | scene | here, below / beyond | elsewhere |
+| | where methods fail | scene | threshold: here below / beyond it | elsewhere |
 |---|---|---|---|---|
 """
 
@@ -76,18 +76,23 @@ def measured() -> dict[int, str]:
     }
 
 
+def said(edge: Edge) -> str:
+    """Threshold, and what is said on both sides of it."""
+    return f"{edge.at}: " + " / ".join(f"**{edge.verdict(edge.scene(b))}**" for b, _ in edge.sides)
+
+
 def main(write: bool) -> None:
     """Print, or write, the table."""
     known, lines, folder = measured(), [], models_dir() / "stability"
     for row in ROWS:
-        said = [row.verdict(row.scene(b)) for b in (-EDGE, EDGE)]
         file = f"{row.number:02d}_{row.name}.yaml"
         there = known.get(row.number, row.elsewhere)
-        lines.append(f"| {row.number} | {row.title} | [{row.name}]({file}) | {said[0]} / {said[1]} | {there} |")
+        here = "<br>".join(said(e) for e in row.edges)
+        lines.append(f"| {row.number} | {row.title} | [{row.name}]({file}) | {here} | {there} |")
         if write:
             folder.mkdir(exist_ok=True)
             title = f"# {row.number}. {row.title}, one part in a million beyond the threshold (where there is one).\n"
-            (folder / file).write_text(title + scene_to_yaml(row.scene(EDGE)), encoding="utf-8")
+            (folder / file).write_text(title + scene_to_yaml(row.edges[0].scene(EDGE)), encoding="utf-8")
     text = HEAD + "\n".join(lines) + "\n"
     print(text)
     if write:
