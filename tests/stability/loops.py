@@ -79,5 +79,5 @@ ROWS = (
         "singular constraint matrix from the start"),
     Row(14, "sticking_loop", "several joints sticking in one loop", (
         Edge("the most torque plane statics allows", four_bar, holding, "holds", "slips"),),
-        "minimum norm lets go at 71 % of the true band"),
+        "friction of least norm lets go too early"),
 )  # fmt: skip
