@@ -59,7 +59,7 @@ def installed() -> dict:
         if importlib.util.find_spec(package) is None:
             print(f"{name} is skipped: not installed (pip install {package})", file=sys.stderr)
         else:
-            out[name] = importlib.import_module(f"tests.benchmarks.stability.{package}_side")
+            out[name] = importlib.import_module(f"tests.benchmarks.stability_{package}")
     return out
 
 
