@@ -9,8 +9,9 @@ import pytest
 
 from tests.reference import every_root, forward
 from tests.reference.examples import ball_pendulum, pendulum_start
-from tests.stability.rows import MU, PAINLEVE, pendulum, ran
+from tests.stability.pendulums import MU, PAINLEVE, pendulum
 from tests.stability.tellings import told
+from tests.stability.verdicts import ran
 
 STATES = ((0.4, 1.0), (-1.2, 3.0), (1.0, -2.0), (0.3, -0.5))
 

@@ -7,23 +7,35 @@ from dataclasses import replace
 import numpy as np
 
 from engine.scene import model as sm
+from tests.reference.bodies import direction
 from tests.reference.joint_rows import freedoms
 from tests.reference.random_scenes import Case
-from tests.reference.transforms import rotated
+from tests.reference.rotation import random_rotation
+from tests.reference.transforms import rotated, triple
 from tests.reference.units import rescaled
 
 TELLINGS = ("as written", "turned", "millimetres and grams")
 LENGTH, MASS, TIME = 1000.0, 1e-3, 10.0
 
 
-def told(scene: sm.Scene, how: str, seed: int = 0) -> sm.Scene:
-    """The scene in another telling."""
+def told(scene: sm.Scene, how: str, seed: int = 0, runs: bool = True) -> sm.Scene:
+    """The scene in another telling. One that is refused as it is written (not ``runs``) has its directions turned as written."""
+    if how == "turned" and not runs:
+        return _written_turned(scene, random_rotation(np.random.default_rng(seed)))
     if how == "turned":
         return rotated(_case(scene), seed).case.scene
     if how == "millimetres and grams":
         moved = rescaled(_case(scene), LENGTH, MASS, TIME).case.scene
         return replace(moved, simulation=replace(scene.simulation, until=TIME * float(scene.simulation.until)))
     return scene
+
+
+def _written_turned(scene: sm.Scene, Q: np.ndarray) -> sm.Scene:
+    def turned(d: sm.Direction | None) -> sm.Direction | None:
+        return None if d is None else triple(Q @ direction(d)) if isinstance(d, str) else triple(Q @ np.array(d, float))
+
+    joints = {n: replace(j, axis=turned(j.axis), reference=turned(j.reference)) for n, j in scene.joints.items()}
+    return replace(scene, joints=joints, gravity=triple(Q @ np.array(scene.gravity)))
 
 
 def _case(scene: sm.Scene) -> Case:
@@ -40,8 +52,6 @@ def _case(scene: sm.Scene) -> Case:
 
 def _coordinates(q) -> np.ndarray:
     if isinstance(q, sm.AxisAngle):
-        from tests.reference.bodies import direction
-
         half = float(q.angle) / 2
         return np.r_[np.cos(half), np.sin(half) * direction(q.axis)]
     return np.atleast_1d(np.array(q, float))

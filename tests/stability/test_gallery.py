@@ -9,7 +9,9 @@ import pytest
 from engine.basics.problems import SceneError
 from engine.scene import load_scene, models_dir
 from engine.scene.overrides import apply
-from tests.stability.rows import EDGE, ROWS, Row
+from tests.stability.row import EDGE, Row
+from tests.stability.rows import ROWS
+from tests.stability.solids import massive
 from tests.stability.tellings import TELLINGS, told
 
 FOLDER = models_dir() / "stability"
@@ -18,20 +20,21 @@ FOLDER = models_dir() / "stability"
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
-    for beyond, expected in ((-EDGE, row.below), (EDGE, row.beyond)):
-        scene = row.scene(beyond)
-        assert row.verdict(scene if expected == "refused" else told(scene, telling, row.number)) == expected, beyond
+    for edge in row.edges:
+        for beyond, expected in edge.sides:
+            scene = told(edge.scene(beyond), telling, row.number, runs=expected != "refused")
+            assert edge.verdict(scene) == expected, (edge.at, beyond)
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_its_scene_file_is_that_scene(row: Row) -> None:
     file = FOLDER / f"{row.number:02d}_{row.name}.yaml"
-    assert load_scene(str(file)).joints.keys() == row.scene(EDGE).joints.keys()
+    assert load_scene(str(file)).joints.keys() == row.edges[0].scene(EDGE).joints.keys()
 
 
 def test_numbers_that_are_none_are_refused_by_name() -> None:
     with pytest.raises(SceneError, match=r"bodies\.b\.mass"):
-        apply(ROWS[18].scene(EDGE), {"bodies.b.mass": math.nan})
+        apply(massive(1.0), {"bodies.b.mass": math.nan})
 
 
 def test_there_are_all_nineteen() -> None:

@@ -1,0 +1,72 @@
+"""What can be said of a scene in a word or two: run it, and ask the statics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from engine.scene import load_scene
+from engine.scene import model as sm
+from engine.scene.overrides import apply
+from engine.simulation.hold import hold
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+
+
+def ran(scene: sm.Scene, rtol: float = 1e-8, rows: int = 20) -> Result:
+    """A run to the scene's end."""
+    until = float(scene.simulation.until)
+    return simulate(scene, until=until, every=until / rows, rtol=rtol, max_steps=500_000)
+
+
+def holding(scene: sm.Scene) -> str:
+    """By statics, and by a short run that must say the same."""
+    word = "holds" if hold(scene).holds else "slips"
+    r = ran(scene)
+    still = all(np.all(r[c] == 0.0) for c in r.matching("*.qd[*]")) and not any(e.kind == "slip" for e in r.events)
+    return word if (word == "holds") == still and r.outcome.ok else f"{word}, but the run {r.outcome.name}"
+
+
+def honest(scene: sm.Scene) -> str:
+    """Outcome and balance of a run."""
+    r = ran(scene)
+    if not r.outcome.ok:
+        return r.outcome.name
+    size = max(np.abs(r["energy.kinetic"]).max(), np.abs(r["energy.potential"] - r["energy.potential"][0]).max())
+    lost = np.abs(r["energy.residual"]).max()
+    closed = r["audit.constraint"].max() if "audit.constraint" in r else 0.0
+    return "right" if lost <= 1e-5 * size and closed <= 1e-9 * _length(scene) else f"energy {lost / size:.1e}, closure {closed:.1e}"
+
+
+def _length(scene: sm.Scene) -> float:
+    from engine.system.build import build
+
+    return float(build(scene).numbers.length)
+
+
+def accepted(scene: sm.Scene) -> str:
+    """Refused with a reason at the named place, or run."""
+    from engine.scene.check import problems
+
+    return "refused" if problems(scene) else honest(scene)
+
+
+def settled(scene: sm.Scene) -> str:
+    """Refused with a reason, or whether it holds."""
+    from engine.scene.check import problems
+
+    return "refused" if problems(scene) else holding(scene)
+
+
+def bundled(name: str, until: float, **changes: float) -> Callable[[float], sm.Scene]:
+    """A bundled model for some time; beyond: changed a little."""
+
+    def make(beyond: float) -> sm.Scene:
+        scene = load_scene(name)
+        if changes:
+            scene = apply(scene, {k.replace("__", "."): v * (1 + beyond) for k, v in changes.items()})
+        return replace(scene, simulation=sm.Simulation(until=until), outputs=("*",))
+
+    return make
