@@ -298,6 +298,7 @@ static int tr_finish_event(tr_sim *s) {
   s->chatter = te - s->chatter_t < 1e-12 * fmax(1.0, fabs(te)) ? s->chatter + 1 : 0;
   s->chatter_t = te;
   int entering = pair && tr_mode(s, i)[0] > 0.5;
+  if (pair && s->method == TR_AUTO) tr_kink_passed(s);
   tr_switch(s, i, te, ye);
   tr_shift(s, te, ye);
   s->have_k1 = s->have_jac = 0;

@@ -117,7 +117,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const tr_kernel *k = s->k;
   s->t = s->t_start = t, s->t_stop = t_stop, s->every = every, s->row_index = 0, s->row_next = t;
   s->h = s->hfixed, s->h_slip = 0.0, s->have_k1 = s->have_dense = s->pending = s->chatter = s->nev = s->status = s->have_jac = 0;
-  s->stiff_count = s->nonstiff_count = 0, s->err_old = 0.0;
+  s->stiff_count = s->nonstiff_count = s->kink_count = 0, s->err_old = 0.0;
   s->fail_detail = -1, s->fail_number = -1.0, s->chatter_t = -INFINITY, s->next_break = 0, s->rank = 0, s->energy0 = 0.0;
   memset(&s->stats, 0, sizeof s->stats);
   memset(s->last, 0, sizeof s->last);

@@ -175,9 +175,20 @@ static double tr_spectral(tr_sim *s, double h) {
   return size * h;
 }
 
+#define KINKS_MAX 12 /* steps that end at a kink, beyond the number of those that do not */
+
+/* Automatic method, a step that ended at the kink of a law: where hardly a step gets by without one, an explicit method is thrown from
+ * branch to branch by a velocity that creeps just below the kink. */
+static void tr_kink_passed(tr_sim *s) {
+  if (++s->kink_count < KINKS_MAX || s->method_now == TR_ROSENBROCK) return;
+  s->method_now = TR_ROSENBROCK;
+  s->kink_count = s->stiff_count = s->have_jac = 0;
+}
+
 /* Automatic method: leave the explicit one when stability, not accuracy, has limited it for a while; come back when the stiff one's
  * steps would be stable explicitly. */
 static void tr_choose(tr_sim *s) {
+  if (s->kink_count > 0) s->kink_count--;
   if (s->method_now == TR_ROSENBROCK) {
     int calm = tr_spectral(s, s->p_h) < 2.0;
     s->stiff_count = calm ? s->stiff_count + 1 : 0;

@@ -111,7 +111,7 @@ typedef struct tr_sim {
   int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
   double least_pivot, fail_number, chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
   double jac_t;
-  int have_jac, stiff_count, nonstiff_count, newton_guard, event_slider, probe;
+  int have_jac, stiff_count, nonstiff_count, kink_count, newton_guard, event_slider, probe;
   double capture_h, capture_dec, contraction, complement, open_t; /* largest so far; first decision with several answers */
   double impulse_h, burst_t, moreau_t; /* step of impulses while they are solved; window of events; first hand-over (−1: none) */
   long burst_events;

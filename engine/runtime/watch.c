@@ -2,6 +2,7 @@
 #include "modes.h"
 
 #define TURNED 2.0    /* rad: more than a step's steady turning */
+#define ROUND_OFF 1e-9 /* of the largest contact force before or after: less carries nothing, and has no direction */
 #define NEAR_ZERO 0.2 /* of the smaller force: how close to zero the force passes when it separates */
 
 /* Contact forces of all pairs at the state just evaluated (a: accelerations of the rates): 4 numbers each. 0 when there are none. */
@@ -56,11 +57,13 @@ static void tr_watch_contacts(tr_sim *s, const double *a) {
   int nc = s->o ? s->o->ncontacts : 0;
   double now[4 * nc + 4], *before = TR_A(s, con), theta, least;
   if (!nc || !(s->o->wants & 2) || !tr_contacts_at(s, TR_A(s, ynew), a, now)) return;
+  double floor = 0.0;
+  for (int i = 0; i < nc; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[4 * i], now[4 * i]));
   for (int m = 0; m < s->k->nsliders; ++m) {
     const int *sl = tr_slider(s, m);
     for (int i = sl[6]; i < sl[6] + sl[7]; ++i) {
       const double *p = before + 4 * i, *q = now + 4 * i;
-      if (!(p[0] > 0.0) || !(tr_turn(p, q) > TURNED)) continue;
+      if (!(p[0] > 0.0) || !(fmax(p[0], q[0]) > floor) || !(tr_turn(p, q) > TURNED)) continue;
       tr_closest(p, q, &least);
       if (least > 2.0 * NEAR_ZERO) continue;
       if (!s->have_dense) {

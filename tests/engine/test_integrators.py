@@ -206,3 +206,15 @@ def test_what_a_stiff_damper_takes_is_found_at_a_loose_tolerance(method: str) ->
 def test_asking_for_works_leaves_the_motion_as_accurate() -> None:
     steps = [simulate("spatial_slider_crank", until=2.0, outputs=o).stats.steps for o in (["*.q[1]"], ["*.q[1]", "energy.*"])]
     assert steps[1] >= steps[0]
+
+
+@pytest.mark.parametrize(("share", "v_eps"), [(0.9999, 1e-4), (0.9999, 1e-3), (0.99, 1e-5)])
+def test_a_velocity_that_creeps_just_below_the_kink_is_handed_to_the_stiff_method(share: float, v_eps: float) -> None:
+    """A sleeve pushed with a little less than μN: an explicit method would hop across v_eps some 10,000 times a second."""
+    rub = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02, law="regularized", v_eps=v_eps)
+    joint = sm.Joint("prismatic", "ground", "block", axis="x", friction=rub)
+    push = sm.Force("force", "block", (share * 0.4 * 2.0 * 9.81, 0.0, 0.0))
+    scene = sm.Scene({"block": sm.Body(box=(0.1, 0.1, 0.1), mass=2.0)}, {"guide": joint}, "creep", forces={"push": push})
+    r = simulate(scene, until=1.0, every=0.1, rtol=1e-6, max_steps=200)
+    assert r.outcome.ok
+    assert r["guide.qd[1]"][-1] == pytest.approx(share * v_eps, rel=1e-6)
