@@ -264,13 +264,18 @@ static void tr_finish_whole(tr_sim *s) {
 
 /* Complete a step that ends where a pair with a set-valued law changes its mode. */
 static int tr_finish_set(tr_sim *s) {
-  double te = s->p_t, *ye = TR_A(s, cand);
+  double te = s->p_t, *ye = TR_A(s, cand), modes[TR_MODE * s->k->nsliders];
   s->capture = s->missed = -1;
   tr_dense_eval(s, s->p_theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   if (tr_needs_sharpening(s, s->p_which)) tr_sharpen(s, s->p_which, &te, ye);
+  memcpy(modes, tr_mode(s, 0), sizeof modes);
   int code = tr_settle(s, te, ye, s->p_which);
-  if (code != TR_OK) return code;
+  if (code != TR_OK) { /* this is where it ends, or goes on by an impact */
+    memcpy(tr_mode(s, 0), modes, sizeof modes);
+    tr_shift(s, te, ye);
+    return code;
+  }
   s->stats.events++;
   s->chatter = te - s->chatter_t < 1e-12 * fmax(1.0, fabs(te)) ? s->chatter + 1 : 0;
   s->chatter_t = te;
@@ -339,7 +344,6 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       code = tr_finish(s, rows, capacity, count);
       if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) {
         s->pending = s->p_noted = 0;
-        if (s->every <= 0.0 && *count > 0 && rows[s->want * (*count - 1)] > s->t) --*count; /* of the event given up */
         continue;
       }
       if (code != TR_OK) return tr_end(s, code);
