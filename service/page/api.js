@@ -64,6 +64,10 @@ export function problemItem(p, jump) {
   return make("li", {}, line, make("b", {}, p.where), `: ${p.what} `, make("span", { class: "hint" }, p.hint ? `→ ${p.hint}` : ""));
 }
 
+const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
+
+export const downloads = (path) => KINDS.map(([kind, name]) => make("a", { href: `${path}?format=${kind}`, download: true }, name));
+
 export function number(x) {
   return x == null ? "–" : Math.abs(x) >= 1e5 || (x !== 0 && Math.abs(x) < 1e-3) ? x.toExponential(3) : String(+x.toPrecision(6));
 }
