@@ -39,7 +39,10 @@ export async function ask(method, path, body, signal) {
   }
   if (answer.ok) return answer.status === 204 ? null : answer.json();
   const problem = await answer.json().catch(() => ({ title: `status ${answer.status}`, status: answer.status }));
-  if (answer.status === 401) $("keyform").hidden = false;
+  if (answer.status === 401) {
+    $("keyform").hidden = false;
+    if (!key()) problem.detail = "an API key is needed here";
+  }
   throw new Told(problem);
 }
 
