@@ -9,7 +9,7 @@ const TOOLS = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["
 const GROW = 2000; // ms between looks at the rows of a job that runs; ten times longer than a look takes
 const title = (text) => ({ title: { text, font: { size: text.length > 36 ? 11 : 13 } } });
 const looks = (x, y) => ({ ...LOOK, xaxis: title(x), yaxis: title(y) });
-let job = null, columns = [], table = null, next = 0;
+let job = null, columns = [], table = null, next = 0, asked = 0, drawn = 0;
 
 export function begin() {
   for (const id of ["across", "up"]) $(id).addEventListener("change", () => sweep().catch((e) => notice(e.message)));
@@ -48,10 +48,11 @@ export async function grown(now) {
   if (some && !$("column").options.length) await aCase();
 }
 
-// The table, drawn; false when there are no rows, or another job is looked at by now.
+// The table, drawn; false when there are no rows, or another job or a later table is looked at by now.
 async function fetched() {
-  const id = job.id, got = await ask("GET", `/v1/jobs/${id}/results?format=json&count=${MOST}`);
-  if (id !== job.id) return false;
+  const id = job.id, turn = ++asked, got = await ask("GET", `/v1/jobs/${id}/results?format=json&count=${MOST}`);
+  if (id !== job.id || turn < drawn) return false;
+  drawn = turn;
   table = got;
   columns = table.columns;
   choices();
@@ -100,8 +101,8 @@ async function sweep() {
 
 // The columns that the job's scene can give, however many its runs keep.
 async function offered() {
-  const asked = await ask("GET", `/v1/jobs/${job.id}/request`);
-  const found = (await ask("POST", "/v1/scenes/check", { scene: asked.scene })).columns;
+  const { scene } = await ask("GET", `/v1/jobs/${job.id}/request`);
+  const found = (await ask("POST", "/v1/scenes/check", { scene })).columns;
   const named = (c) => make("option", { value: c.name, title: c.description }, c.unit === "1" ? c.name : `${c.name} (${c.unit})`);
   $("column").replaceChildren(...found.map(named));
   $("column").value = (found.find((c) => c.name.endsWith(".normal_force")) || found[0]).name;

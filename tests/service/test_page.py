@@ -84,6 +84,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     until(page, "document.getElementById('state').textContent.startsWith('done: 26 of 26')")
     page.wait_for_selector("#sweepplot .scatterlayer .trace")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
+    until(page, "document.getElementById('sweepplot').data[0].x.length === 26")
     page.select_option("#up", "max:ball.contact[1].normal_force")
     page.fill("#case", "25")
     until(page, "document.getElementById('casevalues').textContent.includes('0.6')")
