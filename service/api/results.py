@@ -15,7 +15,7 @@ from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
 from service.api.service import Service
-from service.api.waiting import answered
+from service.api.waiting import Call, answered
 from service.executor.work import run_trajectory
 from service.request import plan_of_document
 from service.store.rows import Chunk
@@ -24,6 +24,7 @@ router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Format = Annotated[Literal["json", "csv", "parquet", "arrow"] | None, Query(description="Instead of the Accept header.")]
 Accept = Annotated[str, Header(max_length=1000, include_in_schema=False)]
 REPLAY_BYTES = 400_000_000
+REPLAYS_AT_ONCE = 4
 
 
 @router.get(
@@ -128,7 +129,8 @@ async def animation(job: str, case: int, caller: Reader, s: Here, request: Reque
 async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """A case run again on the cluster."""
     await run_in_threadpool(_check, s, job, case, outputs)
-    return await answered(s, request, s.settings.limits.answer_seconds, run_trajectory, s.parts.url, job, case, outputs, kind)
+    call = Call(run_trajectory, (s.parts.url, job, case, outputs, kind), s.replays, REPLAYS_AT_ONCE, priority=10)
+    return await answered(s, request, s.settings.limits.answer_seconds, call)
 
 
 def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> None:

@@ -24,7 +24,7 @@ from engine.scene.schema import json_schema
 from engine.system.build import build
 from service.api.jobs import Here, Reader, Submitter
 from service.api.problems import Json, Refusal, documented
-from service.api.waiting import counted
+from service.api.waiting import taking
 from service.request import SceneSource, scene_of
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
@@ -131,6 +131,9 @@ def check(source: Annotated[SceneSource, Body(openapi_examples=SCENES)], caller:
     )
 
 
+EXPORTS_AT_ONCE = 2
+
+
 class FmuRequest(SceneSource):
     """An FMU to export."""
 
@@ -152,7 +155,7 @@ class FmuRequest(SceneSource):
 async def fmus(request: Annotated[FmuRequest, Body(openapi_examples=FMUS)], caller: Submitter, s: Here) -> Response:
     """Export a scene as an FMU (FMI 2.0) and download it."""
     scene = await run_in_threadpool(scene_of, request, s.settings.limits)
-    async with counted(s.exports), s.exports.turn:
+    async with taking(s.exports, EXPORTS_AT_ONCE):
         data = await run_in_threadpool(_exported, scene, request, s.settings.data)
     name = "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in scene.name)[:60] or "model"
     return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")

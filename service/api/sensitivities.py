@@ -13,7 +13,7 @@ from engine.scene.dump import scene_to_dict
 from engine.sensitivities.asked import checked_request
 from service.api.jobs import Here, Submitter
 from service.api.problems import documented
-from service.api.waiting import answered
+from service.api.waiting import Call, answered
 from service.executor.differentiate import run_sensitivity
 from service.request import Path, Plain, SceneSource, scene_of
 from service.settings import Limits
@@ -104,7 +104,9 @@ async def sensitivities(
     """d(output)/d(parameter) along a run and across its events, exactly along its steps (no differences of runs). The answer comes
     with this request; closing the connection ends the work."""
     document, seconds = await run_in_threadpool(_plain, asked, s.settings.limits)
-    answer = await answered(s, request, seconds + QUEUE_SECONDS, run_sensitivity, document, seconds)
+    half = max(1, s.cluster.counted // 2)  # the other workers are for jobs, and for looking at them
+    call = Call(run_sensitivity, (document, seconds), s.derivatives, half)
+    answer = await answered(s, request, seconds + QUEUE_SECONDS, call)
     return Response(answer, media_type="application/json")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import dataclass, field
 
 from fastapi import Request
@@ -15,13 +14,12 @@ from service.settings import Settings
 from service.store.work import WorkStore
 
 
+@dataclass
 class Turns:
-    """Long requests of one kind: some worked on at a time (``turn``), and ``count``, those that wait included. For the event loop
-    only."""
+    """Long requests of one kind: how many there are, and how many of them are worked on. For the event loop only."""
 
-    def __init__(self, at_once: int):
-        self.turn = asyncio.Semaphore(at_once)
-        self.count = 0
+    there: int = 0
+    busy: int = 0
 
 
 @dataclass
@@ -34,8 +32,9 @@ class Service:
     parts: Parts
     metrics: Metrics
     dispatcher: Dispatcher
-    answers: Turns = field(default_factory=lambda: Turns(4))
-    exports: Turns = field(default_factory=lambda: Turns(2))
+    replays: Turns = field(default_factory=Turns)
+    derivatives: Turns = field(default_factory=Turns)
+    exports: Turns = field(default_factory=Turns)
     streams: int = 0
 
 

@@ -6,6 +6,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
 from typing import Any
 
 from fastapi import Request
@@ -18,41 +19,59 @@ from service.executor.cluster import NoCluster
 MOST_WAITING = 32
 GONE = ("cancelled", "lost")
 LOOK_SECONDS = 0.25
+TURN_SECONDS = 0.05
 RESULT_SECONDS = 10
 
 
 @asynccontextmanager
-async def counted(turns: Turns) -> AsyncIterator[None]:
-    """One more who waits; Refusal (503) when they are too many."""
-    if turns.count >= MOST_WAITING:
+async def taking(turns: Turns, most: int) -> AsyncIterator[None]:
+    """Wait for a turn, of which ``most`` are at a time; Refusal (503) when too many wait."""
+    if turns.there >= MOST_WAITING:
         raise Refusal(503, "too many such requests at once; try again", headers={"Retry-After": "10"})
-    turns.count += 1
+    turns.there += 1
     try:
-        yield
-    finally:
-        turns.count -= 1
-
-
-async def answered(s: Service, request: Request, seconds: float, function: Callable[..., Any], *arguments: Any) -> bytes:
-    """What a function makes of its arguments on the cluster, ahead of the chunks of jobs. Refusal (503) when too many wait, or when
-    there is no answer after ``seconds``."""
-    async with counted(s.answers):
-        end = time.monotonic() + seconds
-        work = asyncio.create_task(_worked(s, function, arguments))
+        while turns.busy >= most:
+            await asyncio.sleep(TURN_SECONDS)
+        turns.busy += 1
         try:
-            while not work.done():
-                await asyncio.wait({work}, timeout=LOOK_SECONDS)
-                if not work.done() and (time.monotonic() > end or await request.is_disconnected()):
-                    raise Refusal(503, f"there was no answer within {seconds:g} s", headers={"Retry-After": "60"})
-            return work.result()
+            yield
         finally:
-            work.cancel()
+            turns.busy -= 1
+    finally:
+        turns.there -= 1
 
 
-async def _worked(s: Service, function: Callable[..., Any], arguments: tuple[Any, ...]) -> bytes:
+@dataclass(frozen=True)
+class Call:
+    """A function for the cluster. most: such calls at a time; priority: above 0, ahead of the chunks of jobs."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    turns: Turns
+    most: int
+    priority: int = 0
+
+
+async def answered(s: Service, request: Request, seconds: float, call: Call) -> bytes:
+    """What a call gives. Refusal (503) when too many wait, or when there is no answer after ``seconds``."""
+    end = time.monotonic() + seconds
+    work = asyncio.create_task(_worked(s, call))
+    try:
+        while not work.done():
+            await asyncio.wait({work}, timeout=LOOK_SECONDS)
+            if not work.done() and (time.monotonic() > end or await request.is_disconnected()):
+                raise Refusal(503, f"there was no answer within {seconds:g} s", headers={"Retry-After": "60"})
+        return work.result()
+    except asyncio.CancelledError:
+        raise Refusal(503, "the server ends; ask again", headers={"Retry-After": "10"}) from None
+    finally:
+        work.cancel()
+
+
+async def _worked(s: Service, call: Call) -> bytes:
     """Take a turn; the future is cancelled with this task."""
-    async with s.answers.turn:
-        future = await run_in_threadpool(lambda: s.cluster.submit(function, *arguments, priority=10))
+    async with taking(call.turns, call.most):
+        future = await run_in_threadpool(lambda: s.cluster.submit(call.function, *call.arguments, priority=call.priority))
         loop, over = asyncio.get_running_loop(), asyncio.Event()
 
         def came(_: Any) -> None:

@@ -39,7 +39,10 @@ export async function ask(method, path, body, signal) {
   }
   if (answer.ok) return answer.status === 204 ? null : answer.json();
   const problem = await answer.json().catch(() => ({ title: `status ${answer.status}`, status: answer.status }));
-  if (answer.status === 401) $("keyform").hidden = false;
+  if (answer.status === 401) {
+    $("keyform").hidden = false;
+    if (!key()) problem.detail = "an API key is needed here";
+  }
   throw new Told(problem);
 }
 
@@ -63,6 +66,10 @@ export function problemItem(p, jump) {
   const line = p.line && jump ? make("button", { type: "button", onclick: () => jump(p.line) }, `line ${p.line}`) : null;
   return make("li", {}, line, make("b", {}, p.where), `: ${p.what} `, make("span", { class: "hint" }, p.hint ? `→ ${p.hint}` : ""));
 }
+
+const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
+
+export const downloads = (path) => KINDS.map(([kind, name]) => make("a", { href: `${path}?format=${kind}`, download: true }, name));
 
 export function number(x) {
   return x == null ? "–" : Math.abs(x) >= 1e5 || (x !== 0 && Math.abs(x) < 1e-3) ? x.toExponential(3) : String(+x.toPrecision(6));

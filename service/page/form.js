@@ -72,6 +72,8 @@ async function check(signal) {
     box.className = "verdict bad";
     box.replaceChildren(make("ul", {}, ...(e.problems?.length ? e.problems : [{ where: "scene", what: e.message }]).map((p) => problemItem(p, toLine))));
     $("submit").disabled = true;
+    $("jobverdict").className = "verdict";
+    $("jobverdict").textContent = "The scene has to be right first.";
     return;
   }
   const few = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;

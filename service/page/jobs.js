@@ -1,14 +1,13 @@
 // The list of jobs, and the one looked at: its progress as it goes, its problems, its downloads.
 
-import { $, ask, make, notice, problemItem } from "./api.js";
+import { $, ask, downloads, make, notice, problemItem } from "./api.js";
 
 const ENDED = ["done", "failed", "cancelled"];
-const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
-let shown = null, source = null, cursor = null, changed = () => {};
+let shown = null, source = null, cursor = null, changed = () => {}, grown = () => {};
 const known = new Map();
 
-export async function begin(onChanged) {
-  changed = onChanged;
+export async function begin(onChanged, onGrown) {
+  [changed, grown] = [onChanged, onGrown];
   $("cancel").addEventListener("click", () => ask("DELETE", `/v1/jobs/${shown}`).then(update).catch((e) => notice(e.message)));
   $("older").addEventListener("click", () => more().catch((e) => notice(e.message)));
   $("joblist").addEventListener("keydown", arrows);
@@ -55,8 +54,8 @@ export async function show(job, focus) {
   source?.close();
   $("job").hidden = false;
   $("jobtitle").textContent = `${job.label || job.scene} (${job.id.slice(0, 8)})`;
-  const links = KINDS.map(([kind, name]) => make("a", { href: `/v1/jobs/${job.id}/results?format=${kind}`, download: true }, name));
-  $("downloads").replaceChildren("Download the table:", ...links);
+  const asked = make("a", { href: `/v1/jobs/${job.id}/request`, target: "_blank", rel: "noopener" }, "what was asked");
+  $("downloads").replaceChildren("Download the table:", ...downloads(`/v1/jobs/${job.id}/results`), asked);
   update(job);
   if (focus) $("jobtitle").focus();
   await changed(job, true);
@@ -66,7 +65,11 @@ export async function show(job, focus) {
 function follow(id) {
   source = new EventSource(`/v1/jobs/${id}/events`);
   const mine = source;
-  source.addEventListener("progress", (e) => update(JSON.parse(e.data)));
+  source.addEventListener("progress", (e) => {
+    const job = JSON.parse(e.data);
+    update(job);
+    if (id === shown && job.done && !ENDED.includes(job.state)) grown(job).catch((x) => notice(x.message));
+  });
   for (const kind of ENDED) {
     source.addEventListener(kind, () => {
       mine.close();

@@ -9,7 +9,7 @@ async function begin() {
   notice("");
   plots.begin();
   await form.begin((job) => jobs.show(job, true));
-  await jobs.begin(plots.changed);
+  await jobs.begin(plots.changed, plots.grown);
   document.body.dataset.ready = "true";
 }
 

@@ -84,6 +84,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     until(page, "document.getElementById('state').textContent.startsWith('done: 26 of 26')")
     page.wait_for_selector("#sweepplot .scatterlayer .trace")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
+    until(page, "document.getElementById('sweepplot').data[0].x.length === 26")
     page.select_option("#up", "max:ball.contact[1].normal_force")
     page.fill("#case", "25")
     until(page, "document.getElementById('casevalues').textContent.includes('0.6')")
@@ -93,10 +94,32 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     page.wait_for_timeout(600)
     picture(page, "sweep")
     links = page.eval_on_selector_all("#downloads a", "x => x.map(a => a.getAttribute('href'))")
-    assert [x.split("=")[1] for x in links] == ["csv", "parquet", "arrow", "json"]
-    with page.expect_download() as d:
-        page.click("#downloads a:first-of-type")
-    assert Path(d.value.path()).read_text().count("\n") == 27
+    assert [x.split("=")[1] for x in links[:4]] == ["csv", "parquet", "arrow", "json"]
+    assert links[4].endswith("/request")
+    for link, rows in (("#downloads", 26), ("#casedownloads", 3 * 100 + 1)):
+        with page.expect_download() as d:
+            page.click(f"{link} a:first-of-type")
+        assert Path(d.value.path()).read_text().count("\n") == 1 + rows
+
+
+def test_a_long_job_is_seen_growing_and_can_be_cancelled(page: Any) -> None:
+    """Any column of the scene can be looked at meanwhile, and cases that are not there yet are said to be not there."""
+    page.wait_for_selector("#verdict.good")
+    run(page, "0.1:0.6:200000", "2")
+    drawn = "document.getElementById('sweepplot').data?.[0].x.length ?? 0"
+    until(page, f"({drawn}) > 0")
+    before = page.evaluate(f"() => {drawn}")
+    until(page, f"({drawn}) > {before}")
+    until(page, "document.getElementById('column').options.length === 62")
+    page.select_option("#column", "pendulum.position[3]")
+    until(page, "document.querySelector('#timeplot .ytitle')?.textContent === 'pendulum.position[3] (m)'")
+    page.fill("#case", "199999")
+    until(page, "document.getElementById('casevalues').textContent.includes('not there')")
+    assert page.inner_text("#state").startswith("running")
+    page.click("#cancel")
+    until(page, "document.getElementById('state').textContent.startsWith('cancelled')")
+    assert "Cases 0 to 19,999 of 200,000" in page.inner_text("#sweepnote")
+    picture(page, "long")
 
 
 def test_mistakes_are_shown_as_they_are_typed_and_can_be_gone_to(page: Any) -> None:
@@ -106,6 +129,7 @@ def test_mistakes_are_shown_as_they_are_typed_and_can_be_gone_to(page: Any) -> N
     text = page.inner_text("#verdict")
     assert "spherical" in text
     assert page.is_disabled("#submit")
+    assert "scene has to be right first" in page.inner_text("#jobverdict")
     picture(page, "mistakes")
     page.click("#verdict button >> nth=0")
     assert page.evaluate("document.activeElement.id") == "scene"

@@ -16,7 +16,7 @@ from engine.scene.library import model_file, model_names
 from engine.scene.load import load_scene
 from tests.service.serving import MU, Served
 
-PLACES = ("/v1/jobs", "/v1/jobs/check", "/v1/scenes/check")
+PLACES = ("/v1/jobs", "/v1/jobs/check", "/v1/scenes/check", "/v1/sensitivities")
 ODD: list[Any] = [
     None,
     True,
@@ -71,13 +71,15 @@ def spoiled(chance: random.Random, value: Any, budget: list[int]) -> Any:
     return value
 
 
-def rubbish(chance: random.Random) -> bytes:
-    """A body: random bytes, broken JSON, YAML of the wild, or a request whose scene or sweep is spoiled."""
+def rubbish(chance: random.Random, place: str) -> bytes:
+    """A body for a place: random bytes, broken JSON, YAML of the wild, or a request whose scene or sweep is spoiled."""
     kind = chance.randrange(5)
     if kind == 0:
         return chance.randbytes(chance.randrange(2000))
     scene = scene_to_dict(load_scene(model_file(chance.choice(model_names()))))
     request: dict[str, Any] = {"scene": scene, "over": {MU: [0.1, 0.2]}, "until": 0.1}
+    if place == "/v1/sensitivities":
+        request = {"scene": scene, "parameters": [MU], "outputs": ["ball.qd*"], "until": 0.1, "every": 0.05, "budget": 5}
     if kind == 1:
         text = bytearray(json.dumps(request).encode())
         for _ in range(chance.randrange(1, 6)):
@@ -112,8 +114,8 @@ def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(served: Serv
     statuses: dict[int, int] = {}
     memory, there = server.memory_info().rss, files(served.data)
     for i in range(count):
-        body = rubbish(chance)
-        place = PLACES[1 + i % 2] if i % 3 else PLACES[0]
+        place = PLACES[i % len(PLACES)]
+        body = rubbish(chance, place)
         answer = served.client.post(place, content=body, headers={"Content-Type": "application/json"})
         statuses[answer.status_code] = statuses.get(answer.status_code, 0) + 1
         assert answer.status_code < 500, (place, body, answer.text)

@@ -141,3 +141,21 @@ def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> N
         t.join()
     assert {(a.status_code, a.headers["retry-after"]) for a in answers} == {(503, "10")}
     assert served.ended(served.submit(SMALL), 60)["state"] == "done"
+
+
+def test_jobs_go_on_beside_them(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """They take half of the workers at most."""
+    with Served(tmp_path_factory.mktemp("beside") / "data", "--workers", "2") as s:
+        assert s.post("/v1/sensitivities", ASKED, timeout=120).status_code == 200
+
+        def ask() -> None:
+            with httpx.Client(base_url=s.client.base_url, timeout=None) as c, suppress(httpx.HTTPError):
+                c.post("/v1/sensitivities", json=LONG)
+
+        threads = [threading.Thread(target=ask) for _ in range(3)]
+        for t in threads:
+            t.start()
+        assert s.ended(s.submit(SMALL))["state"] == "done"
+        assert all(t.is_alive() for t in threads)
+    for t in threads:
+        t.join()
