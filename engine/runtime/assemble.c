@@ -1,9 +1,12 @@
 /* Start values that close the loops: positions, then velocities, changing as little as possible.
  *
- * First only coordinates the user left open move; when that is not enough everything may, given ones a hundred times less. */
+ * First only coordinates the user left open move; when that is not enough everything may, given ones a hundred times less. Where that
+ * does not close either, the start may be singular (links exactly in line, which would close to either side): it is nudged and all
+ * is tried again. */
 #include "tr.h"
 
 #define TIGHT 1e-13
+#define NUDGE 0.02 /* rad; of the length scale */
 
 /* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
 static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
@@ -89,6 +92,16 @@ static void tr_weights(const tr_sim *s, const double *given, double held, double
   for (int i = 0; i < s->k->nv; ++i) weight[i] = (given[i] > 0.5 ? held : 1.0) * (s->k->vkind[i] ? s->length : 1.0);
 }
 
+/* Move every coordinate that may move a little, each by another amount. */
+static void tr_nudge(tr_sim *s, double *y, const double *weight) {
+  const tr_kernel *k = s->k;
+  double dv[k->nv + 1], dq[k->nq + 4];
+  for (int i = 0; i < k->nv; ++i) dv[i] = NUDGE * weight[i] / (1.0 + 0.618 * i);
+  k->qdot(y, dv, dq);
+  for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
+  tr_normalize(s, y);
+}
+
 /* Make the start state consistent. qgiven, vgiven (nv each): 1 where the user said so. Returns 1; 0 positions cannot be closed;
  * −1 velocities cannot. The block's y holds the result (or the best found). */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven) {
@@ -101,9 +114,10 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
   memcpy(start, y, sizeof(double) * s->ny);
   const double held[3] = {0.0, 0.01, 1.0};
   int closed = 0;
-  for (int phase = 0; phase < 3 && !closed; ++phase) {
+  for (int phase = 0; phase < 6 && !closed; ++phase) {
     memcpy(y, start, sizeof(double) * s->ny);
-    tr_weights(s, qgiven, held[phase], weight);
+    tr_weights(s, qgiven, held[phase % 3], weight);
+    if (phase >= 3) tr_nudge(s, y, weight);
     closed = tr_close_positions(s, y, weight, G);
   }
   if (!closed) return 0;

@@ -172,3 +172,21 @@ def test_loops_stay_closed_for_long(name: str, until: float) -> None:
     r = simulate(name, until=until, every=until / 1000, outputs=["audit.constraint"])
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= CLOSURE
+
+
+@pytest.mark.parametrize("gap", [1e-3, 0.1, 0.5])
+def test_links_that_start_exactly_in_line_close_to_a_side(gap: float) -> None:
+    """Two bars of 1 m between pivots 2 m − gap apart: from the line itself no first-order change closes the gap."""
+    bar = sm.Body(box=(1.0, 0.05, 0.05), density=2700.0, points={"a": (-0.5, 0.0, 0.0), "b": (0.5, 0.0, 0.0)})
+    joints = {
+        "p": sm.Joint("revolute", "ground", "crank.a", axis="z"),
+        "q": sm.Joint("revolute", "crank.b", "rod.a", axis="z"),
+        "r": sm.Joint("revolute", "rod.b", sm.Side("ground", (2.0 - gap, 0.0, 0.0)), axis="z"),
+    }
+    r = simulate(sm.Scene({"crank": bar, "rod": bar}, joints, "in_line"), until=0.01)
+    assert r.outcome.ok
+    lean = np.arccos(1.0 - gap / 2.0)
+    assert abs(r["p.q[1]"][0]) == pytest.approx(lean, abs=1e-12)
+    assert r["q.q[1]"][0] == pytest.approx(-2.0 * r["p.q[1]"][0], abs=1e-12)
+    joints["r"] = replace(joints["r"], outboard=sm.Side("ground", (2.0 + gap, 0.0, 0.0)))
+    assert simulate(sm.Scene({"crank": bar, "rod": bar}, joints, "too_far"), until=0.01).outcome.name == "open_loop"
