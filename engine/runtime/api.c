@@ -13,19 +13,25 @@ static int tr_settle(tr_sim *s, double t, double *y, int which);
 static void tr_certify(tr_sim *s);
 #include "manifold.c"
 #include "coulomb.c"
+TR_RARE
 #include "onset.c"
 #include "decide.c"
+TR_OFTEN
 #include "events.c"
 #include "watch.c"
-#include "settle.c"
 #include "output.c"
-#include "assemble.c"
 #include "choice.c"
 #include "rosenbrock.c"
+TR_RARE
+#include "settle.c"
+#include "assemble.c"
 #include "diagnose.c"
 #include "limit.c"
 #include "moreau.c"
+TR_OFTEN
 #include "advance.c"
+
+TR_RARE
 
 static int tr_max(int a, int b) { return a > b ? a : b; }
 
@@ -237,6 +243,7 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
 }
 
 #include "hold.c"
+#include "linearize.c"
+TR_OFTEN
 #include "batch.c"
 #include "communicate.c"
-#include "linearize.c"

@@ -4,6 +4,16 @@
 #include <math.h>
 #include "tr.h"
 
+/* Code that runs at events, at the start or after failures, compiled for size: inlined like the stepping loop it would take most of the
+ * compiler's time. */
+#ifdef __clang__
+#define TR_RARE _Pragma("clang attribute push(__attribute__((minsize, noinline)), apply_to = function)")
+#define TR_OFTEN _Pragma("clang attribute pop")
+#else
+#define TR_RARE
+#define TR_OFTEN
+#endif
+
 /* First number of a pair's mode. Law with a kink: 0 proportional, 1 saturated; with one at rest only (|v|): always 0, the direction
  * changes. Set-valued law: */
 enum { TR_STUCK = 0, TR_SLIPS = 1, TR_CONE = 2 };
