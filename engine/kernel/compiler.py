@@ -21,8 +21,8 @@ from pathlib import Path
 log = logging.getLogger("trunnion.kernel")
 
 FLAGS = (
-    "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast", "-fPIC",
-    "-fvisibility=default", "-w",
+    "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
+    "-fPIC", "-fvisibility=default", "-w",
 )  # fmt: skip
 """Loops are short and of lengths known late: unrolled and vectorised by the compiler the runtime takes twice as long to compile and
 is 3 to 14 percent slower. What is worth vectors is written with them (``vec.h``)."""

@@ -11,6 +11,8 @@ import sys
 import tempfile
 import threading
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -39,19 +41,19 @@ def request(cases: int) -> dict[str, Any]:
 
 
 def bare(asked: dict[str, Any], seconds: float) -> tuple[float, float]:
-    """(best, of all) cases a second that one core steps, with nothing around it, over pieces spread over the batch: the best by the
-    clock, and the mean by the processor time used, which says the same on a machine that does other work too."""
+    """Cases a second that one core steps, with nothing around it, over pieces spread over the batch (cases differ in cost): by the
+    clock, and by the processor time used, which says the same on a machine that does other work too."""
     runner = Runner(plan_of_request(JobRequest(**asked), Limits()))
-    count, size, best, used, done = runner.plan.cases.count, 400, 0.0, 0.0, 0
+    count, size, used, done = runner.plan.cases.count, 400, 0.0, 0
     runner.chunk(0, size)
+    first = runner.seconds
     end, at = time.perf_counter() + seconds, 0
     while time.perf_counter() < end:
         start = (at * 7919 * size) % max(1, count - size)
-        before, cpu = runner.seconds, time.process_time()
+        cpu = time.process_time()
         runner.chunk(start, start + size)
         used, done, at = used + time.process_time() - cpu, done + size, at + 1
-        best = max(best, size / (runner.seconds - before))
-    return best, done / used
+    return done / (runner.seconds - first), done / used
 
 
 def processors(s: Served) -> list[float]:
@@ -115,6 +117,8 @@ def main() -> None:
             wall, first, end, sizes = timed(s, large)
             used = [b - a for a, b in zip(cpu, processors(s), strict=True)]
             again, again_cpu = bare(large, 10.0)
+            with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
+                both = sum(r[0] for r in pool.map(bare, [large] * WORKERS, [10.0] * WORKERS))
             best, best_cpu = max(rate, again), max(by_cpu, again_cpu)
             got = end["cases"] / wall
             n, mb, stepped = end["cases"], end["bytes"] / 1e6, end["stepping_seconds"]
@@ -122,6 +126,8 @@ def main() -> None:
             print(f"outcomes {end['outcomes']}, {mb:.1f} MB, stepping {stepped:.1f} s on the workers")
             print(f"bare rate again: {again:.0f} cases/s")
             print(f"throughput {got:.0f} cases/s = {100 * got / (WORKERS * best):.0f} % of {WORKERS} x bare (80 % is wanted)")
+            print(f"{WORKERS} cores stepping bare at once: {both:.0f} cases/s, {100 * both / (WORKERS * best):.0f} % of {WORKERS} x one")
+            print(f"of which the batch had {100 * got / both:.0f} %; {100 * stepped / (WORKERS * wall):.0f} % of its time was stepping")
             share, taken = 100 * n / best_cpu / sum(used), [round(x, 1) for x in used]
             print(f"processor seconds (server, workers) {taken}, bare stepping {n / best_cpu:.1f}: {share:.0f} %")
             print(f"memory, MB (server, workers): before {before}, on the way {sizes[len(sizes) // 4 :: max(1, len(sizes) // 4)]}")

@@ -159,7 +159,8 @@ def stepper(element: str, adams: bool, pin: int) -> ca.Function:
     w, r, g, b = ca.SX.sym("w", 6), ca.SX.sym("r", count), ca.SX.sym("g", len(s.numbers)), ca.SX.sym("b", count)
     names = dict(zip((*NUMBERS[element], *LAW_NUMBERS["coulomb"]), ca.vertsplit(g), strict=True)) | {"bristle_stiffness": 1e3}
     each = count // PAIRS[element]
-    laws = [LAWS["lugre"](names, [0, ca.sign(r[i]), 0, 0, 0], [b[each * i + k] for k in range(each)]) for i in range(PAIRS[element])]
+    states = [[b[each * i + k] for k in range(each)] for i in range(PAIRS[element])]
+    laws = [LAWS["lugre"](names, [0, ca.sign(r[i]), 0, 0, 0], mine) for i, mine in enumerate(states)]
     on = Wrench({n: w[i] for i, n in enumerate(COMPONENTS)}, pin)
     rates = [r[i] for i in range(count)]
     drift = ca.vertcat(*e.drifts(on, rates, laws, names, adams))
