@@ -126,8 +126,9 @@ def main() -> None:
             print(f"outcomes {end['outcomes']}, {mb:.1f} MB, stepping {stepped:.1f} s on the workers")
             print(f"bare rate again: {again:.0f} cases/s")
             print(f"throughput {got:.0f} cases/s = {100 * got / (WORKERS * best):.0f} % of {WORKERS} x bare (80 % is wanted)")
-            print(f"{WORKERS} cores stepping bare at once: {both:.0f} cases/s, {100 * both / (WORKERS * best):.0f} % of {WORKERS} x one")
-            print(f"of which the batch had {100 * got / both:.0f} %; {100 * stepped / (WORKERS * wall):.0f} % of its time was stepping")
+            of_one, had, busy = 100 * both / (WORKERS * best), 100 * got / both, 100 * stepped / (WORKERS * wall)
+            print(f"{WORKERS} cores stepping bare at once: {both:.0f} cases/s, {of_one:.0f} % of {WORKERS} x one")
+            print(f"of which the batch had {had:.0f} %; {busy:.0f} % of its time was stepping")
             share, taken = 100 * n / best_cpu / sum(used), [round(x, 1) for x in used]
             print(f"processor seconds (server, workers) {taken}, bare stepping {n / best_cpu:.1f}: {share:.0f} %")
             print(f"memory, MB (server, workers): before {before}, on the way {sizes[len(sizes) // 4 :: max(1, len(sizes) // 4)]}")
