@@ -118,5 +118,6 @@ def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str
     words = ["advise", "crank_slider", "--error", "1e-3", "--output", "slider.position[1]", "--until", "0.2"]
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["rungs"][document["chosen"]]["model"].startswith("all joints ideal")  # planar joints too, when the clock says so
+    model = document["rungs"][document["chosen"]]["model"]
+    assert model.startswith("all joints ideal")  # with planar joints too, when the clock says so
     assert document["scene"]["name"] == "crank_slider"
