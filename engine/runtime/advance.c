@@ -333,6 +333,14 @@ static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
   return code;
 }
 
+/* After a failure of friction: whether the run goes on from the state in place, a ball spinning or a jammed pair stopped. */
+static int tr_goes_on(tr_sim *s, int code) {
+  if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
+  if (!tr_lets_spin(s) && !tr_through_jam(s)) return 0;
+  s->pending = s->p_noted = 0;
+  return 1;
+}
+
 /* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   *count = 0;
@@ -342,10 +350,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     int code = TR_OK;
     if (s->pending) {
       code = tr_finish(s, rows, capacity, count);
-      if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && tr_through_jam(s)) {
-        s->pending = s->p_noted = 0;
-        continue;
-      }
+      if (tr_goes_on(s, code)) continue;
       if (code != TR_OK) return tr_end(s, code);
       if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
@@ -357,7 +362,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       s->status = TR_OK;
       return code;
     }
-    if ((code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) && (tr_lets_spin(s) || tr_through_jam(s))) continue;
+    if (tr_goes_on(s, code)) continue;
     if (code != TR_OK) return tr_end(s, code);
   }
 }

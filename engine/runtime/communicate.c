@@ -34,6 +34,7 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
     if (s->pending) {
       long count = 0;
       int code = tr_finish(s, 0, 0, &count);
+      if (tr_goes_on(s, code)) continue;
       if (code != TR_OK) return tr_end(s, code);
       if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) s->nev = 0;
     }
@@ -44,6 +45,7 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
       s->status = TR_OK;
       return code;
     }
+    if (tr_goes_on(s, code)) continue;
     if (code != TR_OK) return tr_end(s, code);
   }
 }
