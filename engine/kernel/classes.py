@@ -62,7 +62,7 @@ class LocalSymbols(Symbols):
     def __init__(self, whole: Symbols, shape: Shape, parameters: int):
         self.system = whole.system
         self.x, self.t, self.ts = whole.x, whole.t, whole.ts
-        self.offset_tables, self.offset_stops, self.offset_modes = whole.offset_tables, whole.offset_stops, whole.offset_modes
+        self.at = whole.at
         self.q = SX.sym("q", len(state_coordinates(shape.joint)))
         self.v = SX.sym("v", len(shape.joint.free))
         self.p = SX.sym("p", parameters)

@@ -27,8 +27,8 @@ from engine.recursion.elements import (
 )
 from engine.recursion.reduction import Accelerations, Model, outward
 from engine.recursion.redundancy import scaled_reactions
-from engine.recursion.symbols import TABLE
 from engine.recursion.vectors import SX
+from engine.system.external import TABLE
 
 DENSE_STATES = 28
 """Up to this many states a dense function is generated. Measured: 16 bodies in a chain give 91,000 operations dense and 14,000 for
@@ -90,7 +90,7 @@ def time_direction(sym) -> SX:
     d = SX.zeros(sym.x.shape[0])
     d[0] = 1
     for k in range(sym.system.tables):
-        at = sym.offset_tables + TABLE * k
+        at = sym.at.table(k)
         for i in range(TABLE - 1):
             d[at + i] = sym.x[at + i + 1]
     return d

@@ -12,8 +12,9 @@ from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inpu
 from engine.kernel.output_unit import Outputs
 from engine.recursion.elements import bristle_rates
 from engine.recursion.reduction import Model, model, outward
-from engine.recursion.symbols import TABLE, Symbols
+from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
+from engine.system.external import TABLE
 from engine.system.structure import System
 
 CALL = f"{STATE},{CONST}z,{CONST}seed,double*restrict out"
@@ -56,7 +57,7 @@ def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))
     lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
     count = TABLE * len(sym.system.inputs)
-    column, seed = _along(f, sym.x, sym.offset_tables, count, [sym.q, sym.v, sym.b, lam, sym.eta])
+    column, seed = _along(f, sym.x, sym.at.table(0), count, [sym.q, sym.v, sym.b, lam, sym.eta])
     ins = [*inputs(sym), Input("z", lam, 1), Input(f"z+{len(active)}", sym.eta, 1), Input("seed", seed, 1)]
     stages = [Stage("l_prepare", f"{CONST}p,double*restrict c", "c"), Stage("l_rates", CALL, "")]
     code = emit(ins, [Output("out", 0, column, 1)], stages)
@@ -70,7 +71,7 @@ def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, in
     values = [SX(0) if c.key[0] in fixed else o.value(c.key) for c in chosen]
     count = TABLE * len(sym.system.inputs)
     others = [sym.q, sym.v, sym.b, sym.lam, sym.eta, o.a]
-    column, seed = _along(ca.vertcat(SX(0, 1), *values), sym.x, sym.offset_tables, count, others)
+    column, seed = _along(ca.vertcat(SX(0, 1), *values), sym.x, sym.at.table(0), count, others)
     z = [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1)]
     ins = [*inputs(sym), *z, Input("a", o.a, 1), Input("seed", seed, 1)]
     stages = [Stage("l_prepare_columns", f"{CONST}p,double*restrict c", "c"), Stage("l_columns", CALL_COLUMNS, "")]

@@ -2,8 +2,8 @@
 
 Motion: f = [F; R; V; H] with F = [q̇; v̇; friction states; powers], R the residuals of the multipliers (``jacobian_unit``),
 V the rates of all frictional freedoms and H the friction ratio of pairs at rest less one (which release them at zero); by
-[x, y, z, p].
-Outputs: the chosen columns by [x, y, λ of all rows, η, v̇, integrals, p]. Both in stages: parameters once, the point once, then a
+[x, y, z, p, u] (u: values of the external inputs).
+Outputs: the chosen columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both in stages: parameters once, the point once, then a
 direction at a time.
 """
 
@@ -89,9 +89,13 @@ def _outputs(sym: Symbols, chosen: list[Column], quadratures: bool) -> tuple[str
 
 
 def _staged(name: str, ins: list[Input], f: SX, along: SX, sym: Symbols, more: str) -> tuple[str, dict[str, int]]:
-    """prepare(p, c); point(x, y, c, …, w, f); along(x, y, c, …, w, seed, df) with seed = [by ``along``, time]."""
-    seed = SX.sym("seed", along.numel() + 1)
-    column = ca.jtimes(f, ca.vertcat(along, sym.x), ca.vertcat(seed[:-1], time_direction(sym) * seed[-1]))
+    """prepare(p, c); point(x, y, c, …, w, f); along(x, y, c, …, w, seed, df) with seed = [by ``along``, external inputs, time]."""
+    count = len(sym.system.inputs)
+    seed = SX.sym("seed", along.numel() + count + 1)
+    outside = time_direction(sym) * seed[-1]
+    for i in range(count):
+        outside[sym.at.table(i)] += seed[along.numel() + i]
+    column = ca.jtimes(f, ca.vertcat(along, sym.x), ca.vertcat(seed[: along.numel()], outside))
     stages = [
         Stage(f"{name}_prepare", f"{CONST}p,double*restrict c", "c"),
         Stage(f"{name}_point", f"{STATE},{more},double*restrict w,double*restrict f", "w"),

@@ -5,30 +5,23 @@ from __future__ import annotations
 import casadi as ca
 
 from engine.recursion.vectors import SX, vector
+from engine.system.external import MODE
 from engine.system.leaves import Leaf, Leaves, Param
 from engine.system.structure import Joint, Signal, System, state_coordinates
-
-TABLE = 4
-"""Numbers per table signal in the inputs: value and three derivatives."""
-MODE = 5
-"""Numbers per slider in the mode part of the inputs: state flag, frozen direction, given tilt (see ``friction.base``)."""
 
 
 class Symbols:
     """Symbols of one system.
 
     t, ts: time, and a time inside the current step, which alone decides on which branch of a ramp we are;
-    x: [t, ts, tables (value and three derivatives each; external inputs come first), stop flags, slider modes (4 each)];
+    x: external values, laid out as ``at`` says (``system.external``);
     q (nq), v (nv), b (states of friction laws); p (parameters); lam (cut rows); eta (friction multipliers).
     """
 
     def __init__(self, system: System, parameters: int):
         self.system = system
-        n_tab, n_stop = system.tables, system.stops
-        self.x = SX.sym("x", 2 + TABLE * n_tab + n_stop + MODE * len(system.sliders))
-        self.offset_tables = 2
-        self.offset_stops = self.offset_tables + TABLE * n_tab
-        self.offset_modes = self.offset_stops + n_stop
+        self.at = system.external
+        self.x = SX.sym("x", self.at.size)
         self.t, self.ts = self.x[0], self.x[1]
         self.q, self.v = SX.sym("q", system.nq), SX.sym("v", system.nv)
         self.b = SX.sym("b", len(system.bristles))
@@ -45,11 +38,11 @@ class Symbols:
 
     def stop_flag(self, index: int) -> SX:
         """1 while the stop is engaged."""
-        return self.x[self.offset_stops + index]
+        return self.x[self.at.stop(index)]
 
     def mode(self, slider: int) -> list[SX]:
         """(state flag, frozen direction, given tilt) of a sliding pair."""
-        k = self.offset_modes + MODE * slider
+        k = self.at.mode(slider)
         return [self.x[k + i] for i in range(MODE)]
 
     def load(self, s: Signal) -> SX:
@@ -57,7 +50,7 @@ class Symbols:
         if s.kind == "value":
             return self.leaf(s.leaves[0])
         if s.kind == "table":
-            return self.x[self.offset_tables + TABLE * s.index]
+            return self.x[self.at.table(s.index)]
         if s.kind == "harmonic":
             return self._harmonic(s)[0]
         start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
@@ -69,7 +62,7 @@ class Symbols:
             start, rate = (self.leaf(x) for x in s.leaves)
             return start + rate * self.t, rate, SX(0)
         if s.kind == "table":
-            k = self.offset_tables + TABLE * s.index
+            k = self.at.table(s.index)
             return self.x[k], self.x[k + 1], self.x[k + 2]
         if s.kind == "harmonic":
             return self._harmonic(s)

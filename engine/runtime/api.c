@@ -72,6 +72,7 @@ size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, in
 /* Prepare a zeroed block of tr_size bytes. */
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
   if (k->abi != TR_ABI || (o && o->abi != TR_ABI) || (j && j->abi != TR_ABI)) return 0;
+  if (k->nx != 2 + TR_TABLE * k->ntables + k->nstops + TR_MODE * k->nsliders) return 0;
   s->k = k, s->o = o, s->j = j, s->nbreaks = nbreaks, s->ev_capacity = ev_capacity;
   s->bytes = sizeof(tr_sim) + sizeof(double) * tr_layout(s, ntable);
   s->ny = k->nq + k->nv + k->nb, s->nz = k->active + k->neta, s->nrows = k->rows;

@@ -19,11 +19,14 @@ static int tr_inputs(const tr_sim *s) {
   return n;
 }
 
-/* Tables: [offset | offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The interval is chosen by ts. */
-static void tr_signals(tr_sim *s, double t) {
+/* Time t and the signals at t into x (nx). Tables: [offset of each | data: kind, n, t[n], v[n], m[n] (second derivatives)]. The
+ * interval is chosen by ts = x[1]. Hosts that keep an x of their own (sensitivities) call it too, so that nobody evaluates a table
+ * in another way. */
+void tr_signals(const tr_sim *s, double t, double *x) {
   const tr_kernel *k = s->k;
   const double *T = TR_A(s, tables);
-  double ts = TR_A(s, x)[1], *out = TR_A(s, x) + 2;
+  double ts = x[1], *out = x + 2;
+  x[0] = t;
   for (int i = 0; i < k->ntables; ++i, out += TR_TABLE) {
     const double *D = T + (int)T[i];
     if (D[0] == 2.0) {
@@ -60,10 +63,7 @@ static void tr_signals(tr_sim *s, double t) {
   }
 }
 
-static void tr_set_time(tr_sim *s, double t) {
-  TR_A(s, x)[0] = t;
-  if (s->k->ntables) tr_signals(s, t);
-}
+static void tr_set_time(tr_sim *s, double t) { tr_signals(s, t, TR_A(s, x)); }
 
 static double tr_set_violation(tr_sim *s, int i);
 static double tr_turn_violation(const tr_sim *s, int i);

@@ -16,7 +16,6 @@ from engine.scene.overrides import list_parameters
 from engine.sensitivities.asked import checked_request
 from engine.sensitivities.march import EventShift, marched
 from engine.sensitivities.record import Tick, record
-from engine.sensitivities.signals import Signals
 from engine.sensitivities.start import start_of
 from engine.sensitivities.unit import Unit
 from engine.simulation.redundancy import redundancy
@@ -89,8 +88,7 @@ def sensitivity(
     if model.kernel.structure[3]:
         raise SimulationError("friction depends on reactions that redundant loops leave open: no derivative")
     unit = Unit(model, chosen)
-    signals = Signals(model.built.numbers, len(model.system.inputs))
-    values, derivatives, march = marched(unit, signals, start, run, model.built.numbers, tick)
+    values, derivatives, march = marched(unit, model.block, start, run, tick)
     _check_unique(model, chosen, values, run.rows[:, 1:])
     names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
     events, notes = tuple(march.events), tuple(march.notes)

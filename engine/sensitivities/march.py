@@ -12,12 +12,10 @@ import numpy as np
 
 from engine.friction import REGISTRY as LAWS
 from engine.integrators.rk8 import RK8
-from engine.recursion.symbols import MODE
 from engine.sensitivities.record import Leg, Record, Tick
-from engine.sensitivities.signals import Signals
 from engine.sensitivities.start import Start
 from engine.sensitivities.unit import Unit
-from engine.system.numbers import Numbers
+from engine.simulation.block import Block
 
 A = [np.array(row, float) for row in RK8.A]
 B = np.array(RK8.B, float)
@@ -42,19 +40,20 @@ class EventShift:
 class March:
     """State of the march: S (states and integrals × m), multipliers z."""
 
-    def __init__(self, unit: Unit, signals: Signals, start: Start, breaks: tuple[float, ...], rate: float):
-        self.unit, self.signals, self.start, self.breaks = unit, signals, start, breaks
+    def __init__(self, unit: Unit, block: Block, start: Start):
+        self.unit, self.block, self.start, self.breaks = unit, block, start, block.numbers.breaks
+        self.at = unit.system.external
         self.m = start.p.shape[1]
         self.S = np.vstack([start.y, np.zeros((unit.nquad, self.m))])
         self.z = np.zeros(unit.nz)
         self.events: list[EventShift] = []
         self.notes: list[str] = []
         self.speeds = np.zeros(unit.n["rates"])
-        self.rate = rate
+        self.rate = block.numbers.rate
 
     def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(f, df, dz) at a state."""
-        self.signals.fill(x, t)
+        self.block.signals(t, x)
         y, S = self._moving(y, S, x)
         f, self.z = self.unit.solve(x, y, self.z)
         df, dz = self.unit.total(S, self.start.p)
@@ -65,7 +64,6 @@ class March:
         very instant (the end or onset of sliding): there the direction of friction has a limit, but no derivative. Velocities
         across that direction die out as the speed goes to zero (friction turns against them), and so do their derivatives."""
         y, system = np.array(y), self.unit.system
-        offset = len(x) - MODE * len(system.sliders)
         for j in system.frictional:
             assert j.friction is not None
             if j.cut or len(j.free) != j.kind.nv or not LAWS[j.friction.law].sets:
@@ -73,9 +71,10 @@ class March:
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
                 places = [system.nq + j.v0 + e - first for e in s.eta]
-                d = x[offset + MODE * s.flag + 1 : offset + MODE * s.flag + 1 + len(places)]
+                flag, *frozen = x[self.at.mode(s.flag) :][: 1 + len(places)]
+                d = np.array(frozen)
                 size = np.linalg.norm(d)
-                slides = x[offset + MODE * s.flag] > 0.5 and size > 0
+                slides = flag > 0.5 and size > 0
                 if len(places) > 1 and slides and np.linalg.norm(y[places]) < HAIR * self.rate:
                     d = d / size
                     y[places] = HAIR * self.rate * d
@@ -139,15 +138,14 @@ class March:
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
         flow, _ = u.total(f[:n, None], np.zeros((u.np, 1)), 1.0)
-        offset = len(leg.x) - MODE * len(u.system.sliders)
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []
         for j in u.system.frictional:
             assert j.friction is not None
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
-                flag, *d = leg.x[offset + MODE * s.flag : offset + MODE * s.flag + 4]
-                new = leg.x1[offset + MODE * s.flag : offset + MODE * s.flag + 4]
+                flag, *d = leg.x[self.at.mode(s.flag) :][:4]
+                new = leg.x1[self.at.mode(s.flag) :][:4]
                 rows = [rates + at + e - first for e in s.eta]
                 d_ = np.array(d[: len(rows)])
                 size = np.linalg.norm(d_)
@@ -165,10 +163,10 @@ class March:
 
 
 def marched(
-    unit: Unit, signals: Signals, start: Start, run: Record, numbers: Numbers, tick: Tick
+    unit: Unit, block: Block, start: Start, run: Record, tick: Tick
 ) -> tuple[np.ndarray, np.ndarray, March]:
     """(values as this unit has them: samples × columns; derivatives: samples × columns × m; the march)."""
-    march = March(unit, signals, start, numbers.breaks, numbers.rate)
+    march = March(unit, block, start)
     out = [_columns(march, 0.0, run.y0, run.x0)]
     for leg in run.legs:
         tick()

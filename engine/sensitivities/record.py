@@ -21,7 +21,8 @@ LEAST_STEPS = 100
 
 @dataclass(frozen=True)
 class Leg:
-    """A step: from (t0, y0) to (t1, y1), with the external values x that were in force (modes frozen); x1: those after its end."""
+    """A step: from (t0, y0) to (t1, y1), with the external values x that were in force (modes frozen); x1: those after its end;
+    flags: where in them the flags and modes are; sample: whether a sample time is at its end."""
 
     t0: float
     t1: float
@@ -29,12 +30,13 @@ class Leg:
     y1: np.ndarray
     x: np.ndarray
     x1: np.ndarray
+    flags: slice
     sample: bool
 
     @property
     def changed(self) -> bool:
-        """Whether some mode changed at its end."""
-        return not np.array_equal(self.x[2:], self.x1[2:])
+        """Whether some flag or mode changed at its end (signals, which change all the time, do not count)."""
+        return not np.array_equal(self.x[self.flags], self.x1[self.flags])
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> R
     y, x = block.y.copy(), block.x.copy()
     first = (y.copy(), x.copy())
     buffer = np.zeros((4, block.width))
-    modes = 2 + len(model.system.inputs) + 4 * model.system.tables
+    flags = model.system.external.flags
     for target in samples[1:]:
         while True:
             tick()
@@ -71,8 +73,8 @@ def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> R
                 raise SimulationError(f"the run ends early: {from_status(status, block.time, '')}")
             if block.time > t:
                 after, now = block.x.copy(), block.y.copy()
-                used = after if _same_flags(x, after, modes) else x
-                legs.append(Leg(t, block.time, y, now, used.copy(), after, status == bl.DONE))
+                used = after if _same_flags(x[flags], after[flags]) else x
+                legs.append(Leg(t, block.time, y, now, used.copy(), after, flags, status == bl.DONE))
                 y, x = now, after
             if status == bl.DONE:
                 break
@@ -83,6 +85,6 @@ def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> R
     return Record(tuple(legs), np.array(rows), *first)
 
 
-def _same_flags(a: np.ndarray, b: np.ndarray, modes: int) -> bool:
-    """Whether the modes agree, directions of several components (which are frozen anew every step) apart."""
-    return bool(np.array_equal(np.sign(a[modes:]), np.sign(b[modes:])))
+def _same_flags(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether flags and modes agree, directions of several components (which are frozen anew every step) apart."""
+    return bool(np.array_equal(np.sign(a), np.sign(b)))

@@ -28,7 +28,8 @@ FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5,
 
 @dataclass(frozen=True)
 class Start:
-    """Derivatives by the parameters (columns): p run-time numbers, y start state, breaks times of kinks."""
+    """Derivatives by the parameters (columns): p run-time numbers, then the values of external inputs; y start state; breaks times
+    of kinks."""
 
     p: np.ndarray
     y: np.ndarray
@@ -93,12 +94,10 @@ def _differences(model: Model, scene: Scene, name: str, value: float, h: float, 
 
 
 def _numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
-    """(run-time numbers, assembled start, kinks) of a scene of the same structure."""
+    """(run-time numbers and inputs, assembled start, kinks) of a scene of the same structure."""
     block, p = model.block, np.array(built.parameters.values, float)
-    block.numbers = built.numbers
-    block.parameters[:] = p
-    block.prepare()
+    block.take(built.numbers, p)
     block.configure(Settings())
     if block.assemble() != 1:
         raise SceneError([Problem("parameters", "the loops do not close at values nearby", "start further from the dead centre")])
-    return p, block.y[: block.ny].copy(), np.array(built.numbers.breaks, float)
+    return np.concatenate([p, built.numbers.inputs]), block.y[: block.ny].copy(), np.array(built.numbers.breaks, float)

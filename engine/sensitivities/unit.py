@@ -22,7 +22,8 @@ RANK = 1e-9
 class Unit:
     """Functions of one structure with one set of parameter values.
 
-    Sizes: ny states, nquad integrals, na active constraint rows, ne friction multipliers, np parameters.
+    Sizes: ny states, nquad integrals, na active constraint rows, ne friction multipliers, np run-time numbers (those of the kernel,
+    then the values of the external inputs).
     """
 
     def __init__(self, model: Model, chosen: list[Column]):
@@ -33,7 +34,7 @@ class Unit:
         self.n = json.loads((folder / "sizes.json").read_text())
         self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
         self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
-        self.np = len(model.built.parameters.values)
+        self.np = len(model.built.parameters.values) + len(self.system.inputs)
         self.c, self.co = np.zeros(self.n["constants"] + 1), np.zeros(self.n["o_constants"] + 1)
         self.w, self.f = np.zeros(self.n["point"] + 1), np.zeros(self.n["values"] + 1)
         self.wo = np.zeros(self.n["o_point"] + 1)

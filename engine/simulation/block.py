@@ -51,6 +51,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_size.argtypes, lib.tr_size.restype = [p, p, p, i, i, i], ctypes.c_size_t
     lib.tr_init.argtypes, lib.tr_init.restype = [p, p, p, p, i, i, i], i
     lib.tr_array.argtypes, lib.tr_array.restype = [p, i], p
+    lib.tr_signals.argtypes, lib.tr_signals.restype = [p, d, p], None
     lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
     lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
     lib.tr_set_energy.argtypes, lib.tr_set_energy.restype = [p, d], None
@@ -109,21 +110,16 @@ class Block:
 
     def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray, event_capacity: int = EVENT_CAPACITY):
         self.kernel, self.numbers, self.lib = kernel, numbers, _library()
-        tables = table_block(numbers.tables)
-        breaks = np.array(numbers.breaks, float)
         k, o = kernel.address("kernel"), kernel.address("outputs")
-        self._sizes = (len(breaks), len(tables), event_capacity)
+        self._sizes = (len(numbers.breaks), len(table_block(numbers.tables)), event_capacity)
         self._has_jacobian = False
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
             raise RuntimeError("kernel and runtime do not fit each other (cache of another version?)")
         self.ny = sum(kernel.sizes[n] for n in ("nq", "nv", "nb"))
         self._views()
-        self._view(3, len(breaks))[:] = breaks
-        self._view(4, len(tables))[:] = tables
-        self.parameters[:] = parameters
         self.width = 1 + ctypes.c_int.from_address(o + 4).value
-        self.prepare()
+        self.take(numbers, parameters)
 
     def _allocate(self, jacobian: int | None) -> None:
         k, o = self.kernel.address("kernel"), self.kernel.address("outputs")
@@ -152,6 +148,19 @@ class Block:
     def _view(self, which: int, n: int) -> np.ndarray:
         address = self.lib.tr_array(self.at, which)
         return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
+
+    def take(self, numbers: Numbers, parameters: np.ndarray) -> None:
+        """Other numbers of the same structure: parameters, start values, tables, kinks. Assemble and start anew after it."""
+        self.numbers = numbers
+        self._view(3, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
+        tables = table_block(numbers.tables)
+        self._view(4, len(tables))[:] = tables
+        self.parameters[:] = parameters
+        self.prepare()
+
+    def signals(self, t: float, x: np.ndarray) -> None:
+        """Time t and every table at t into external values x (contiguous, nx); x[1] chooses the interval, as in a step."""
+        self.lib.tr_signals(self.at, t, x.ctypes.data)
 
     def prepare(self) -> None:
         """Recompute constants after a change of parameters."""

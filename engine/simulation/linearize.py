@@ -16,10 +16,8 @@ from engine.kernel.library import linear_unit
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
 from engine.simulation.run import Model, run
+from engine.system.external import TABLE
 from engine.system.structure import state_coordinates
-
-INPUT_NUMBERS = 4
-"""Value and three derivatives."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +113,7 @@ class _Point:
         row = np.zeros(block.width)
         block.row(row)
         x, (dx, _) = block.y[:ny].copy(), block.evaluate()
-        states = [self.along(np.zeros(INPUT_NUMBERS * len(names)), e) for e in np.eye(ny)]
+        states = [self.along(np.zeros(TABLE * len(names)), e) for e in np.eye(ny)]
         inputs = [self.along(s, np.zeros(ny)) for s in self._input_seeds()]
         A, C = (np.array([s[i] for s in states]).T.reshape(n, ny) for i, n in ((0, ny), (1, len(row) - 1)))
         B, D = (np.array([s[i] for s in inputs]).T.reshape(n, len(names)) for i, n in ((0, ny), (1, len(row) - 1)))
@@ -130,8 +128,8 @@ class _Point:
         tables = self.model.built.numbers.tables
         for i in range(len(self.model.system.inputs)):
             kind, bandwidth, _ = tables[i]
-            seed = np.zeros(INPUT_NUMBERS * len(self.model.system.inputs))
-            seed[INPUT_NUMBERS * i + (2 if kind == "tracked" else 0)] = bandwidth[0] ** 2 if kind == "tracked" else 1.0
+            seed = np.zeros(TABLE * len(self.model.system.inputs))
+            seed[TABLE * i + (2 if kind == "tracked" else 0)] = bandwidth[0] ** 2 if kind == "tracked" else 1.0
             out.append(seed)
         return out
 

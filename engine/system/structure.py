@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from engine.joints import REGISTRY, JointKind
+from engine.system.external import External
 from engine.system.leaves import Leaf, Leaves
 
 GROUND = -1
@@ -211,6 +212,11 @@ class System:
     def sliders(self) -> tuple[Slider, ...]:
         """All sliding pairs, in order of their flags."""
         return tuple(s for j in self.frictional if j.friction for s in j.friction.sliders)
+
+    @property
+    def external(self) -> External:
+        """Where things are in the external values x."""
+        return External(self.tables, self.stops, len(self.sliders))
 
 
 def state_coordinates(j: Joint) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from engine.contact import REGISTRY as CONTACTS
 from engine.contact import Wrench
 from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
-from engine.recursion.symbols import MODE
+from engine.system.external import MODE
 from tests.reference import contacts as ct
 from tests.reference.laws import Law as ReferenceLaw
 

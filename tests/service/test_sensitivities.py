@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 import engine
+from engine.scene.dump import scene_to_yaml
 from service.api.sensitivities import ANSWER, SensitivityDocument
 from service.settings import Limits, Settings
+from tests.sensitivity.test_external import SCENES
 from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually
 
 ASKED: dict[str, Any] = {
@@ -51,6 +53,14 @@ def test_a_scene_may_come_whole_with_changes(server: InProcess) -> None:
     changed = {k: v for k, v in ASKED.items() if k != "scene"} | {"scene_text": text, "overrides": {MU: 0.2}}
     got = server.post("/v1/sensitivities", changed).json()
     assert np.array_equal(got["derivatives"], engine.sensitivity(**ASKED, overrides={MU: 0.2}).derivatives)
+
+
+def test_a_scene_with_an_input_has_derivatives_too(server: InProcess) -> None:
+    scene, names = SCENES["all at once"]
+    asked = {"parameters": names, "outputs": ["shoulder.q*"], "until": 0.2, "every": 0.1}
+    answer = server.post("/v1/sensitivities", asked | {"scene_text": scene_to_yaml(scene)})
+    assert answer.status_code == 200, answer.text
+    assert np.array_equal(answer.json()["derivatives"], engine.sensitivity(scene, **asked).derivatives)
 
 
 def test_events_come_with_how_far_they_move(server: InProcess) -> None:

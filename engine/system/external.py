@@ -1,0 +1,49 @@
+"""Where things are in x, the external values a system's functions take: the one description of it in Python.
+
+x = [t, ts | tables | stop flags | modes]. t: time, s; ts: a time inside the current step, s, which alone chooses the branch of a
+signal. Tables: value and three derivatives each; external inputs are the first tables. Stop flags: 1 while engaged. Modes: a state
+flag, a frozen direction and a given tilt for every sliding pair (see ``friction.base``). The runtime's own view is ``TR_TABLE``
+and ``TR_MODE`` of ``runtime/tr.h``; a kernel whose x has another length than theirs is refused when its block is made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+TIMES = 2
+"""Numbers before the tables: t and ts."""
+TABLE = 4
+"""Numbers per table: value and three derivatives."""
+MODE = 5
+"""Numbers per sliding pair: state flag, frozen direction (3), given tilt."""
+
+
+@dataclass(frozen=True)
+class External:
+    """Offsets in x of a system with so many ``tables`` (inputs included), ``stops`` (flags) and ``sliders`` (pairs)."""
+
+    tables: int
+    stops: int
+    sliders: int
+
+    def table(self, index: int) -> int:
+        """First of a table's numbers."""
+        return TIMES + TABLE * index
+
+    def stop(self, index: int) -> int:
+        """A stop's flag."""
+        return self.table(self.tables) + index
+
+    def mode(self, slider: int) -> int:
+        """First of a pair's numbers."""
+        return self.stop(self.stops) + MODE * slider
+
+    @property
+    def flags(self) -> slice:
+        """What events change: stop flags and modes."""
+        return slice(self.stop(0), self.size)
+
+    @property
+    def size(self) -> int:
+        """Length of x."""
+        return self.mode(self.sliders)
