@@ -1,6 +1,6 @@
 """Ball in a socket (paper §7.1): one contact, closed form of (105)–(114) without a 3×3 solve.
 
-With F = |f_c|, f̂ = f_c/F and ω of the socket relative to the ball (method §2):
+With F = |f_c|, f̂ = f_c/F and ω of the socket relative to the ball (METHOD, "Ball"):
   proportional law k = K ω-rate:  s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
   sliding law, |k s| = μ_e:       s² = |ω|² − (f̂·ω)²(1+μ_e²)
   f_n = F/√(1+μ_e²),  n = (k ω̃ − E)⁻¹ f_c/f_n = −(f + k ω×f + k²(ω·f) ω)/(f_n (1 + k²ω²)),  m_c = r n × f_c
@@ -31,8 +31,8 @@ FLOOR = 1e-24
 so that a trial step past the end of sliding stays finite until the event is found.
 
 At the border of the cone friction goes as the root of the distance to it. There the runtime solves for the tilt u = s/|ω|, the sine
-of the angle between ω and the normal, in which everything is smooth (``runtime/tilt.c``): friction at a given tilt (> 0 in the
-mode) does not look at the distance."""
+of the angle between ω and the normal, in which everything is smooth: friction at a given tilt (> 0 in the mode) does not look at
+the distance (METHOD, "Ball near its cone")."""
 
 
 def _dot(a, b) -> SX:
@@ -154,7 +154,7 @@ def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """r |ω × n|; the proportional form alone selects the branch (method §2), so it is the one reported; Adams: r |ω × f̂|."""
+    """r |ω × n|; the proportional form alone selects the branch (METHOD, "Ball"), so it is reported; Adams: r |ω × f̂|."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF

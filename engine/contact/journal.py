@@ -1,6 +1,6 @@
 """Journal and shaft (paper §7.2, §7.3): two contacts at ∓c, closed form of (124)/(136) without a 4×4 solve.
 
-With a_i = f_i cosθ_i, b_i = f_i sinθ_i (method §2):
+With a_i = f_i cosθ_i, b_i = f_i sinθ_i (METHOD, "Journal and shaft"):
   a1 + a2 = −(k_r f2 + f3)/(1+k_r²)     y2 = (m2 − k_s r (a1+a2))/c     a1 − a2 = (k_r y3 − y2)/(1+k_r²)
   b1 + b2 =  (k_r f3 − f2)/(1+k_r²)     y3 = (m3 + k_s r (b1+b2))/c     b1 − b2 = (k_r y2 + y3)/(1+k_r²)
 """
@@ -73,7 +73,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The loads depend on |k_r| alone, so that the capacity is their value at μ_static (``stick.md``, closed form 1)."""
+    """The loads depend on |k_r| alone, so that the capacity is their value at μ_static (METHOD, "Rest")."""
     most = laws[0].static
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
 
@@ -134,7 +134,7 @@ def _shaft_direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, S
 
 
 def _shaft_held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """κ · load(κ) is monotone along a direction: its value at μ_static is the capacity (``stick.md``, closed form 2)."""
+    """κ · load(κ) grows with κ along a direction, so that its value at μ_static is the capacity (METHOD, "Rest")."""
     size, ds, dr = _shaft_direction(w, u, g)
     most = laws[0].static
     return [Hold(most * _shaft_load(w, most * ds, most * dr, g, adams), size)]

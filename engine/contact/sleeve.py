@@ -1,4 +1,4 @@
-"""Rectangular sleeve of a prismatic joint (method §2; the paper leaves it out).
+"""Rectangular sleeve of a prismatic joint (METHOD, "Sleeve"; the paper leaves it out).
 
 Half length c, half sizes a (along e2) and b (along e3); forces on the inner part (the pin's) at x = ±c, with the arm of the axial
 friction on the faces:  F2(±c) = f2/2 ± (m3 − k a f2)/(2c),  F3(±c) = f3/2 ∓ (m2 + k b f3)/(2c).

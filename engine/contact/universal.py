@@ -1,8 +1,8 @@
 """Universal joint (paper §7.4): two journals on a massless cross.
 
 Journal 1 about u1: (143) in (u1, u2, u3). Journal 2 about u2: (147), the forms applied to (−f_c, −m_c) with axes (u2, u3, u1) and
-k2 = −μ_e sign(q̇2), which is the sign that dissipates (method §3). The wrench is always the one on the inboard part; with the pins
-on the cross the forms are applied to the opposite forces with every k of opposite sign.
+k2 = −μ_e sign(q̇2), the sign that dissipates (METHOD, "Universal joint"). The wrench is always the one on the inboard part; with the
+pins on the cross the forms are applied to the opposite forces with every k of opposite sign.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Coulomb's law, set-valued at rest: |k| = μ while sliding, any k up to the static coefficient at rest (method §5)."""
+"""Coulomb's law, set-valued at rest: |k| = μ while sliding, any k up to the static one at rest (METHOD, "Why exact friction")."""
 
 from engine.friction.base import SX, Law
 

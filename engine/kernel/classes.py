@@ -17,14 +17,14 @@ from engine.recursion.kinematics import GROUND_MOTION, Motion, Step, walk
 from engine.recursion.loads import joint_forces, mass_matrix, velocity_force, wrenches
 from engine.recursion.reduction import Articulated, absorbed, project
 from engine.recursion.symbols import Symbols
-from engine.recursion.vectors import SX, cross, symmetric, zeros
+from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
 from engine.system.leaves import Param
 from engine.system.structure import GROUND, Body, Joint, Load, System, state_coordinates
 
 MOTION = 18
 """R (9, column-major), r, ω, ṙ."""
 HANDED = 27
-"""ΔM: A (6: xx xy xz yy yz zz), B (9, column-major), C (6), and ΔF (6)."""
+"""Scalars a body hands inward: ΔM as its blocks M11 (6: xx xy xz yy yz zz), M12 (9, column-major) and M22 (6), then ΔF (6)."""
 Pattern = tuple[float | None, ...]
 """Entry by entry: a constant, or None where it varies."""
 UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
@@ -140,22 +140,17 @@ def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
     own = velocity_force(mass, motion.omega)
     for load in shape.loads:
         own = own + sum((w for _, w in wrenches(sym, {load.bodies[0]: motion}, load)), zeros(6))
-    art = Articulated(symmetric(mass.A + dA), ca.sparsify(mass.B + dB), symmetric(mass.C + dC), ca.sparsify(own + dF))
+    art = Articulated(symmetric(mass.M11 + dA), ca.sparsify(mass.M12 + dB), symmetric(mass.M22 + dC), ca.sparsify(own + dF))
     forces = joint_forces(sym, step)
     Q = ca.sparsify(ca.vertcat(SX(0, 1), *[forces[k] for k in shape.joint.free]))
     project(art, step, Q)
     A, B, C = absorbed(art, step.lever)
-    moved = art.F - art.U @ art.y - art.times(step.w[:3], step.w[3:])
-    handed = pack_handed(A, B, C, _carry(step, ca.sparsify(moved)))
+    moved = art.F - art.MPi @ art.y - art.times(step.w[:3], step.w[3:])
+    handed = pack_handed(A, B, C, GammaT(step.lever, ca.sparsify(moved)))
     f, g = SX.sym("f", 6), SX.sym("g", step.Pi.size2())
     column_y = art.solve(step.Pi.T @ f + g)
-    column_handed = _carry(step, f - art.U @ column_y)
+    column_handed = GammaT(step.lever, f - art.MPi @ column_y)
     return BodyCode(sym, parent, children, step, pack_motion(motion), handed, art.y, f, g, column_y, column_handed, art)
-
-
-def _carry(step: Step, f: SX) -> SX:
-    """Γᵀ f."""
-    return ca.sparsify(ca.vertcat(f[:3, :], f[3:, :] + cross(step.lever, f[:3, :])))
 
 
 @dataclass
@@ -173,8 +168,8 @@ class Outward:
 def outward_step(code: BodyCode, biased: bool) -> Outward:
     """The outward step; without bias for a column of the affine maps."""
     step, Z, y, f = code.step, SX.sym("Z", 6), SX.sym("yc", code.step.Pi.size2()), SX.sym("fc", 6)
-    carried = ca.sparsify(ca.vertcat(Z[:3] - cross(step.lever, Z[3:]), Z[3:]))
-    qdd = y - code.art.solve(code.art.U.T @ carried)
+    carried = Gamma(step.lever, Z)
+    qdd = y - code.art.solve(code.art.MPi.T @ carried)
     out = carried + step.Pi @ qdd + (step.w if biased else zeros(6))
     return Outward(Z, y, f, qdd, out, code.art.times(out[:3], out[3:]) - f)
 

@@ -1,4 +1,4 @@
-"""The columns a scene can give: one table of names (design §5), units and where each comes from. No symbolic library here."""
+"""The columns a scene can give: their names (NOTATION, "Columns"), units and where each comes from. No symbolic library here."""
 
 from __future__ import annotations
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import casadi as ca
 
 from engine.kernel.powers import coordinates_of, drive_effort
+from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.loads import spring_line
 from engine.recursion.reactions import frames, on_inboard, pin_frame
-from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX
 from engine.system.structure import Joint
 
@@ -101,8 +102,8 @@ def kinetic(m: Model) -> SX:
     total = SX(0)
     for b, motion in zip(m.sym.system.bodies, m.motions, strict=True):
         mass = mass_matrix(m.sym, b, motion.R)
-        p = mass.A @ motion.rdot + mass.B @ motion.omega
-        total += 0.5 * (ca.dot(motion.rdot, p) + ca.dot(motion.omega, mass.B.T @ motion.rdot + mass.C @ motion.omega))
+        p = mass.M11 @ motion.rdot + mass.M12 @ motion.omega
+        total += 0.5 * (ca.dot(motion.rdot, p) + ca.dot(motion.omega, mass.M12.T @ motion.rdot + mass.M22 @ motion.omega))
     return total
 
 

@@ -15,6 +15,7 @@ import casadi as ca
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.powers import powers
+from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import (
     acceleration_rows,
     bristle_rates,
@@ -25,7 +26,7 @@ from engine.recursion.elements import (
     reaction_rows,
     wrench,
 )
-from engine.recursion.reduction import Accelerations, Model, outward
+from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.vectors import SX
 from engine.system.external import TABLE

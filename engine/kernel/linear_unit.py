@@ -10,8 +10,9 @@ from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.jacobian_unit import residuals
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.output_unit import Outputs
+from engine.recursion.accelerations import outward
 from engine.recursion.elements import bristle_rates
-from engine.recursion.reduction import Model, model, outward
+from engine.recursion.reduction import Model, model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.external import TABLE

@@ -18,6 +18,7 @@ from engine.joints.base import quaternion_rate
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.looped import Looped, loops_pay
 from engine.kernel.powers import coordinates_of, powers
+from engine.recursion.accelerations import outward
 from engine.recursion.elements import (
     Element,
     acceleration_rows,
@@ -30,7 +31,7 @@ from engine.recursion.elements import (
     reaction_rows,
     wrench,
 )
-from engine.recursion.reduction import Model, model, outward
+from engine.recursion.reduction import Model, model
 from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX

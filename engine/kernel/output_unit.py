@@ -12,7 +12,8 @@ from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.main_unit import CONST, STATE, combination, inputs
 from engine.kernel.powers import powers
-from engine.recursion.reduction import Accelerations, Model, given
+from engine.recursion.accelerations import Accelerations, given
+from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.vectors import SX, cross
 
@@ -66,7 +67,7 @@ class Outputs:
         return (motion.rdot + cross(motion.omega, self._center(i)))[k]
 
     def _acceleration(self, i: int, k: int) -> SX:
-        motion, Z, c = self.m.motions[i], self.acc.Z[i], self._center(i)
+        motion, Z, c = self.m.motions[i], self.acc.Zdot[i], self._center(i)
         a = Z[:3] + cross(Z[3:], c) + cross(motion.omega, cross(motion.omega, c)) + self.sym.leaves(self.sym.system.gravity)
         return a[k]
 

@@ -19,8 +19,9 @@ from engine.kernel.jacobian_unit import residuals, time_direction
 from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.output_unit import Outputs
 from engine.kernel.powers import powers
+from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import bristle_rates, elements, joint_rates, laws, numbers, reaction_rows, wrench
-from engine.recursion.reduction import Accelerations, Model, model, outward
+from engine.recursion.reduction import Model, model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.structure import System

@@ -5,11 +5,12 @@ from __future__ import annotations
 import casadi as ca
 
 from engine.recursion import cuts as cutting
+from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import joint_rates
 from engine.recursion.kinematics import point_motion
 from engine.recursion.loads import spring_line, wrenches
 from engine.recursion.reactions import on_outboard
-from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
 from engine.system.structure import Device, Joint
 

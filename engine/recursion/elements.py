@@ -13,8 +13,9 @@ from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
 from engine.friction import Law
 from engine.recursion import cuts as cutting
+from engine.recursion.accelerations import Accelerations
 from engine.recursion.reactions import on_pin
-from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, zeros
 from engine.system.structure import GROUND, FrictionElement, Joint
@@ -86,7 +87,7 @@ def joint_rates(m: Model, j: Joint) -> list[SX]:
 
 def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
     """Affine maps of the joint's accelerations q̈ (freedoms×columns), tree or cut, driven freedoms included."""
-    columns = acc.Z[0].size2() if acc.Z else 1
+    columns = acc.Zdot[0].size2() if acc.Zdot else 1
     out = zeros(j.kind.nv, columns)
     if not j.cut:
         step = m.steps[j.child]
@@ -100,7 +101,7 @@ def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
         on_in, on_out = cutting.axis_wrenches(c, k)
         for body, g in ((j.inb, on_in), (j.out, on_out)):
             if body != GROUND:
-                out[k, :] += g.T @ acc.Z[body]
+                out[k, :] += g.T @ acc.Zdot[body]
         out[k, 0] += cutting.acceleration_bias(c, k)
         for body, g in ((j.inb, on_in), (j.out, on_out)):
             if body == GROUND:

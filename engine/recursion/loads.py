@@ -22,17 +22,17 @@ Motions = Sequence[Motion] | Mapping[int, Motion]
 
 @dataclass
 class Mass:
-    """M = [A B; Bᵀ C] at the reference origin; mass, first moment and inertia in the world."""
+    """M = [M11 M12; M12ᵀ M22] at the reference origin; mass, first moment and inertia in the world."""
 
     m: SX
     rho: SX
-    A: SX
-    B: SX
-    C: SX
+    M11: SX
+    M12: SX
+    M22: SX
 
 
 def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
-    """(16): A = m E, B = −m ρ̃, C = J about the reference origin."""
+    """(16): M11 = m E, M12 = −m ρ̃, M22 = J about the reference origin."""
     m, c = sym.leaf(b.mass), sym.leaves(b.center)
     j = [sym.leaf(x) * m if b.per_mass else sym.leaf(x) for x in b.inertia]
     cc = [c[k] * c[k] for k in range(3)]
@@ -44,8 +44,8 @@ def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
 
 def velocity_force(mass: Mass, omega: SX) -> SX:
     """F⁰ (17), 6×1."""
-    first = -skew_to_vector(mass.B)
-    return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.C @ omega)))
+    first = -skew_to_vector(mass.M12)
+    return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.M22 @ omega)))
 
 
 def skew_to_vector(a: SX) -> SX:

@@ -6,8 +6,9 @@ import casadi as ca
 
 from engine.contact import REGISTRY as CONTACTS
 from engine.recursion import cuts as cutting
+from engine.recursion.accelerations import Accelerations
 from engine.recursion.kinematics import Step
-from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import Joint
 

@@ -1,9 +1,7 @@
-"""The recursion itself (paper §3 and §6): inward, bodies are removed from the leaves to the ground; outward, accelerations follow.
+"""The inward pass (paper §3 and §6): bodies are removed from the leaves to the ground, and hand on their inertia and forces.
 
-Forces are carried as columns [bias | λ | η]: one pass gives the affine maps. Two things are said shorter than on paper, with the
-same result: what acts along a tree joint's own freedoms (its friction η, springs, dampers, efforts) is a generalised force Q on
-those freedoms instead of a wrench on both bodies (Πᵀ of the pair is Q, and the parent gets Cᵀ of it all the same); and since
-W^N = Gᵀ, the accumulation (84), (85) is Σ (Πᵀ W̄)ᵀ D⁻¹ (Πᵀ W̄).
+Forces are carried as columns [known | λ | η], so that one pass gives the affine maps. Derivation: METHOD, "Reduction", and
+METHOD, "Cut joints".
 """
 
 from __future__ import annotations
@@ -23,35 +21,45 @@ from engine.recursion.loads import (
     velocity_force,
 )
 from engine.recursion.symbols import Symbols
-from engine.recursion.vectors import SX, cross, skew, solve_spd, symmetric, zeros
+from engine.recursion.vectors import SX, GammaT, skew, solve_spd, symmetric, zeros
 from engine.system.structure import GROUND
 
 
 @dataclass
 class Articulated:
-    """Body i when it has become a tree end: M̄ (A, B, C), F̄ (6×columns), U = M̄ Π, D = Πᵀ M̄ Π and y = D⁻¹(Πᵀ(F̄ − M̄ w) + Q)."""
+    """Body i once it has become a leaf, because the bodies it carries have been removed.
 
-    A: SX
-    B: SX
-    C: SX
+    M11, M12, M22: blocks (3×3) of its mass matrix M̄, which holds theirs; F: its forces F̄ (6×columns). ``project`` adds what belongs
+    to the n free freedoms of its joint: MPi = M̄ Π (6×n), Mq = Πᵀ M̄ Π (n×n), the force along them Fq = Πᵀ(F̄ − M̄ w) + Q (n×columns),
+    and y = Mq⁻¹ Fq, their accelerations while the inboard body does not accelerate.
+    """
+
+    M11: SX
+    M12: SX
+    M22: SX
     F: SX
-    U: SX = field(default_factory=SX)
-    D: SX = field(default_factory=SX)
-    P: SX = field(default_factory=SX)
+    MPi: SX = field(default_factory=SX)
+    Mq: SX = field(default_factory=SX)
+    Fq: SX = field(default_factory=SX)
     y: SX = field(default_factory=SX)
 
     def solve(self, b: SX) -> SX:
-        """D⁻¹ b."""
-        return solve_spd(self.D, b)
+        """Mq⁻¹ b."""
+        return solve_spd(self.Mq, b)
 
     def times(self, top: SX, bottom: SX) -> SX:
         """M̄ [top; bottom]."""
-        return ca.sparsify(ca.vertcat(self.A @ top + self.B @ bottom, self.B.T @ top + self.C @ bottom))
+        return ca.sparsify(ca.vertcat(self.M11 @ top + self.M12 @ bottom, self.M12.T @ top + self.M22 @ bottom))
 
 
 @dataclass
 class Model:
-    """Everything symbolic about a system at one instant."""
+    """Everything symbolic about a system at one instant; one entry per body in motions, steps, bodies and Q.
+
+    steps: what each tree joint adds. Q: forces along the free freedoms of each tree joint (n×columns).
+    S λ + Se η + g0 = 0 are the constraint equations of all cut joints (90): S (m×m) is the paper's G_λ + G_q H^λ, Se (m×nη) its
+    G_η + G_q H^η.
+    """
 
     sym: Symbols
     motions: list[Motion]
@@ -60,18 +68,18 @@ class Model:
     bodies: list[Articulated]
     Q: list[SX]
     S: SX
-    """G_λ, G_η and the constant of S λ + Se η + g0 = 0."""
     Se: SX
     g0: SX
 
     @property
     def columns(self) -> int:
-        """1 + λ + η."""
+        """Number of force columns: one for what is known, one for each λ, one for each η."""
         return 1 + self.sym.system.rows + self.sym.system.neta
 
 
 def model(sym: Symbols, reduce: bool = True) -> Model:
-    """Kinematics outward, then reduction inward (left out where the accelerations are known: see ``given``)."""
+    """Kinematics outward, then reduction inward; without ``reduce`` only the first, for accelerations that are known
+    (``accelerations.given``)."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []
@@ -90,7 +98,7 @@ def model(sym: Symbols, reduce: bool = True) -> Model:
 
 
 def _bodies(m: Model) -> list[Articulated]:
-    """M, and F = [F⁰ + F^a | W^N | W^F of cut joints] of every body before reduction."""
+    """Every body before reduction: its mass matrix and its forces [F⁰ + F^a | W^N | W^F of cut joints]."""
     sym, system, n = m.sym, m.sym.system, m.columns
     loads = applied(sym, m.motions)
     out = []
@@ -98,14 +106,14 @@ def _bodies(m: Model) -> list[Articulated]:
         mass = mass_matrix(sym, body, motion.R)
         F = zeros(6, n)
         F[:, 0] = velocity_force(mass, motion.omega) + load
-        out.append(Articulated(mass.A, mass.B, mass.C, ca.sparsify(F)))
+        out.append(Articulated(mass.M11, mass.M12, mass.M22, ca.sparsify(F)))
     for c in m.cuts:
         _cut_columns(m, c, out)
     return out
 
 
 def _cut_columns(m: Model, c: cutting.Cut, bodies: list[Articulated]) -> None:
-    """Force columns of a cut joint (71), (72) and its devices."""
+    """Add a cut joint's force columns (71), (72) to the two bodies it joins, and the forces of its springs, dampers and stops."""
     j = c.joint
     for k, row in enumerate(c.rows):
         for body, g in ((j.inb, row.g_in), (j.out, row.g_out)):
@@ -127,13 +135,14 @@ def _cut_columns(m: Model, c: cutting.Cut, bodies: list[Articulated]) -> None:
 
 
 def eta_column(m: Model, j, freedom: int) -> int:
-    """Column of the friction multiplier of a freedom."""
+    """The force column that belongs to the friction multiplier of one freedom of a joint."""
     first = min(e for s in j.friction.sliders for e in s.eta)
     return 1 + m.sym.system.rows + first + freedom
 
 
 def _generalised(m: Model, step: Step) -> SX:
-    """Q of the free freedoms of a tree joint (n×columns): devices, and −1 in the columns of its friction (η acts on inboard)."""
+    """Forces along the free freedoms of a tree joint (n×columns) on its outboard part: its devices, and −1 in the columns of its
+    friction, since η is what friction does to the inboard part."""
     j = step.joint
     Q = zeros(len(j.free), m.columns)
     forces = joint_forces(m.sym, step)
@@ -145,7 +154,8 @@ def _generalised(m: Model, step: Step) -> SX:
 
 
 def _reduce(m: Model) -> None:
-    """Inward pass (35)–(42), (78), (79), with the constraint equations carried along (83)–(89)."""
+    """The inward pass (35)–(42), (78), (79): hand each body's inertia and forces to its inboard body, and accumulate the constraint
+    equations (83)–(89) on the way."""
     system = m.sym.system
     nl, ne = system.rows, system.neta
     lam, eta = slice(1, 1 + nl), slice(1 + nl, 1 + nl + ne)
@@ -153,12 +163,12 @@ def _reduce(m: Model) -> None:
     ground = zeros(6, m.columns)
     for i in reversed(range(len(system.bodies))):
         b, step, parent = m.bodies[i], m.steps[i], system.bodies[i].parent
-        U, P = project(b, step, m.Q[i])
-        total += P[:, lam].T @ b.y
+        project(b, step, m.Q[i])
+        total += b.Fq[:, lam].T @ b.y
         total[:, 0] += b.F[:, lam].T @ step.w
-        moved = ca.sparsify(b.F - U @ b.y)
+        moved = ca.sparsify(b.F - b.MPi @ b.y)
         moved[:, 0] -= b.times(step.w[:3], step.w[3:])
-        handed = ca.sparsify(ca.vertcat(moved[:3, :], moved[3:, :] + cross(step.lever, moved[:3, :])))
+        handed = GammaT(step.lever, moved)
         if parent == GROUND:
             ground += handed
         else:
@@ -175,86 +185,33 @@ def _reduce(m: Model) -> None:
     m.S, m.Se, m.g0 = symmetric(total[:, lam]), total[:, eta], total[:, 0]
 
 
-def project(b: Articulated, step: Step, Q: SX) -> tuple[SX, SX]:
-    """U, D, P = Πᵀ(F̄ − M̄ w) + Q and y = D⁻¹ P (27)–(30)."""
+def project(b: Articulated, step: Step, Q: SX) -> None:
+    """Fill in what belongs to the joint's own freedoms (27)–(30): M̄ Π, M_q, F_q and y."""
     Pi = step.Pi
-    b.U = ca.sparsify(b.times(Pi[:3, :], Pi[3:, :]))
-    b.D = symmetric(Pi.T @ b.U) if Pi.size2() else zeros(0, 0)
+    b.MPi = ca.sparsify(b.times(Pi[:3, :], Pi[3:, :]))
+    b.Mq = symmetric(Pi.T @ b.MPi) if Pi.size2() else zeros(0, 0)
     forces = SX(b.F)
     forces[:, 0] -= b.times(step.w[:3], step.w[3:])
-    b.P = ca.sparsify(Pi.T @ forces + Q)
-    b.y = solve_spd(b.D, b.P)
-    return b.U, b.P
+    b.Fq = ca.sparsify(Pi.T @ forces + Q)
+    b.y = solve_spd(b.Mq, b.Fq)
 
 
 def absorbed(b: Articulated, lever: SX) -> tuple[SX, SX, SX]:
-    """ΔM (36): M̄ − U D⁻¹ Uᵀ moved by Γ = [E −l̃; 0 E], as blocks A, B, C."""
-    V = b.solve(b.U.T)
-    top, bottom = b.U[:3, :], b.U[3:, :]
-    A = symmetric(b.A - top @ V[:, :3])
-    B = b.B - top @ V[:, 3:]
-    C = symmetric(b.C - bottom @ V[:, 3:])
+    """ΔM (36) = Γᵀ(M̄ − M̄ Π Mq⁻¹ Πᵀ M̄)Γ with Γ = [E −l̃; 0 E]: what the inboard body gains in inertia, as its blocks."""
+    V = b.solve(b.MPi.T)
+    top, bottom = b.MPi[:3, :], b.MPi[3:, :]
+    M11 = symmetric(b.M11 - top @ V[:, :3])
+    M12 = b.M12 - top @ V[:, 3:]
+    M22 = symmetric(b.M22 - bottom @ V[:, 3:])
     L = skew(lever)
-    moved = ca.sparsify(B - A @ L)
-    return A, moved, symmetric(C - B.T @ L + L @ moved)
+    moved = ca.sparsify(M12 - M11 @ L)
+    return M11, moved, symmetric(M22 - M12.T @ L + L @ moved)
 
 
 def _absorb(parent: Articulated, b: Articulated, lever: SX, handed: SX) -> None:
-    """(40)–(42)."""
-    A, B, C = absorbed(b, lever)
-    parent.A = symmetric(parent.A + A)
-    parent.B = ca.sparsify(parent.B + B)
-    parent.C = symmetric(parent.C + C)
+    """Add what a removed body hands over to the mass matrix and the forces of its inboard body (40)–(42)."""
+    M11, M12, M22 = absorbed(b, lever)
+    parent.M11 = symmetric(parent.M11 + M11)
+    parent.M12 = ca.sparsify(parent.M12 + M12)
+    parent.M22 = symmetric(parent.M22 + M22)
     parent.F = ca.sparsify(parent.F + handed)
-
-
-@dataclass
-class Accelerations:
-    """Columns of q̈ (per tree joint, n×columns), Ż − [g; 0] and N (103) (6×columns each) per body."""
-
-    qdd: list[SX]
-    Z: list[SX]
-    N: list[SX]
-
-
-def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Accelerations:
-    """(96)–(102). ``combine`` (columns×1: [1; λ; η]) turns the maps into numbers before the pass."""
-    n = m.columns if combine is None else 1
-    pick = SX.eye(n) if combine is None else combine
-    first = zeros(1, n)
-    first[0, 0] = 1
-    base = ca.sparsify(ground_acceleration(m.sym) @ first)
-    out = Accelerations([], [], [])
-    for i, (b, step) in enumerate(zip(m.bodies, m.steps, strict=True)):
-        parent = m.sym.system.bodies[i].parent
-        Zp = base if parent == GROUND else out.Z[parent]
-        top = ca.sparsify(Zp[:3, :] - cross(step.lever, Zp[3:, :]))
-        carried = ca.sparsify(ca.vertcat(top, Zp[3:, :]))
-        qdd = ca.sparsify(b.y @ pick - solve_spd(b.D, b.U.T @ carried))
-        Z = ca.sparsify(carried + step.Pi @ qdd + step.w @ first)
-        out.qdd.append(qdd)
-        out.Z.append(Z)
-        out.N.append(ca.sparsify(b.times(Z[:3, :], Z[3:, :]) - b.F @ pick) if reactions else zeros(6, n))
-    return out
-
-
-def given(m: Model, qdd: SX, combine: SX) -> Accelerations:
-    """Ż and N of an unreduced model from known accelerations of the free rates (nv×1) and multipliers: outward by (14), and inward
-    by the balance of every body, N_i = M_i Ż_i − F_i + Σ Γᵀ N of the bodies it carries. The same N as (103), without articulated
-    masses."""
-    out = Accelerations([], [], [])
-    base = ground_acceleration(m.sym)
-    for i, step in enumerate(m.steps):
-        parent = m.sym.system.bodies[i].parent
-        Zp = base if parent == GROUND else out.Z[parent]
-        mine = qdd[step.joint.v0 : step.joint.v0 + len(step.joint.free)] if step.joint.free else SX(0, 1)
-        carried = ca.sparsify(ca.vertcat(Zp[:3] - cross(step.lever, Zp[3:]), Zp[3:]))
-        out.qdd.append(mine)
-        out.Z.append(ca.sparsify(carried + step.Pi @ mine + step.w))
-    N = [ca.sparsify(b.times(Z[:3], Z[3:]) - b.F @ combine) for b, Z in zip(m.bodies, out.Z, strict=True)]
-    for i in reversed(range(len(N))):
-        parent, lever = m.sym.system.bodies[i].parent, m.steps[i].lever
-        if parent != GROUND:
-            N[parent] = ca.sparsify(N[parent] + ca.vertcat(N[i][:3], N[i][3:] + cross(lever, N[i][:3])))
-    out.N = N
-    return out

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import casadi as ca
 
+from engine.recursion.accelerations import Accelerations
 from engine.recursion.reactions import on_outboard
-from engine.recursion.reduction import Accelerations, Model
+from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
 from engine.system.structure import GROUND, Body, Joint, System
 

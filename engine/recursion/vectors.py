@@ -35,6 +35,16 @@ def cross(a: SX, b: SX) -> SX:
     return ca.sparsify(ca.vertcat(*rows))
 
 
+def Gamma(lever: SX, Z: SX) -> SX:
+    """Γ Z (7): the motion Z (6×columns) of a body taken over to the point at ``lever`` from its origin."""
+    return ca.sparsify(ca.vertcat(ca.sparsify(Z[:3, :] - cross(lever, Z[3:, :])), Z[3:, :]))
+
+
+def GammaT(lever: SX, F: SX) -> SX:
+    """Γᵀ F: forces (6×columns) at the point at ``lever``, moved back to the origin that it is measured from."""
+    return ca.sparsify(ca.vertcat(F[:3, :], F[3:, :] + cross(lever, F[:3, :])))
+
+
 def symmetric(a: SX) -> SX:
     """The same matrix with its lower triangle taken from the upper one, so that each entry is computed once."""
     out = SX(a)

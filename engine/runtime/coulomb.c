@@ -1,4 +1,4 @@
-/* Set-valued friction: which pairs stick and which slip, and what that asks of the state (``stick.md``).
+/* Set-valued friction: which pairs stick and which slip, and what that asks of the state (METHOD, "Rest").
  *
  * Within a step modes and directions are frozen. At an event all pairs at rest are decided together: all are tried as stuck, and only
  * the worst violator is turned, until none is left; failing that, other starts and, for few pairs, all combinations. A pair sticks

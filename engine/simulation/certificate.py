@@ -12,8 +12,10 @@ from engine.system.structure import System
 
 @dataclass(frozen=True)
 class Certificate:
-    """contraction: largest factor by which fixed-point iteration of the complement equations contracts (start, events, end; below
-    1: one root for sure). roots: roots of these equations found at start and end. complement: their largest relative residual.
+    """What these numbers say, and what they do not: METHOD, "Certificate".
+
+    contraction: largest factor by which fixed-point iteration of the complement equations contracts (start, events, end); below
+    1 no other root is near. roots: roots of these equations found at start and end. complement: their largest relative residual.
     indeterminate: (time, joint) of the first decision between sticking and slipping that several answers satisfied, or None.
     time_stepped: when events first accumulated so that method moreau took over, or None.
     redundancy: independent reaction patterns the motion leaves open; not_unique: joints whose reactions are therefore a choice."""

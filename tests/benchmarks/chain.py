@@ -18,7 +18,8 @@ from engine.kernel import cache, compiler
 from engine.kernel.emit import Output, Stage, emit
 from engine.kernel.looped import Looped, loops_pay
 from engine.kernel.main_unit import CONST, STATE, inputs
-from engine.recursion.reduction import model, outward
+from engine.recursion.accelerations import outward
+from engine.recursion.reduction import model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.scene import model as sm

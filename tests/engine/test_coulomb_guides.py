@@ -1,4 +1,6 @@
-"""Wedging (benchmark F5): a push parallel to a guide at offset e presses its ends with F e/(2c) each; the guide holds, whatever F,
+"""Wedging (METHOD, "Reference numbers", F5).
+
+A push parallel to a guide at offset e presses its ends with F e/(2c) each; the guide holds, whatever F,
 when e ≥ c/μ. And sliding along and about an axis at once."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Example 8.1 with dry friction: every stop, the rest at the end, and holding for ever inside the friction cone (benchmark F1)."""
+"""Example 8.1 with dry friction (METHOD, "Reference numbers", F1): every stop, the rest at the end, holding in its cone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Painlevé (benchmark F4): the complement equations of 8.1 have one root while R = r μ/√(1+μ²) < I/(m l), else none or two."""
+"""Painlevé (METHOD, "Reference numbers", F4).
+
+The complement equations of 8.1 have one root while R = r μ/√(1+μ²) < I/(m l), else none or two."""
 
 from __future__ import annotations
 

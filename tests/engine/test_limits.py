@@ -127,7 +127,7 @@ def test_a_spherical_linkage_at_the_end_of_its_reach_is_a_gimbal() -> None:
     assert r.outcome.time == pytest.approx(turn, abs=1e-5)
 
 
-# -- NOTATION: no joint by itself becomes singular ------------------------------------------------------------------------------
+# -- No joint becomes singular by itself (METHOD, "End of reach") -----------------------------------------------------------------
 
 
 def frames(kind: str, q: np.ndarray) -> np.ndarray:

@@ -80,7 +80,7 @@ def test_every_script_named_in_the_documents_exists() -> None:
             assert (ROOT / (module.replace(".", "/") + ".py")).is_file(), f"{file}: {module}"
 
 
-@pytest.mark.parametrize("file", ["README.md", "CONTRIBUTING.md", "engine/NOTATION.md"])
+@pytest.mark.parametrize("file", ["README.md", "CONTRIBUTING.md", "engine/NOTATION.md", "engine/METHOD.md"])
 def test_every_link_leads_somewhere(file: str) -> None:
     links = re.findall(r"\]\(([^)\s#]+)\)", (ROOT / file).read_text(encoding="utf-8"))
     assert not [x for x in links if not re.match(r"[a-z]+:", x) and not ((ROOT / file).parent / x).exists()]
@@ -90,6 +90,98 @@ def test_every_module_opens_with_a_sentence() -> None:
     for file in (ROOT / "engine").rglob("*.py"):
         words = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))
         assert words, f"{file.relative_to(ROOT)} has no sentence at its top"
+
+
+# -- Notation and method ---------------------------------------------------------------------------------------------------------
+
+CITING = ("engine", "fmu", "service", "tests", "models")
+WORDS = (".py", ".c", ".h", ".md", ".yaml")
+
+
+def text_of(file: str) -> str:
+    return (ROOT / file).read_text(encoding="utf-8")
+
+
+def plain(title: str) -> str:
+    """A heading or its citation as one line."""
+    return " ".join(title.replace("\n", " ").replace("#", " ").replace(" * ", " ").split())
+
+
+def headings(file: str) -> list[str]:
+    return [h.strip() for h in re.findall(r"^#+ (.*)$", text_of(file), re.MULTILINE)]
+
+
+def cited() -> dict[Path, str]:
+    """Every file that may cite a document."""
+    files = [f for folder in CITING for f in (ROOT / folder).rglob("*") if f.suffix in WORDS and "__pycache__" not in f.parts]
+    return {f.relative_to(ROOT): f.read_text(encoding="utf-8") for f in [*files, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]}
+
+
+def identifiers(file: str) -> set[str]:
+    """Names in a file of the engine, comments left out."""
+    text = text_of(f"engine/{file}")
+    if not file.endswith(".py"):
+        return set(re.findall(r"\w+", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)))
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        for field in ("id", "attr", "arg", "name"):
+            names |= {v} if isinstance(v := getattr(node, field, None), str) else set()
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.isidentifier():
+            names.add(node.value)
+    return names
+
+
+def symbols() -> list[tuple[str, str]]:
+    """(name in code, its file) of every row of NOTATION's tables of symbols."""
+    part = text_of("engine/NOTATION.md").split("## Symbols")[1].split("\n## ")[0]
+    out = []
+    for line in part.splitlines():
+        file = re.search(r"\| `([\w/]+\.\w+)` \|", line)
+        if file:
+            out += [(name, file.group(1)) for name in re.findall(r"`([A-Za-z]\w*)`", line[: file.start()])]
+    return out
+
+
+def test_every_name_of_the_notation_is_one_in_the_file_it_names() -> None:
+    table = symbols()
+    assert {"Gamma", "Pi", "M11", "F", "y", "N", "S", "Se", "lam", "eta", "kr"} <= {name for name, _ in table}
+    assert not [(name, file) for name, file in table if name not in identifiers(file)]
+
+
+def test_every_section_that_is_cited_exists() -> None:
+    known = {name: headings(f"engine/{name}.md") for name in ("METHOD", "NOTATION")}
+    found = [
+        (file, name, plain(title))
+        for file, text in cited().items()
+        for name, title in re.findall(r'\b(METHOD|NOTATION)(?:\.md)?[\s(,*#]+"([^"]+)"', text)
+    ]
+    assert len(found) > 20
+    assert not [f for f in found if f[2] not in known[f[1]]]
+
+
+def test_every_link_to_a_section_leads_there() -> None:
+    known = {re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in headings("engine/METHOD.md")}
+    links = set(re.findall(r"\]\(#([^)]+)\)", text_of("engine/METHOD.md")))
+    assert {"ball", "adams-forms"} <= links <= known
+
+
+def test_nothing_cites_a_document_that_the_project_does_not_hold() -> None:
+    elsewhere = re.compile(r"(method|design)( notes?|\.md)? §|\b(method|design|stick|benchmarks)\.md|\bbenchmark list")
+    here = Path(__file__).relative_to(ROOT)
+    assert not [(f, m.group()) for f, text in cited().items() if f != here for m in elsewhere.finditer(text)]
+
+
+def test_every_file_and_name_of_the_method_exists() -> None:
+    text = text_of("engine/METHOD.md")
+    for paragraph in re.split(r"\n\n", text):
+        for kind, root in (("*Code*", "engine"), ("*Tests*", "tests")):
+            part = paragraph.partition(kind + ":")[2].partition("*Tests*:" if kind == "*Code*" else "\0")[0]
+            for file in re.findall(r"`([a-z_]+/[\w/]+\.\w+)`", part):
+                assert (ROOT / root / file).exists(), f"METHOD: {root}/{file}"
+    code = "\n".join(t for f, t in cited().items() if f.parts[0] == "engine" and f.suffix in (".c", ".h", ".py"))
+    named = re.findall(r"`([A-Z]+(?:_[A-Z]+)*|tr_\w+)`", text)
+    assert len(named) > 20
+    assert not [n for n in named if not re.search(rf"\b{n}\b", code)]
 
 
 # -- Registries -----------------------------------------------------------------------------------------------------------------

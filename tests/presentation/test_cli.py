@@ -107,7 +107,7 @@ def test_wrong_use_exits_with_2_and_says_what_to_do(words: list[str], text: str,
 
 
 def test_a_run_that_fails_exits_with_1_names_the_joint_and_still_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """8.3 with c = 0.15 m jams from the start (method notes §4)."""
+    """8.3 with c = 0.15 m jams from the start (METHOD, "Errata of the paper")."""
     words = ["--set", "joints.guide.friction.half_length=0.15", "-o", str(tmp_path / "r.csv"), "--plot", str(tmp_path / "r.png")]
     assert main(["simulate", "double_pendulum", "--until", "1", "--law", "regularized", "--json", *words]) == 1
     data = json.loads(capsys.readouterr().out)

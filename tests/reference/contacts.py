@@ -111,7 +111,7 @@ def _sliding_rate(gap, top: float, law: Law) -> float | None:
 
 
 def sleeve(fc, mc, sdot, half_width, half_height, half_length, law: Law) -> Outcome:
-    """Prismatic sleeve of NOTATION.md: faces +-a e2 and +-b e3, ends at -c and +c, torsion as a couple.
+    """Prismatic sleeve (METHOD, "Sleeve"): faces +-a e2 and +-b e3, ends at -c and +c, torsion as a couple.
 
     A contact is a signed force N along e2 or e3 on the inner part, on the face it presses, and axial friction there.
     """

@@ -1,4 +1,4 @@
-"""The paper's examples as scenes with start coordinates: 8.1 (F1, F4), 8.2 (F2) and 8.3 (F3) of the benchmark list."""
+"""The paper's examples as scenes with start coordinates: 8.1 (F1, F4), 8.2 (F2) and 8.3 (F3) (METHOD, "Reference numbers")."""
 
 from __future__ import annotations
 

@@ -12,8 +12,9 @@ from engine.chart.peers.snapshot import Snapshot
 from engine.chart.runs import Prepared
 from engine.kernel.jacobian_unit import residuals
 from engine.kernel.main_unit import active_rows, combination, qdot
+from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import elements, joint_rates, laws, numbers, reaction_rows, wrench
-from engine.recursion.reduction import Accelerations, Model, model, outward
+from engine.recursion.reduction import Model, model
 from engine.recursion.symbols import Symbols
 from engine.simulation.block import Settings
 from engine.simulation.run import Model as Ready
