@@ -16,8 +16,9 @@ from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted
 from engine.kernel.columns import needs_quadratures
 from engine.kernel.library import Kernel, kernel
 from engine.simulation import block as bl
+from engine.simulation.diagnosis import diagnose, open_loop
 from engine.simulation.outcome import DONE, Outcome
-from engine.simulation.run import Model, failure, open_loop
+from engine.simulation.run import Model
 
 KINDS = 16
 STATUS, TIME, ROWS, STEPS, DETAIL, COUNT = range(6)
@@ -65,13 +66,10 @@ def _library() -> ctypes.CDLL:
     return lib
 
 
-class Stopped(Exception):
-    """The caller's tick said no."""
-
-
 @dataclass(frozen=True)
 class Reduced:
-    """What became of some cases. index: which (n); numbers (n × reductions); outcomes and steps (n); seconds: stepping."""
+    """What became of some cases: all that were to be run, or the first of them when the caller's tick said no. index: which (n);
+    numbers (n × reductions); outcomes and steps (n); seconds: stepping."""
 
     index: np.ndarray
     numbers: np.ndarray
@@ -136,7 +134,7 @@ class Loop:
         v.full = self._buffer(v.full_bytes)
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
-        """Run the cases. Stopped when ``tick`` says no."""
+        """Run the cases, or as many of them as are finished when ``tick`` says no."""
         b, n = self.batch, len(rows.index)
         out = np.zeros((n, COLUMNS + REDUCED * self.width))
         inputs = rows.inputs if rows.inputs.size else np.zeros(1)
@@ -161,9 +159,10 @@ class Loop:
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                raise Stopped
+                n = b.at + b.reported  # a case that has failed is finished, too
+                break
         outcomes = [failed.get(i) or Outcome(DONE, float(out[i, TIME])) for i in range(n)]
-        return Reduced(rows.index, self._numbers(out), outcomes, out[:, STEPS].astype(np.int64), seconds)
+        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, out[:n, STEPS].astype(np.int64), seconds)
 
     def _outcome(self, out: np.ndarray) -> Outcome:
         """Diagnosis of the case that just failed, while its block is at hand: the model as if it had run the case."""
@@ -174,7 +173,7 @@ class Loop:
         model.block, model.kernel = block, block.kernel
         if int(out[STATUS]) == CLOSURE and out[ROWS] == 0.0 and block.time == 0.0:
             return open_loop(model, int(out[DETAIL]))
-        return failure(model, int(out[STATUS]))
+        return diagnose(model, int(out[STATUS]))
 
     def _numbers(self, out: np.ndarray) -> np.ndarray:
         """The reductions asked for (cases × reductions); NaN where there is nothing to reduce."""

@@ -12,15 +12,15 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases, grid, listed, sampled
-from engine.batch.loop import Loop, Stopped, invalid
+from engine.batch.loop import Loop, invalid
 from engine.batch.preparing import Preparer, Rows, Run, same_tables
 from engine.batch.reductions import Reduction, reductions
 from engine.batch.table import schema, table
 from engine.kernel.columns import columns
 from engine.scene.model import Scene
 from engine.simulation import block as bl
+from engine.simulation.asked import check_settings
 from engine.simulation.outcome import Outcome
-from engine.simulation.run import check_settings
 from engine.system.build import build
 
 if TYPE_CHECKING:
@@ -101,6 +101,14 @@ def plan(
     return Plan(scene, found, chosen, run)
 
 
+class Stopped(Exception):
+    """The caller's tick said no. table: the rows of the cases that were finished by then."""
+
+    def __init__(self, table: pyarrow.Table):
+        super().__init__("stopped between two cases")
+        self.table = table
+
+
 class Runner:
     """Runs chunks of a plan; keeps what chunks share (kernels, blocks, built values). For one thread at a time."""
 
@@ -121,18 +129,25 @@ class Runner:
         n = stop - start
         outcomes: list[Outcome] = [invalid(())] * n
         steps, numbers = np.zeros(n, np.int64), np.full((n, len(self.plan.reductions)), np.nan)
+        finished = np.zeros(n, bool)
         rows, wrong = self.preparer.rows(values)
         for i, error in wrong.items():
-            outcomes[i] = invalid(error.problems)
+            outcomes[i], finished[i] = invalid(error.problems), True
         before = 0
         for r in rows:
             got = self._loop(r).run(r, None if tick is None else partial(_told, tick, before))
             before += len(r.index)
             self.seconds += got.seconds
-            numbers[r.index], steps[r.index] = got.numbers, got.steps
-            for i, o in zip(r.index, got.outcomes, strict=True):
+            numbers[got.index], steps[got.index], finished[got.index] = got.numbers, got.steps, True
+            for i, o in zip(got.index, got.outcomes, strict=True):
                 outcomes[i] = o
-        return table(self.plan.schema, start, values, outcomes, steps, numbers)
+            if len(got.index) < len(r.index):
+                break
+        at = np.flatnonzero(finished)
+        made = table(self.plan.schema, start + at, values[at], [outcomes[i] for i in at], steps[at], numbers[at])
+        if len(at) < n:
+            raise Stopped(made)
+        return made
 
     def _loop(self, rows: Rows) -> Loop:
         """The loop for this structure."""

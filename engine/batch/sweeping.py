@@ -6,12 +6,13 @@ import os
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.basics.files import writing
+from engine.basics.interrupts import Held, held
 from engine.batch.plan import Plan, Run, Runner, Stopped, plan
 from engine.scene.model import Scene
 from engine.simulation.result import Result
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 CHUNK_SECONDS = 0.25
 FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
+LOOK_SECONDS = 0.1
+"""How often the main thread looks for Ctrl-C while the others work."""
 SUFFIXES = (".csv", ".parquet")
 SweepProgress = Callable[[int, int], None]
 """progress(cases done, cases), a few times a second."""
@@ -29,7 +32,8 @@ SweepProgress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Sweep:
-    """A finished sweep: a row a case. counts: cases by outcome; wall_time, stepping_time (of all cores), build_time: s."""
+    """A sweep that was run: a row a case. counts: cases by outcome; wall_time, stepping_time (of all cores), build_time: s.
+    stopped: it was interrupted, and its rows are those of the cases that were finished by then."""
 
     plan: Plan
     table: pyarrow.Table
@@ -37,6 +41,7 @@ class Sweep:
     stepping_time: float
     build_time: float
     counts: dict[str, int] = field(default_factory=dict)
+    stopped: bool = False
 
     def __len__(self) -> int:
         return int(self.table.num_rows)
@@ -101,7 +106,8 @@ def sweep(
     combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
     or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
     until, every, rtol, method: as in ``simulate``; reductions are over its output rows. workers: threads (default: one a core).
-    A case that fails is a row with its outcome. Raises SceneError for wrong input.
+    A case that fails is a row with its outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by
+    then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
     """
     from engine.scene import load_scene
     from engine.scene.overrides import apply
@@ -115,19 +121,32 @@ def sweep(
 
 
 def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | None = None) -> Sweep:
-    """Run all of it on threads (the loop holds no lock of the interpreter while it steps)."""
+    """Run all of it on threads (the loop holds no lock of the interpreter while it steps). KeyboardInterrupt when it is stopped
+    before any case is finished."""
     started = time.perf_counter()
     threads = max(1, min(workers or os.cpu_count() or 1, of.cases.count))
     work = _Work(of, progress)
-    with ThreadPoolExecutor(threads) as pool:
-        waiting = [pool.submit(work.take) for _ in range(threads)]
+    with held() as interrupt, ThreadPoolExecutor(threads) as pool:
         try:
-            for w in waiting:
-                w.result()
-        except BaseException:
+            _await([pool.submit(work.take) for _ in range(threads)], work, interrupt)
+        except KeyboardInterrupt:
+            work.interrupted = True
+        finally:
             work.stopped = True
-            raise
+    if work.interrupted and not work.done:
+        raise KeyboardInterrupt
     return work.result(time.perf_counter() - started)
+
+
+def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
+    """Wait for the threads; after Ctrl-C for what they still finish, and whatever else stops them then does not count."""
+    left: set[Future[None]] = set(waiting)
+    while left:
+        done, left = wait(left, LOOK_SECONDS, FIRST_EXCEPTION)
+        if interrupt.asked:
+            raise KeyboardInterrupt
+        for w in done:
+            w.result()
 
 
 class _Work:
@@ -139,7 +158,7 @@ class _Work:
         self.next = self.done = 0
         self.tables: dict[int, Any] = {}
         self.runners: list[Runner] = []
-        self.stopped = False
+        self.stopped = self.interrupted = False
         self.told = time.perf_counter()
 
     def take(self) -> None:
@@ -155,12 +174,16 @@ class _Work:
                 return
             before, began = runner.seconds, time.perf_counter()
             try:
-                got = runner.chunk(start, stop, lambda done: not self.stopped)
-            except Stopped:
-                return
+                got = runner.chunk(start, stop, self.go_on)
+            except Stopped as s:
+                got = s.table
             spent = max(runner.seconds - before, 0.5 * (time.perf_counter() - began - runner.build_seconds), 1e-6)
             size = int(min(max(1, (stop - start) * CHUNK_SECONDS / spent, 1), 4 * size, LARGEST_CHUNK))
             self._finished(start, got)
+
+    def go_on(self, done: int) -> bool:
+        """Asked by the loop every few hundredths of a second, told how many cases of its chunk are done."""
+        return not self.stopped
 
     def _finished(self, start: int, got: Any) -> None:
         with self.lock:
@@ -171,11 +194,15 @@ class _Work:
                 self.progress(self.done, self.plan.cases.count)
 
     def result(self, wall: float) -> Sweep:
-        """All tables as one."""
+        """All tables as one; of a sweep that was interrupted, its metadata say how many cases of how many."""
         import pyarrow as pa
         import pyarrow.compute as pc
 
         table = pa.concat_tables([self.tables[k] for k in sorted(self.tables)])
+        stopped = table.num_rows < self.plan.cases.count
+        if stopped:
+            told = {"stopped": f"{table.num_rows} of {self.plan.cases.count} cases finished"}
+            table = table.replace_schema_metadata((table.schema.metadata or {}) | told)
         counts = {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}
         seconds = sum(r.seconds for r in self.runners)
-        return Sweep(self.plan, table, wall, seconds, max((r.build_seconds for r in self.runners), default=0.0), counts)
+        return Sweep(self.plan, table, wall, seconds, max((r.build_seconds for r in self.runners), default=0.0), counts, stopped)

@@ -42,16 +42,20 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
 
 
 def table(
-    shape: pyarrow.Schema, first: int, values: np.ndarray, outcomes: Sequence[Outcome], steps: np.ndarray, numbers: np.ndarray
+    shape: pyarrow.Schema,
+    cases: np.ndarray,
+    values: np.ndarray,
+    outcomes: Sequence[Outcome],
+    steps: np.ndarray,
+    numbers: np.ndarray,
 ) -> pyarrow.Table:
-    """Rows of the cases first … first + n − 1. NaN (nothing to reduce) becomes null."""
+    """Rows of some cases (n numbers of cases). NaN (nothing to reduce) becomes null."""
     import pyarrow as pa
 
     def floats(a: np.ndarray) -> Any:
         return pa.array(np.ascontiguousarray(a), mask=np.isnan(a))
 
-    n = len(outcomes)
-    arrays = [pa.array(np.arange(first, first + n))]
+    arrays = [pa.array(cases.astype(np.int64))]
     arrays += [floats(values[:, k]) for k in range(values.shape[1])]
     arrays += [
         pa.array([o.name for o in outcomes], pa.string()),

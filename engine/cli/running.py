@@ -12,6 +12,8 @@ import typer
 from engine.basics.problems import Problem, SceneError, SimulationError
 
 DONE, FAILED, WRONG_USE = 0, 1, 2
+INTERRUPTED = 130
+"""What newer versions of typer return for a command that Ctrl-C ended; older ones raise Abort."""
 USAGE_ERROR: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")  # type: ignore[assignment]
 """What typer raises for arguments it cannot take (its own copy of click's class, or click's)."""
 FLAGS = {"json": ("--json",), "verbose": ("-v", "--verbose")}
@@ -26,6 +28,8 @@ def run(arguments: list[str]) -> int:
     as_json, verbose = (any(a in names for a in given) for names in FLAGS.values())
     try:
         code = typer.main.get_command(app).main(arguments, prog_name="trunnion", standalone_mode=False)
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
     except SceneError as e:
         return problems_end(e.problems, as_json)
     except USAGE_ERROR as e:

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from engine.basics.interrupts import held
 from engine.basics.problems import Problem
 from engine.cli import options
 from engine.cli.options import Findings
@@ -190,19 +191,34 @@ def kept(result: Result, patterns: Sequence[str]) -> Result:
 
 
 def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]]:
-    """Write what was asked for, also from a run that failed; files written, and what stood in the way of others."""
+    """Write what was asked for, also from a run that failed; files written, and what stood in the way of others. The table comes
+    first and whole, even when Ctrl-C is pressed meanwhile; pictures are given up then."""
+    found = Findings()
+    written: dict[str, str] = {}
+    try:
+        if "table" in job.files:
+            with held() as interrupt:
+                _write_kinds(result, job, ("table",), written, found)
+            if interrupt.asked:
+                raise KeyboardInterrupt
+        _write_kinds(result, job, [k for k in job.files if k != "table"], written, found)
+    except KeyboardInterrupt:
+        found.add("files", "interrupted before all were written", f"written: {', '.join(written.values()) or 'none'}")
+    return written, found.problems
+
+
+def _write_kinds(result: Result, job: Job, kinds: Sequence[str], written: dict[str, str], found: Findings) -> None:
+    """Write files of these kinds; note those written, and what stood in the way of others."""
     from engine.simulation.summary import started
 
-    found = Findings()
-    written = {}
-    for kind, path in job.files.items():
+    for kind in kinds:
+        path = job.files[kind]
         if not started(result) and kind != "table":
             found.add(kind, "nothing to draw: the run did not get further than its start", "see the outcome")
         elif kind == "linearization" and not result.outcome.ok:
             found.add("--linearize", "the run did not get to its end, where it would be linearised", "see the outcome")
         elif found.attempt(partial(_write, result, job, kind, path)):
             written[kind] = str(path)
-    return written, found.problems
 
 
 def _write(result: Result, job: Job, kind: str, path: Path) -> Path:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from engine.basics.interrupts import held
 from engine.cli import options
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
@@ -62,7 +63,7 @@ class SweepWish:
 
 
 def sweep_command(wish: SweepWish) -> int:
-    """Run it; the exit code (1 when no case could be run to its end)."""
+    """Run it; the exit code (1 when no case could be run to its end, or when it was interrupted)."""
     from engine.batch.sweeping import run_plan
     from engine.cli.progress import Watch
 
@@ -75,8 +76,9 @@ def sweep_command(wish: SweepWish) -> int:
     with Watch(f"{chosen.cases.count} cases") as watch:
         result = run_plan(chosen, wish.workers, lambda done, of: watch.tell(done, of))
     if place is not None:
-        result.save(place)
-    code = DONE if result.counts.get("done") else FAILED
+        with held():
+            result.save(place)
+    code = DONE if result.counts.get("done") and not result.stopped else FAILED
     if wish.as_json:
         print_json({"exit_code": code, "problems": []} | document(result) | {"files": {"table": str(place)} if place else {}})
     else:
@@ -139,7 +141,8 @@ def document(result: Sweep) -> dict[str, Any]:
     """The sweep without its rows, as plain data."""
     times = {"wall": result.wall_time, "stepping": result.stepping_time, "build": result.build_time}
     kept = [{"name": r.name, "unit": r.unit, "description": r.description} for r in result.plan.reductions]
-    return {"scene": result.plan.scene.name, "cases": len(result), "outcomes": result.counts, "seconds": times, "reductions": kept}
+    cases = {"cases": len(result), "of": result.plan.cases.count, "stopped": result.stopped}
+    return {"scene": result.plan.scene.name, **cases, "outcomes": result.counts, "seconds": times, "reductions": kept}
 
 
 def summary(result: Sweep) -> list[str]:
@@ -157,6 +160,7 @@ def summary(result: Sweep) -> list[str]:
     more = len(result.plan.reductions) - len(rows)
     lines = [
         f"{result.plan.scene.name}: {len(result)} cases over {', '.join(result.plan.cases.paths)}",
+        *([f"stopped: {len(result)} of {result.plan.cases.count} cases finished, which are kept"] if result.stopped else []),
         outcomes,
         f"{result.wall_time:.3g} s, stepping {result.stepping_time:.3g} s on all cores"
         + (f", built in {result.build_time:.3g} s" if result.build_time else ""),

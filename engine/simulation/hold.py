@@ -11,9 +11,10 @@ import numpy as np
 from engine.basics.problems import SimulationError
 from engine.scene.model import Constant, Drive, Scene
 from engine.simulation import block as bl
+from engine.simulation.diagnosis import open_loop
 from engine.simulation.pairs import slider_names
 from engine.simulation.redundancy import redundancy
-from engine.simulation.run import Model, open_loop
+from engine.simulation.run import Model
 from engine.system.structure import System
 
 STILL = 1e-9

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -124,22 +122,6 @@ def test_only_the_columns_asked_for_are_written_beside_a_moving_picture(tmp_path
     assert names[0] == "time"
     assert all(n.startswith("ball.friction.") for n in names[1:])
     assert (tmp_path / "r.html").exists()
-
-
-def test_an_interrupt_ends_the_run_as_stopped_with_what_there_is(tmp_path: Path) -> None:
-    words = ["simulate", "double_pendulum", "--until", "1000", "--every", "0.001", "--step", "1e-7", "--json", "-o"]
-    main(["check", "double_pendulum"])  # the kernel is ready then
-    command = [sys.executable, "-m", "engine.cli", *words, str(tmp_path / "r.csv")]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        time.sleep(6.0)  # well into the run: before it, imports take a second, several on a busy machine
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    finally:
-        process.kill()
-    assert process.returncode == 1, err
-    assert json.loads(out)["outcome"]["name"] == "stopped"
-    assert len(load_result_table(tmp_path / "r.csv").time) > 1
 
 
 def test_check_tells_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,144 @@
+"""One run carried out: assembly, start, steps in calls to C, rows and events as they come, until its end or an interrupt."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine.basics.interrupts import Held, held
+from engine.simulation import block as bl
+from engine.simulation.certificate import Certificate, certificate, certificate_notes
+from engine.simulation.diagnosis import diagnose, open_loop
+from engine.simulation.events import decode
+from engine.simulation.outcome import DONE, Outcome
+from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
+from engine.simulation.result import Event, Result, Stats
+
+if TYPE_CHECKING:
+    from engine.simulation.run import Model
+
+log = logging.getLogger("trunnion.simulate")
+CHUNK_SECONDS = 0.03
+"""How long a call into C is meant to last: under the 50 ms after which progress, Ctrl-C and time budgets must be served."""
+FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
+"""Steps of the first call, and bounds of those that follow, which are sized from the time the last one took."""
+CHUNK_ROWS = 4096
+Progress = Callable[[float, float], None]
+"""progress(time, until), called a few times a second."""
+
+
+class OneRun:
+    """One run: rows and events as they come, and the times of its parts."""
+
+    def __init__(self, model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None):
+        self.model, self.until, self.every, self.settings, self.progress = model, until, every, settings, progress
+        self.rows: list[np.ndarray] = []
+        self.events: list[Event] = []
+        self.notes: list[str] = []
+        self.open_reactions = Redundancy(0)
+        self.build = self.setup = self.wall = 0.0
+        self.roots = 1
+        self.began = False
+
+    def result(self) -> Result:
+        """Carry it out."""
+        started = time.perf_counter()
+        outcome = self._begin()
+        self.setup = time.perf_counter() - started + self.model.setup_seconds
+        if outcome is None:
+            outcome = self._stepping_or_stopped()
+        block = self.model.block
+        data = np.concatenate(self.rows) if self.rows else np.zeros((0, block.width))
+        c = block.statistics()
+        stats = Stats(self.wall, self.model.build_seconds + self.build, self.setup, c["steps"], c["rejected"], c["rhs_evaluations"],
+                      c["jacobians"], c["events"], c)
+        s = self.settings
+        used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
+        scene = self.model.built.scene
+        log.info("%s: %s", scene.name, outcome)
+        certified = certificate(block, self.model.system, self.roots, self.open_reactions) if self.began else Certificate()
+        self.notes += certificate_notes(certified)
+        return Result(scene, data, tuple(self.model.columns), tuple(self.events), outcome, stats, used, tuple(self.notes),
+                      self.open_reactions, certified)
+
+    def _begin(self) -> Outcome | None:
+        """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
+        from engine.simulation.assembly import moved_notes
+
+        model = self.model
+        model.block.configure(self.settings)
+        code = model.block.assemble()
+        if code != 1:
+            return open_loop(model, code)
+        self.notes += moved_notes(model.built, model.block)
+        first = np.zeros(model.block.width)
+        status = model.begin(self.settings, 0.0, self.until, self.every, first)
+        self.began = True
+        self.roots = model.block.roots() if model.system.neta else 1
+        if status != bl.OK:
+            return diagnose(model, status)
+        self.rows.append(first[None, :])
+        self.open_reactions = redundancy(model.block)
+        self.notes += redundancy_notes(self.open_reactions)
+        return None
+
+    def _stepping_or_stopped(self) -> Outcome:
+        """Advance to the end, or to the interrupt (Ctrl-C): what there is by then is kept."""
+        started = time.perf_counter()
+        try:
+            with held() as interrupt:
+                return self._stepping(interrupt)
+        except KeyboardInterrupt:
+            return Outcome.named("stopped", max(self.model.block.time, float(self.rows[-1][-1, 0])), "")
+        finally:
+            self.wall = time.perf_counter() - started - self.build
+
+    def _stepping(self, interrupt: Held) -> Outcome:
+        """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt between two of them."""
+        block = self.model.block
+        buffer = np.empty((CHUNK_ROWS, block.width))
+        told, steps = time.perf_counter(), FIRST_STEPS
+        while True:
+            began = time.perf_counter()
+            status, count = block.advance(self.until, steps, buffer)
+            if count:
+                self.rows.append(buffer[:count].copy())
+            self.events += decode(self.model.system, block.take_events())
+            if status == bl.DONE:
+                break
+            if status == bl.NEED_JACOBIAN:
+                self._attach_jacobian(interrupt)
+            elif status == bl.MORE:
+                steps = sized(steps, time.perf_counter() - began)
+            elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
+                return diagnose(self.model, status)
+            if interrupt.asked:
+                raise KeyboardInterrupt
+            if self.progress and time.perf_counter() - told > 0.1:
+                told = time.perf_counter()
+                self.progress(block.time, self.until)
+        if self.every > 0.0 and self.until - self.rows[-1][-1, 0] > 1e-9 * self.until:
+            last = np.zeros(block.width)
+            block.row(last)
+            self.rows.append(last[None, :])
+        return Outcome(DONE, self.until)
+
+    def _attach_jacobian(self, interrupt: Held) -> None:
+        """Building the unit is building, not stepping, and may be interrupted; the block is not touched before it is there."""
+        started = time.perf_counter()
+        try:
+            with interrupt.open():
+                self.model.block.kernel.jacobian()
+            self.model.block.attach_jacobian()
+        finally:
+            self.build += time.perf_counter() - started
+
+
+def sized(steps: int, seconds: float) -> int:
+    """Steps of the next call into C, when the last one took so many seconds for ``steps``."""
+    wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
+    return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))

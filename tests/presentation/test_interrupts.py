@@ -1,0 +1,164 @@
+"""Ctrl-C keeps every row, event and finished case up to then, in files that are whole.
+
+Every test runs a program of its own that sends itself SIGINT at a place in the work, not at a time: as a call into C has come back
+with rows that nobody has kept yet, or when a batch has finished its fifth case.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import engine
+from engine.simulation.result import Result
+from engine.simulation.tables import load_result_table
+
+UNTIL, EVERY = 50.0, 0.01
+MU = "joints.ball.friction.mu"
+PRELUDE = """
+import json, signal, sys, time
+from engine.simulation.block import Block
+
+advance, calls = Block.advance, 0
+
+def interrupted_after(n):
+    def call(block, *arguments):
+        global calls
+        found = advance(block, *arguments)
+        calls += 1
+        if calls == n:
+            signal.raise_signal(signal.SIGINT)
+        return found
+    Block.advance = call
+"""
+COMMAND = "import sys; from engine.cli import main; sys.exit(main(sys.argv[1:]))"
+SWEEP = """
+import signal, time
+from engine.batch.sweeping import _Work
+
+def go_on(work, done):
+    if work.done + done >= 5 and not work.stopped:
+        signal.raise_signal(signal.SIGINT)
+        while not work.stopped:
+            time.sleep(0.001)
+    return not work.stopped
+
+_Work.go_on = go_on
+"""
+
+
+def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """A program of its own, to its end."""
+    return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def whole() -> Result:
+    """The run that nobody interrupts."""
+    return engine.simulate("spherical_pendulum", until=UNTIL, every=EVERY)
+
+
+def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
+    """Rows and events are those of the whole run up to the time it stopped at, bit for bit, and none is missing."""
+    assert 0.0 < end < UNTIL
+    assert len(time) == np.count_nonzero(whole.time <= end) > 1
+    assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)
+    assert [e.time for e in events] == [e.time for e in whole.events if e.time <= end]
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_simulate_keeps_every_row_and_event(suffix: str, tmp_path: Path, whole: Result) -> None:
+    file = tmp_path / f"r.{suffix}"
+    words = ["simulate", "spherical_pendulum", "--until", f"{UNTIL}", "--every", f"{EVERY}", "-o", str(file)]
+    done = ran(PRELUDE + "interrupted_after(1)\n" + COMMAND, *words)
+    table = load_result_table(file)
+    assert done.returncode == 1
+    assert "stopped at t =" in done.stdout
+    assert f"wrote {file}" in done.stdout
+    assert (table.outcome.name, table.metadata["settings"]["until"]) == ("stopped", UNTIL)
+    held_against(whole, table.time, table.data, table.events, table.outcome.time)
+
+
+def test_json_tells_of_the_interrupt_in_its_one_document(tmp_path: Path, whole: Result) -> None:
+    file = tmp_path / "r.parquet"
+    words = ["simulate", "spherical_pendulum", "--until", f"{UNTIL}", "--every", f"{EVERY}", "-o", str(file), "--json"]
+    done = ran(PRELUDE + "interrupted_after(1)\n" + COMMAND, *words)
+    told = json.loads(done.stdout)
+    assert (done.returncode, told["exit_code"], told["outcome"]["name"]) == (1, 1, "stopped")
+    assert told["files"] == {"table": str(file)}
+    table = load_result_table(file)
+    held_against(whole, table.time, table.data, table.events, told["outcome"]["time"])
+
+
+def test_python_gets_the_result_so_far_and_goes_on() -> None:
+    program = PRELUDE + "interrupted_after(1)\nimport engine\n"
+    program += f"r = engine.simulate('spherical_pendulum', until={UNTIL}, every={EVERY})\n"
+    program += "print(json.dumps([r.outcome.name, len(r), len(r.events), signal.getsignal(2) is signal.default_int_handler]))"
+    done = ran(program)
+    name, rows, events, restored = json.loads(done.stdout)
+    assert (name, restored) == ("stopped", True)
+    assert rows > 1
+    assert events > 0
+
+
+def test_a_run_within_larger_work_passes_the_interrupt_on() -> None:
+    """A chart is many runs: Ctrl-C is meant for all of them."""
+    program = PRELUDE + "interrupted_after(1)\nimport engine\nfrom engine.simulation.run import Model, run\n"
+    program += "from engine.simulation.block import Settings\n"
+    program += "try:\n    run(Model(engine.load_scene('spherical_pendulum')), 50.0, 0.01, Settings())\n"
+    program += "except KeyboardInterrupt:\n    print('passed on')"
+    assert ran(program).stdout == "passed on\n"
+
+
+def test_a_program_with_a_handler_of_its_own_keeps_it() -> None:
+    program = PRELUDE + "interrupted_after(1)\nimport engine\nseen = []\nsignal.signal(2, lambda *a: seen.append(a))\n"
+    program += "r = engine.simulate('spherical_pendulum', until=1.0)\nprint(r.outcome.name, len(seen))"
+    assert ran(program).stdout == "done 1\n"
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: str, words: list[str], tmp_path: Path) -> None:
+    file = tmp_path / f"s.{suffix}"
+    over = ["--over", f"{MU}=0.1:0.6:100000", "--until", "1", "--reduce", "final:ball.qd[2]", "--workers", "1"]
+    done = ran(SWEEP + COMMAND, "sweep", "spherical_pendulum", *over, "-o", str(file), *words)
+    assert done.returncode == 1, done.stderr
+    columns = read(file)
+    n = len(columns["case"])
+    if words:
+        told = json.loads(done.stdout)
+        assert (told["cases"], told["of"], told["stopped"], told["outcomes"]) == (n, 100000, True, {"done": n})
+    else:
+        assert f"stopped: {n} of 100000 cases finished" in done.stdout
+    assert 5 <= n < 100000
+    assert list(columns["case"]) == list(range(n))
+    same = engine.sweep("spherical_pendulum", {MU: list(columns[MU])}, reductions=["final:ball.qd[2]"], until=1.0)
+    assert list(columns["final:ball.qd[2]"]) == same.table["final:ball.qd[2]"].to_pylist()
+
+
+def read(file: Path) -> dict[str, Any]:
+    """Columns of a table, whichever way it was written; a partial one says so itself where it can."""
+    if file.suffix == ".parquet":
+        table = pq.read_table(file)
+        assert table.schema.metadata[b"stopped"].decode() == f"{table.num_rows} of 100000 cases finished"
+        return {name: table[name].to_pylist() for name in table.column_names}
+    from pyarrow import csv
+
+    table = csv.read_csv(file)
+    return {name: table[name].to_pylist() for name in table.column_names}
+
+
+def test_a_sweep_without_a_finished_case_writes_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "s.csv"
+    program = SWEEP.replace(">= 5", ">= 0").replace("_Work.go_on = go_on", "_Work.take = lambda w: go_on(w, 0)") + COMMAND
+    done = ran(program, "sweep", "spherical_pendulum", "--over", f"{MU}=0.1:0.6:10", "-o", str(file))
+    assert done.returncode == 1
+    assert "interrupted before there were results" in done.stderr
+    assert not file.exists()
