@@ -75,12 +75,12 @@ def test_every_command_the_readme_names_exists() -> None:
 
 
 def test_every_script_named_in_the_documents_exists() -> None:
-    for file in ("README.md", "CONTRIBUTING.md", "tests/benchmarks/README.md"):
+    for file in ("README.md", "CONTRIBUTING.md", "engine/README.md", "tests/benchmarks/README.md"):
         for module in re.findall(r"python -m (tests[\w.]+)", (ROOT / file).read_text(encoding="utf-8")):
             assert (ROOT / (module.replace(".", "/") + ".py")).is_file(), f"{file}: {module}"
 
 
-@pytest.mark.parametrize("file", ["README.md", "CONTRIBUTING.md", "engine/NOTATION.md", "engine/METHOD.md"])
+@pytest.mark.parametrize("file", ["README.md", "CONTRIBUTING.md", "engine/README.md", "engine/NOTATION.md", "engine/METHOD.md"])
 def test_every_link_leads_somewhere(file: str) -> None:
     links = re.findall(r"\]\(([^)\s#]+)\)", (ROOT / file).read_text(encoding="utf-8"))
     assert not [x for x in links if not re.match(r"[a-z]+:", x) and not ((ROOT / file).parent / x).exists()]
