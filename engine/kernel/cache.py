@@ -49,7 +49,7 @@ _temporary: Path | None = None
 
 
 def digest(*parts: str | bytes) -> str:
-    """Content key."""
+    """Key of an entry: a digest of everything that decides its content."""
     h = hashlib.sha256()
     for p in parts:
         data = p.encode() if isinstance(p, str) else p
@@ -116,7 +116,7 @@ def _size(path: Path) -> int:
 
 
 def _remove(path: Path) -> None:
-    """Out of sight at once, so that nobody finds half of it; then gone."""
+    """Rename a folder first, so that nobody finds half of it, then delete it."""
     trash = path.with_name(f".{path.name}-{os.getpid()}-{time.monotonic_ns()}")
     with suppress(OSError):
         path.rename(trash)

@@ -22,7 +22,7 @@ from engine.system.leaves import Param
 from engine.system.structure import GROUND, Body, Joint, Load, System, state_coordinates
 
 MOTION = 18
-"""R (9, column-major), r, ω, ṙ."""
+"""Scalars of a body's motion: R (9, column-major), r, ω, ṙ (3 each)."""
 HANDED = 27
 """Scalars a body hands inward: ΔM as its blocks M11 (6: xx xy xz yy yz zz), M12 (9, column-major) and M22 (6), then ΔF (6)."""
 Pattern = tuple[float | None, ...]
@@ -69,13 +69,14 @@ class LocalSymbols(Symbols):
 
 
 def symbolic(name: str, pattern: Pattern) -> tuple[SX, list[SX]]:
-    """(symbols of all entries, entries with constants put in and structural zeros kept)."""
+    """A symbol for every entry of a pattern, and the entries themselves: those symbols, or the pattern's constants and structural
+    zeros where it has them."""
     sym = SX.sym(name, len(pattern))
     return sym, [sym[i] if c is None else SX(1, 1) if c == 0.0 else SX(c) for i, c in enumerate(pattern)]
 
 
 def pattern_of(values: list[SX]) -> Pattern:
-    """Constants where the expression is one."""
+    """The pattern of some expressions: their value where they are constant, None where they vary."""
     return tuple(float(v) if v.nnz() == 0 or v.is_constant() else None for v in values)
 
 
@@ -91,14 +92,14 @@ def unpack_motion(v: list[SX]) -> Motion:
     return Motion(R, r, omega, rdot)
 
 
-def pack_handed(A: SX, B: SX, C: SX, F: SX) -> list[SX]:
-    """ΔM, ΔF as 27 scalars."""
-    square = [B[i, j] for j in range(3) for i in range(3)]
-    return [A[i, j] for i, j in UPPER] + square + [C[i, j] for i, j in UPPER] + [F[i] for i in range(6)]
+def pack_handed(M11: SX, M12: SX, M22: SX, F: SX) -> list[SX]:
+    """ΔM (its blocks) and ΔF as the 27 scalars of ``HANDED``."""
+    square = [M12[i, j] for j in range(3) for i in range(3)]
+    return [M11[i, j] for i, j in UPPER] + square + [M22[i, j] for i, j in UPPER] + [F[i] for i in range(6)]
 
 
 def unpack_handed(v: list[SX]) -> tuple[SX, SX, SX, SX]:
-    """27 scalars as ΔA, ΔB, ΔC, ΔF."""
+    """The three blocks of ΔM, and ΔF, from the 27 scalars of ``HANDED``."""
 
     def upper(values: list[SX]) -> SX:
         out = zeros(3, 3)
@@ -106,14 +107,19 @@ def unpack_handed(v: list[SX]) -> tuple[SX, SX, SX, SX]:
             out[i, j] = x
         return symmetric(ca.sparsify(out))
 
-    B = ca.sparsify(ca.horzcat(*[ca.vertcat(*v[6 + 3 * j : 9 + 3 * j]) for j in range(3)]))
-    return upper(v[:6]), B, upper(v[15:21]), ca.sparsify(ca.vertcat(*v[21:27]))
+    M12 = ca.sparsify(ca.horzcat(*[ca.vertcat(*v[6 + 3 * j : 9 + 3 * j]) for j in range(3)]))
+    return upper(v[:6]), M12, upper(v[15:21]), ca.sparsify(ca.vertcat(*v[21:27]))
 
 
 @dataclass
 class BodyCode:
-    """Expressions of one class. Inputs by stage — 0: p; 1: x, q, v, parent's motion; 2: what the children hand over; 3: a force
-    column f (6) and its generalised force g. Results are named after what they are."""
+    """The per-body step of one class as expressions, in the stages in which its inputs become known.
+
+    Stage 0: parameters. Stage 1, outward: x, q, v and the motion of the body that carries it (``parent``) give ``motion`` and
+    ``step``. Stage 2, inward: what the bodies it carries hand over (``children``) gives ``art``, ``y`` and ``handed``. Stage 3,
+    once for each force column of the affine maps: a column f (6) and its force g along the joint's freedoms give ``column_y`` and
+    what is handed on, ``column_handed``.
+    """
 
     sym: LocalSymbols
     parent: SX
@@ -130,23 +136,23 @@ class BodyCode:
 
 
 def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
-    """The per-body step, symbolically."""
+    """The per-body step of a class, built from the same functions as the unrolled recursion."""
     sym = LocalSymbols(whole, shape, parameters)
     parent, entries = symbolic("P", shape.motion)
     motion, step = walk(sym, shape.joint, GROUND_MOTION if shape.ground else unpack_motion(entries))
     children, handed_in = symbolic("H", shape.handed)
-    dA, dB, dC, dF = unpack_handed(handed_in)
+    d11, d12, d22, dF = unpack_handed(handed_in)
     mass = mass_matrix(sym, shape.body, motion.R)
     own = velocity_force(mass, motion.omega)
     for load in shape.loads:
         own = own + sum((w for _, w in wrenches(sym, {load.bodies[0]: motion}, load)), zeros(6))
-    art = Articulated(symmetric(mass.M11 + dA), ca.sparsify(mass.M12 + dB), symmetric(mass.M22 + dC), ca.sparsify(own + dF))
+    art = Articulated(symmetric(mass.M11 + d11), ca.sparsify(mass.M12 + d12), symmetric(mass.M22 + d22), ca.sparsify(own + dF))
     forces = joint_forces(sym, step)
     Q = ca.sparsify(ca.vertcat(SX(0, 1), *[forces[k] for k in shape.joint.free]))
     project(art, step, Q)
-    A, B, C = absorbed(art, step.lever)
+    M11, M12, M22 = absorbed(art, step.lever)
     moved = art.F - art.MPi @ art.y - art.times(step.w[:3], step.w[3:])
-    handed = pack_handed(A, B, C, GammaT(step.lever, ca.sparsify(moved)))
+    handed = pack_handed(M11, M12, M22, GammaT(step.lever, ca.sparsify(moved)))
     f, g = SX.sym("f", 6), SX.sym("g", step.Pi.size2())
     column_y = art.solve(step.Pi.T @ f + g)
     column_handed = GammaT(step.lever, f - art.MPi @ column_y)
@@ -155,7 +161,8 @@ def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
 
 @dataclass
 class Outward:
-    """Symbols of the outward step of a body and its results: from the parent's Ż, the combined y and F̄ to q̈, Ż, N."""
+    """The outward step of a body: from Ż of the body that carries it (Z), y and F̄ with the multipliers put in (y, f), to q̈ (qdd),
+    its own Ż (Zo) and the reaction N."""
 
     Z: SX
     y: SX
@@ -166,7 +173,7 @@ class Outward:
 
 
 def outward_step(code: BodyCode, biased: bool) -> Outward:
-    """The outward step; without bias for a column of the affine maps."""
+    """The outward step of a class. ``biased``: with w; a column of the affine maps has none."""
     step, Z, y, f = code.step, SX.sym("Z", 6), SX.sym("yc", code.step.Pi.size2()), SX.sym("fc", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - code.art.solve(code.art.MPi.T @ carried)
@@ -176,7 +183,8 @@ def outward_step(code: BodyCode, biased: bool) -> Outward:
 
 @dataclass
 class Classes:
-    """Shape of every body, the distinct ones, and the parameter indices each body brings."""
+    """All bodies sorted into classes. shapes: the shape of every body; parameters: which of the system's parameters stand behind
+    the local ones of each; codes: the expressions of every distinct shape."""
 
     shapes: list[Shape]
     parameters: list[list[int]]
@@ -189,7 +197,7 @@ class Classes:
 
 
 def classify(whole: Symbols) -> Classes:
-    """Outward for the motion patterns, inward for the inertia patterns."""
+    """Sort the bodies into classes: outward for the patterns of their motion, then inward for those of what they are handed."""
     system = whole.system
     none, full = (0.0,) * HANDED, tuple
     raw: list[Shape] = []
@@ -221,7 +229,7 @@ def classify(whole: Symbols) -> Classes:
 
 
 def _shape(system: System, i: int, motion: Pattern, handed: Pattern) -> tuple[Shape, list[int]]:
-    """Shape of body i and the system parameters behind its local ones."""
+    """Shape of body i, and the system's parameters behind its local ones."""
     order: dict[int, int] = {}
     needs = next((e.needs for e in elements(system) if e.joint.child == i), ())
     body, joint = system.bodies[i], system.tree[i]

@@ -46,7 +46,7 @@ class Input:
     transient: bool = False
 
     def element(self, i: int) -> str:
-        """C expression of element i."""
+        """C expression of element i of the input."""
         base, _, offset = self.name.partition("+")
         return f"{base}[{i + int(offset or 0)}]"
 
@@ -218,7 +218,7 @@ class _Emitter:
 
 
 def literal(value: float) -> str:
-    """A double that reads back exactly; infinity and NaN by their names in C."""
+    """C text of a number, such that a C compiler reads exactly this double; infinities and NaN by their names in C."""
     if value != value:
         return "NAN"
     if value in (float("inf"), -float("inf")):

@@ -19,12 +19,12 @@ TINY = 1e-300
 
 
 def joint(m: Model, name: str) -> Joint:
-    """Joint by name."""
+    """The joint of this name."""
     return next(j for j in m.sym.system.joints if j.name == name)
 
 
 def coordinates(m: Model, name: str) -> list[SX]:
-    """All coordinates of a joint."""
+    """All coordinates of a joint of the tree or a cut one."""
     return coordinates_of(m, joint(m, name))
 
 
@@ -56,7 +56,7 @@ def eta_of(m: Model, name: str) -> list[int]:
 
 
 def angle(y: SX, x: SX) -> SX:
-    """atan2 with 0 at the origin."""
+    """atan2(y, x), but 0 at the origin, where the derivatives of atan2 are not numbers."""
     none = x * x + y * y <= TINY
     return ca.if_else(none, 0, ca.atan2(y, ca.if_else(none, 1, x)))
 
@@ -90,13 +90,13 @@ def contacts(m: Model, acc: Accelerations, pick: SX, name: str) -> list[Touch]:
 
 
 def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:
-    """All six components: the contacts are always those of the exact forms, whatever the friction needs."""
+    """All six components of f_c, m_c: contacts are always those of the exact forms, whichever form friction takes."""
     e.needs = ("f1", "f2", "f3", "m1", "m2", "m3")
     return reaction_rows(m, acc, e, pick)
 
 
 def kinetic(m: Model) -> SX:
-    """Σ ½ Zᵀ M Z, from the bodies' own mass (recomputed: reduction has changed M̄)."""
+    """Kinetic energy Σ ½ Zᵀ M Z. The bodies' own masses are built anew, because the reduction has added to those of the model."""
     from engine.recursion.loads import mass_matrix
 
     total = SX(0)
@@ -108,7 +108,7 @@ def kinetic(m: Model) -> SX:
 
 
 def potential(m: Model) -> SX:
-    """Gravity (zero at the world's origin), joint springs, engaged stops, springs between points."""
+    """Potential energy of gravity (zero at the world's origin), joint springs, engaged stops and springs between points."""
     sym = m.sym
     g = sym.leaves(sym.system.gravity)
     total = SX(0)

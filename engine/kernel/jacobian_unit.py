@@ -66,7 +66,7 @@ def residuals(m: Model, acc: Accelerations, pick: SX, active: list[int]) -> SX:
 
 
 def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> JacobianUnit:
-    """Build the unit."""
+    """Build the Jacobian unit of a model."""
     sym, active = m.sym, list(range(m.sym.system.rows)) if redundant else list(active_rows(m))
     pick = combination(sym)
     acc = outward(m, pick)
@@ -87,7 +87,7 @@ def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> Jacob
 
 
 def time_direction(sym) -> SX:
-    """d(x)/dt: 1 for t, and each table's value by its rate, and so on."""
+    """Rate of x with time: 1 for t, and of each table's numbers the next derivative."""
     d = SX.zeros(sym.x.shape[0])
     d[0] = 1
     for k in range(sym.system.tables):

@@ -1,7 +1,8 @@
-"""The stepping unit of large trees: per-body functions in loops instead of one unrolled recursion.
+"""The stepping unit of large trees: C functions of each class of bodies, called in loops, instead of one unrolled recursion.
 
 Cost per body stays flat to hundreds of bodies and compile time does not grow with them. Only for open trees without springs between
-bodies; friction columns travel up their own path and outward through their own branch.
+bodies. The force column of a friction multiplier is carried inward along the bodies that carry its joint, and its accelerations
+outward to all bodies.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def loops_pay(system: System, quadratures: bool) -> bool:
 
 
 class Looped:
-    """Builds the C text. ``reactions``: also write N of every body (6 each) behind the derivative, for benchmarks."""
+    """Builds the C text of the unit. ``reactions``: also write N of every body (6 each) behind the derivative, for benchmarks."""
 
     def __init__(self, sym: Symbols, reactions: bool = False):
         self.sym, self.system, self.reactions = sym, sym.system, reactions
@@ -214,7 +215,7 @@ class Looped:
         return f"for(int k=0;k<b_free[i];++k) maps[{at}+b_eta[i]+b_freedom[6*i+k]]=dy[b_v[i]+k];"
 
     def _held_column(self, rates: int) -> str:
-        """Column j of Qe."""
+        """Column j of Qe of the maps block: accelerations of the sliding freedoms that a unit of η_j causes."""
         if not any_sets(self.system):
             return ""
         ne = self.system.neta
@@ -237,7 +238,7 @@ def _length(values: Sequence[SX] | SX) -> int:
 
 
 def _leaf(leaf) -> str:
-    """C expression of a leaf."""
+    """C expression of a number of the scene: a literal, or a parameter of the run."""
     from engine.system.leaves import Param
 
     return f"p[{leaf.index}]" if isinstance(leaf, Param) else repr(float(leaf))

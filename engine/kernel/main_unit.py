@@ -1,11 +1,14 @@
 """The stepping unit: prepare, stage 1 (maps), laws, stage 2 (accelerations), closure of loops, coordinate rates.
 
-Between stage 1 and stage 2 the runtime solves for the multipliers; nothing here depends on the mode of a joint.
-Block written by stage 1 ("maps", column-major, a = active cut rows, e = multipliers η, n = reaction components, r = rates):
-S a×a · Se a×e · g0 a · N0 n · Nl n×a · Ne n×e · rates r, states of friction laws behind them · with a set-valued law Q0 e ·
-Ql e×a · Qe e×e, the accelerations of the sliding freedoms, which rest sets to zero · and in the redundant variant κ0 k · κl k×a ·
-κe k×e, the scaled reactions that decide between the reactions redundant loops leave open (needed while stepping only when friction
-depends on them).
+Between stage 1 and stage 2 the runtime solves for the multipliers (METHOD, "Affine maps"); nothing here depends on the mode of a
+pair. Stage 1 writes one block, "maps", of matrices in column-major order. With a active cut rows, e multipliers η, n reaction
+components, r rates and k scaled reactions it holds, one after the other:
+
+  S (a×a), Se (a×e), g0 (a)      constraint equations S λ + Se η + g0 = 0 N0 (n), Nl (n×a), Ne (n×e)     reaction components of
+  frictional joints, N0 + Nl λ + Ne η rates (r)                      of the freedoms of frictional joints, and behind them the
+  states of friction laws Q0 (e), Ql (e×a), Qe (e×e)     accelerations of these freedoms, which rest sets to zero; only where some
+  law is set-valued κ0 (k), κl (k×a), κe (k×e)     scaled reactions, which decide what redundant loops leave open; only in the
+  redundant variant, which is needed while stepping when friction depends on them
 """
 
 from __future__ import annotations
@@ -128,7 +131,7 @@ def _stages(sym: Symbols, maps: list[SX], rate: list[SX], quads: list[SX], activ
 
 
 def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
-    """The unit of a large tree."""
+    """The unit of a large tree, its recursion in loops."""
     loop = Looped(sym)
     system, nn = sym.system, sum(len(e.needs) for e in parts)
     nrates, ne = sum(e.joint.kind.nv for e in parts), system.neta
@@ -141,7 +144,7 @@ def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
 
 
 def _complete(sym: Symbols, m: Model | None, parts: list[Element], code: Code, sizes: Sizes) -> MainUnit:
-    """Add the functions that are the same for every unit."""
+    """A unit with the functions added that unrolled and looped units have in common."""
     closure = _closure(sym, m)
     laws_code = _laws(sym, parts)
     rates_code = _coordinate_rates(sym)
@@ -164,7 +167,7 @@ def _without_inactive(sym: Symbols, values: list[SX], active: list[int]) -> list
 
 
 def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:
-    """The maps block, number of reaction components, of rates, of scaled reactions."""
+    """The parts of the maps block, and how many reaction components, rates and scaled reactions it holds."""
     system = m.sym.system
     blocks = [ca.vec(ca.densify(m.S[active, active])), ca.vec(ca.densify(m.Se[active, :])), ca.densify(m.g0[active])]
     nn = nrates = nkappa = 0
@@ -190,7 +193,7 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
 
 
 def combination(sym: Symbols) -> SX:
-    """[1; λ; η]."""
+    """The column [1; λ; η] that puts multipliers into affine maps."""
     return ca.vertcat(SX(1), sym.lam, sym.eta)
 
 
@@ -220,7 +223,7 @@ def _derivative(m: Model, parts: list[Element], quadratures: bool) -> tuple[list
 
 
 def _closure(sym: Symbols, m: Model | None) -> Code:
-    """Residuals φ and their rates, all rows."""
+    """C function of the residuals φ of all rows of cut joints, and of their rates."""
     rows = [row for c in m.cuts for row in c.rows] if m else []
     stages = [
         Stage("k_prepare_closure", f"{CONST}p,double*restrict c", "c"),
@@ -231,7 +234,7 @@ def _closure(sym: Symbols, m: Model | None) -> Code:
 
 
 def _stops(sym: Symbols, m: Model | None) -> Code:
-    """Depth of every stop (> 0: pressed)."""
+    """C function of the depth by which every stop is pressed, negative while it is not."""
     depths: list[SX] = [SX(0)] * sym.system.stops
     for j in sym.system.joints:
         q = [] if not j.kind.nv else coordinates_of(m, j) if m else sym.coordinates(j)
@@ -306,7 +309,7 @@ def _held(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def _coordinate_rates(sym: Symbols) -> Code:
-    """dq = q̇(q, v) for any v: used to move along the manifold."""
+    """C function of q̇ for any rates v, by which corrections of positions move along quaternions too."""
     stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,double*restrict dq", "")]
     v = SX.sym("v", sym.system.nv)
     values = qdot(sym, v)

@@ -36,7 +36,7 @@ class ParameterUnit:
 
 
 def parameter_unit(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> ParameterUnit:
-    """Build it."""
+    """Build the sensitivity unit of a system for the chosen columns."""
     sym = Symbols(system, parameters)
     m = model(sym)
     active = list(range(system.rows)) if redundant else list(active_rows(m))

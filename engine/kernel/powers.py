@@ -23,21 +23,21 @@ def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
 
 
 def friction_power(m: Model, j: Joint) -> SX:
-    """−Σ η·rate."""
+    """Power of a joint's friction, −Σ η·rate over its freedoms, W."""
     assert j.friction is not None
     eta = sorted(e for s in j.friction.sliders for e in s.eta)
     return -sum((m.sym.eta[e] * r for e, r in zip(eta, joint_rates(m, j), strict=True)), SX(0))
 
 
 def coordinates_of(m: Model, j: Joint) -> list[SX]:
-    """Coordinates of a joint, tree or cut."""
+    """Coordinates of a joint of the tree or a cut one."""
     if not j.cut:
         return m.steps[j.child].coordinates
     return cutting.coordinates(next(c for c in m.cuts if c.joint.name == j.name))
 
 
 def _damping(m: Model) -> SX:
-    """Joint dampers, dampers between points, and the damping part of stops."""
+    """Power of joint dampers, of dampers between points and of the damping part of stops, W (≤ 0)."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -56,7 +56,7 @@ def _damping(m: Model) -> SX:
 
 
 def _stop_damping(m: Model, d: Device, q: SX, rate: SX) -> SX:
-    """Power of a stop beyond that of its spring."""
+    """Power of a stop beyond that of its elastic part, W."""
     from engine.recursion.loads import stop_force
 
     return (stop_force(m.sym, d, q, rate) - stop_spring(m, d, q)) * rate
@@ -101,7 +101,7 @@ def _drive(m: Model, acc: Accelerations, pick: SX) -> SX:
 
 
 def _loads(m: Model) -> SX:
-    """Applied forces and torques, and joint efforts."""
+    """Power of applied forces and torques and of joint efforts, W."""
     total = SX(0)
     for load in m.sym.system.loads:
         if load.kind == "spring_damper":

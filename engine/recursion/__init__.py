@@ -1,5 +1,7 @@
-"""The paper's recursion in its own notation, written once on symbolic expressions (sections 2 to 6).
+"""The paper's recursion in its own notation, written once on symbolic expressions (METHOD, "Overview").
 
-``symbols``: the inputs · ``kinematics``: §2 · ``loads``: applied forces · ``cuts``: §4 · ``reduction``: §3 and §6, inward and
-outward · ``reactions``: (57)–(66), (103) · ``elements``: what the contact forms of §7 are fed with.
+In the order in which a model is built: ``symbols`` holds the inputs, ``kinematics`` positions and velocities outward (paper §2),
+``loads`` masses and applied forces, ``cuts`` the constraints of cut joints (§4), ``reduction`` the inward pass (§3, §6),
+``accelerations`` the outward one (§6), ``reactions`` what joints transmit (§5), ``elements`` what the contact forms of §7 are fed
+with, and ``redundancy`` the reactions that decide where redundant loops leave a choice. ``vectors`` is the algebra below them.
 """

@@ -1,6 +1,6 @@
 """Constraint equations of cut joints (paper §4): residuals (46), (49), rows G (47), (50) and ξ (48), (51); rates of cut joints.
 
-The rows' transposes are the force columns W^N (59), (61), so that S = G M⁻¹ Gᵀ comes out symmetric.
+A row transposed is at once the force column W^N (59), (61) of its multiplier, so that S comes out symmetric (METHOD, "Cut joints").
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from engine.system.structure import GROUND, Joint
 
 @dataclass
 class Row:
-    """One constraint: residual φ, its rate, G on the two bodies (6×1 each, transposed rows) and ξ."""
+    """One constraint of a cut joint: its residual φ, the rate of φ, its row G on the inboard and the outboard body (transposed, 6×1
+    each), and ξ, the second rate of φ when both bodies' Ż vanish."""
 
     phi: SX
     rate: SX
@@ -28,7 +29,8 @@ class Row:
 
 @dataclass
 class Cut:
-    """A cut joint in the world: frames, levers from the bodies' reference origins, relative motion, rows."""
+    """A cut joint in the world. Ein, Eout: its frames (3×3); c_in, c_out: from each body's reference origin to the joint's point on
+    it (3); inb, out: motions of the two bodies; s = p_out − p_in (3)."""
 
     joint: Joint
     Ein: SX
@@ -47,7 +49,7 @@ def motion_of(motions: list[Motion], body: int) -> Motion:
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
-    """Everything about one cut joint."""
+    """A cut joint's frames, levers and constraint rows: travel rows first, then turn rows, as its type lists them."""
     inb, out = motion_of(motions, j.inb), motion_of(motions, j.out)
     Ein, Eout = ca.sparsify(inb.R @ constant(j.inb_frame)), ca.sparsify(out.R @ constant(j.out_frame))
     c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
@@ -68,7 +70,9 @@ def _centripetal(c: Cut) -> SX:
 
 
 def _travel_row(c: Cut, k: int) -> Row:
-    """(49)–(51). h is a world axis when all three are constrained, else an axis of the part that is the ground, else inboard."""
+    """Row of a translational constraint (49)–(51): no travel along an axis h. Where all three directions are constrained h is an
+    axis of the world, else one of the part that is the ground, else one of the inboard part: the fewer axes turn, the shorter the
+    code."""
     vel, acc = point_velocity(c), _centripetal(c)
     if len(c.joint.kind.rows_s) == 3:
         h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out
@@ -85,7 +89,7 @@ def _travel_row(c: Cut, k: int) -> Row:
 
 
 def _turn_row(c: Cut, m: int, k: int) -> Row:
-    """(46)–(48)."""
+    """Row of a rotational constraint (46)–(48): inboard axis m stays at a right angle to outboard axis k."""
     a, b = c.Ein[:, m], c.Eout[:, k]
     ab, rel = cross(a, b), ca.sparsify(c.inb.omega - c.out.omega)
     xi = ca.dot(rel, cross(cross(c.inb.omega, a), b) + cross(a, cross(c.out.omega, b)))
@@ -94,7 +98,8 @@ def _turn_row(c: Cut, m: int, k: int) -> Row:
 
 
 def rates(c: Cut) -> list[SX]:
-    """Rates of a closed cut joint from the relative motion: turning (ω_out − ω_in)·axis, sliding v·axis."""
+    """Rates of a cut joint's freedoms from the bodies' motion while the loop is closed: (ω_out − ω_in)·axis where it turns,
+    relative velocity of the joint's points along the axis where it slides."""
     turn = ca.sparsify(c.out.omega - c.inb.omega)
     slide = point_velocity(c) - cross(c.inb.omega, c.s)
     return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.columns]
@@ -111,7 +116,7 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 
 
 def acceleration_bias(c: Cut, freedom: int) -> SX:
-    """Rate of a cut joint's rate when Ż of both bodies is zero (its part with Ż is the axis wrench transposed)."""
+    """Acceleration of a cut joint's freedom when Ż of both bodies vanishes; the part with Ż is ``axis_wrenches`` transposed."""
     (a,) = c.joint.kind.columns[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
@@ -123,6 +128,7 @@ def acceleration_bias(c: Cut, freedom: int) -> SX:
 
 
 def coordinates(c: Cut) -> list[SX]:
-    """Coordinates of a closed cut joint from the bodies' poses (angles in ±π, quaternion with w ≥ 0)."""
+    """Coordinates of a cut joint from the bodies' poses while the loop is closed (angles within ±π, scalar part of a quaternion ≥
+    0)."""
     rel, s = c.Ein.T @ c.Eout, c.Ein.T @ c.s
     return c.joint.kind.measure([[rel[i, k] for k in range(3)] for i in range(3)], [s[k] for k in range(3)], ca)

@@ -1,4 +1,8 @@
-"""What the complement equations η = law(N(η)) are made of: reaction components, sliding rates, conjugate accelerations, laws."""
+"""What the complement equations η = law(N(η)) are made of (METHOD, "Complement equations"), joint by joint.
+
+For each joint with friction: the components of its reaction that its contact forms need, the rates of its freedoms and their
+accelerations (which rest sets to zero), and its law with its numbers.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +27,8 @@ from engine.system.structure import GROUND, FrictionElement, Joint
 
 @dataclass
 class Element:
-    """One frictional joint: contact element, needed components (rows of the N block), number of rates."""
+    """A joint with friction and where its numbers lie: ``needs``: the components of f_c, m_c its forms use, which are rows n0, n0
+    + 1, … of the N block; rate0: the first of its freedoms among the rates of all such joints."""
 
     joint: Joint
     contact: ContactElement
@@ -58,7 +63,7 @@ class Element:
 
 
 def elements(system) -> list[Element]:
-    """All frictional joints with the offsets of their blocks."""
+    """All joints with friction, in the system's order."""
     out: list[Element] = []
     n0 = rate0 = 0
     for j in system.frictional:
@@ -72,14 +77,14 @@ def elements(system) -> list[Element]:
 
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
-    """Rows of the needed components of f_c, m_c (n×columns)."""
+    """The needed components of f_c, m_c of an element as affine maps (n×columns), or as numbers (n×1) with ``combine``."""
     f, t = on_pin(m, acc, e.joint, combine)
     rows = {**{f"f{k + 1}": f[k, :] for k in range(3)}, **{f"m{k + 1}": t[k, :] for k in range(3)}}
     return ca.sparsify(ca.vertcat(*[rows[n] for n in e.needs]))
 
 
 def joint_rates(m: Model, j: Joint) -> list[SX]:
-    """Rates of a joint, tree or cut."""
+    """Rates of all freedoms of a joint, which may be one of the tree or a cut one."""
     if not j.cut:
         return m.steps[j.child].rates
     return cutting.rates(next(c for c in m.cuts if c.joint.name == j.name))
@@ -121,7 +126,7 @@ def any_sets(system) -> bool:
 
 
 def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
-    """The law at each sliding pair of an element; states: those of all laws, where they are not the symbols'."""
+    """The law at each sliding pair of an element. ``states``: states of all laws, when others than the symbols' are to be used."""
     numbers = {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
     law, b = LAWS[e.friction.law], sym.b if states is None else states
     index = {eta: i for i, eta in enumerate(sym.system.bristles)}
@@ -129,7 +134,7 @@ def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
 
 
 def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
-    """Rates of the states of friction laws, 1/s."""
+    """Rates of the states of all friction laws that have some, 1/s, in the order of ``Symbols.b``."""
     out: list[SX] = []
     for e in elements(m.sym.system):
         if e.friction.bristles:
@@ -139,11 +144,11 @@ def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
 
 
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
-    """Geometry of an element as expressions."""
+    """The numbers of an element (sizes and those of its law) by name, as expressions."""
     return {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
 
 
 def wrench(e: Element, values: SX) -> Wrench:
-    """The element's components as a Wrench; missing ones are not asked for by its forms."""
+    """The element's components, in the order of its ``needs``, as the Wrench that its forms are given."""
     assert set(e.needs) <= set(COMPONENTS)
     return Wrench({n: values[k] for k, n in enumerate(e.needs)}, -1 if e.joint.pin_out else 1)

@@ -1,7 +1,8 @@
-"""Kinematic recursion (paper §2): from a body to the next, in the world frame.
+"""Positions and velocities from a body to the next (paper §2; METHOD, "Kinematics"), in the world frame.
 
 Body i's reference origin is its joint definition point p_i, so c_i = 0 and the rotation centre d_i = r_i: Π = [P^s; P^r].
-A joint may be walked from its outboard to its inboard part; its coordinates keep their meaning (outboard relative to inboard).
+A joint is walked *forward* from its inboard part to its outboard part, or *backward* where the tree reaches its outboard part
+first; its coordinates keep their meaning (outboard relative to inboard).
 """
 
 from __future__ import annotations
@@ -29,7 +30,12 @@ class Motion:
 
 @dataclass
 class Step:
-    """What joint i adds (1)–(14): joint frames in the world, lever r_i − r_in, free columns Pi (6×n), w (6), rates."""
+    """What tree joint i adds on the way from body j, which carries body i, to body i (1)–(14).
+
+    Ein, Eout: the joint's inboard and outboard frame in the world (3×3); s = p_out − p_in in the world (3), ``travel`` the same in
+    the inboard frame; lever = r_i − r_j (3); Pi: columns of Π of its free freedoms (6×n); w (6): (14), with the known
+    accelerations of its prescribed freedoms; rates and coordinates: of all its freedoms, prescribed ones too.
+    """
 
     joint: Joint
     Ein: SX
@@ -57,7 +63,7 @@ def axis_world(axis: Axis, Ein: SX, Eout: SX) -> SX:
 
 
 def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
-    """Motion of the child of tree joint j, and the joint's contribution."""
+    """Motion of the body that tree joint j carries, from that of the body it is carried by, and what the joint adds."""
     q, rates = sym.coordinates(j), sym.rates(j)
     pitch = sym.leaf(j.pitch) / (2 * ca.pi) if j.pitch is not None else SX(1)
     Rq = matrix(j.kind.rotation(q, ca))
@@ -93,18 +99,18 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
-    """(freedom, axis) of all turning or all sliding axes."""
+    """(number of the freedom, axis) of all turning axes of a joint (``rot``), or of all sliding ones."""
     return [(k, a) for k, column in enumerate(j.kind.columns) for a in column if a.rot == rot]
 
 
 def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
-    """A sliding axis, times pitch/2π for a screw."""
+    """A sliding axis in the world; that of a screw times its travel per angle."""
     v = axis_world(a, Ein, Eout)
     return v * pitch if a.by_pitch else v
 
 
 def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) -> SX:
-    """Column k of Π (7). Walked backwards: [−P^s + P^r × s; −P^r]."""
+    """Column k of Π (7), [P^s; P^r]; of a joint walked backward [−P^s + P^r × s; −P^r]."""
     top, bottom = zeros(3), zeros(3)
     for a in j.kind.columns[k]:
         v = axis_world(a, Ein, Eout)
@@ -121,7 +127,9 @@ def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) ->
 
 
 def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -> SX:
-    """σ (10) as Σ (ω of the part that carries the axis) × axis · rate, for outboard relative to inboard."""
+    """σ (10), of the outboard part relative to the inboard one: the sum over turning axes of (ω of the part that carries the axis)
+    × axis · rate. inner, outer: ω of the body that is walked from and of the one walked to. The axis of a joint that has only one
+    is fixed in both parts, so the known ω of the first serves."""
     omega = {"in": inner if j.forward else outer, "out": outer if j.forward else inner}
     out = zeros(3)
     for k, a in _axes(j, True):
@@ -131,13 +139,13 @@ def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -
 
 
 def _gamma(j: Joint, parent: SX, child: SX, d: SX, s: SX, slide: SX, sigma: SX) -> SX:
-    """γ (12), (13) with the rotation centre at p_i; backwards its mirror image."""
+    """γ of (14), by (12) with the rotation centre at p_i; of a joint walked backward its mirror image."""
     if j.forward:
         return cross(parent, cross(parent, d + s)) + 2 * cross(parent, slide)
     return cross(parent, cross(parent, d)) - 2 * cross(child, slide) + cross(sigma, s) - cross(child, cross(child, s))
 
 
 def point_motion(motions: Sequence[Motion] | Mapping[int, Motion], body: int, lever: SX) -> tuple[SX, SX]:
-    """Position and velocity of a point at ``lever`` (world) from a body's reference origin; GROUND is at rest."""
+    """Position and velocity (world, 3 each) of a point that lies at ``lever`` from a body's reference origin, or on the ground."""
     m = GROUND_MOTION if body == GROUND else motions[body]
     return m.r + lever, m.rdot + cross(m.omega, lever)

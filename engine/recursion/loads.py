@@ -1,4 +1,4 @@
-"""Inertia (16), velocity-dependent forces (17), applied forces F^a, and generalised forces of joint devices.
+"""Masses (16), velocity-dependent forces (17), applied forces F^a, and the forces of springs, dampers and stops along freedoms.
 
 Gravity enters as the acceleration −g of the ground (Ż_0), which costs nothing per body and leaves every reaction as it is.
 """
@@ -22,7 +22,8 @@ Motions = Sequence[Motion] | Mapping[int, Motion]
 
 @dataclass
 class Mass:
-    """M = [M11 M12; M12ᵀ M22] at the reference origin; mass, first moment and inertia in the world."""
+    """Mass matrix M = [M11 M12; M12ᵀ M22] of a body about its reference origin, in the world (3×3 blocks); m: its mass, kg; rho:
+    from the origin to its mass centre (3), m."""
 
     m: SX
     rho: SX
@@ -43,18 +44,18 @@ def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
 
 
 def velocity_force(mass: Mass, omega: SX) -> SX:
-    """F⁰ (17), 6×1."""
+    """F⁰ (17), 6×1: minus the centrifugal force and the gyroscopic torque. M12 = −m ρ̃ gives the first moment m ρ."""
     first = -skew_to_vector(mass.M12)
     return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.M22 @ omega)))
 
 
 def skew_to_vector(a: SX) -> SX:
-    """The vector whose tilde matrix this is."""
+    """The vector a of a matrix ã."""
     return ca.sparsify(ca.vertcat(a[2, 1], a[0, 2], a[1, 0]))
 
 
 def ground_acceleration(sym: Symbols) -> SX:
-    """Ż_0 = [−g; 0]."""
+    """Ż_0 = [−g; 0], 6×1: gravity as an upward acceleration of the ground."""
     return ca.sparsify(ca.vertcat(-sym.leaves(sym.system.gravity), zeros(3)))
 
 
@@ -82,7 +83,8 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
 
 
 def spring_line(sym: Symbols, motions: Motions, load: Load) -> tuple[SX, SX, SX, list[SX]]:
-    """(length, rate, unit vector from first to second point, levers) of a spring-damper."""
+    """Of a spring-damper between two points: its length, m, the rate of that, the unit vector from the first to the second point,
+    and the points' positions from the reference origins of their bodies (of the ground: from the world's origin)."""
     levers = [
         sym.leaves(p) if b == GROUND else motions[b].R @ sym.leaves(p)
         for b, p in zip(load.bodies, load.points, strict=True)
@@ -95,7 +97,7 @@ def spring_line(sym: Symbols, motions: Motions, load: Load) -> tuple[SX, SX, SX,
 
 
 def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Force −(K (L − l0) + C L̇) along the line, on the second body; opposite on the first."""
+    """Wrenches of a spring-damper: the force −(K (L − l0) + C L̇) along its line on the second body, the opposite on the first."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     length, rate, unit, levers = spring_line(sym, motions, load)
     force = unit * (k * (length - free) + c * rate)
@@ -107,7 +109,8 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
-    """Generalised force of spring, damper, stops and effort on the outboard part along one freedom (drives excepted)."""
+    """Force on the outboard part along one freedom, of its spring, damper, stops and effort. What a drive takes is not known here:
+    it is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -121,7 +124,8 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
-    """Hunt–Crossley stops: stiffness·depth·(1 + damping·depth rate), only while engaged and never pulling."""
+    """Force of a freedom's stops after Hunt and Crossley: stiffness·depth·(1 + damping·rate of depth), never pulling, and only
+    while the stop's flag says that it is engaged (an event changes it)."""
     out = SX(0)
     assert d.stop is not None
     for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
@@ -134,7 +138,7 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 
 def joint_forces(sym: Symbols, step: Step) -> list[SX]:
-    """Device force of every freedom of a tree joint."""
+    """``device_force`` of every freedom of a tree joint."""
     j = step.joint
     out = []
     for k, d in enumerate(j.devices):

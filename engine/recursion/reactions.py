@@ -1,4 +1,5 @@
-"""Joint reactions (57)–(66), (71), (103): what each joint transmits, moved to a wanted point and frame."""
+"""Joint reactions (57)–(66), (71), (103): all that a joint transmits, at the point and in the frame where it is wanted (METHOD,
+"Reactions")."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from engine.system.structure import Joint
 
 
 def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX, SX]:
-    """(force, torque, s) in the world, 3×columns: the total wrench on the outboard part at p_out, and s = p_out − p_in."""
+    """The total wrench on the outboard part at p_out, as force and torque in the world (3×columns each), and s = p_out − p_in
+    (3)."""
     if j.cut:
         c = m.cuts[_cut_index(m, j)]
         W = ca.sparsify(_cut_wrench(m, c) if combine is None else _cut_wrench(m, c) @ combine)
@@ -31,7 +33,8 @@ def _cut_index(m: Model, j: Joint) -> int:
 
 
 def _cut_wrench(m: Model, c: cutting.Cut) -> SX:
-    """Columns of the wrench of a cut joint on its outboard part at p_out, by (59)–(62)."""
+    """Wrench of a cut joint on its outboard part at p_out (6×columns), by (59)–(62): its multipliers on their axes, its devices
+    among what is known, its friction opposite to η, which is what acts on the inboard part."""
     j = c.joint
     W = zeros(6, m.columns)
     for k, row in enumerate(c.rows):
@@ -51,7 +54,7 @@ def _cut_wrench(m: Model, c: cutting.Cut) -> SX:
 
 
 def at_point(wrench: SX, lever: SX) -> SX:
-    """A wrench at a body's origin moved to a point at ``lever`` from it."""
+    """A wrench about a body's origin, about the point at ``lever`` from it instead."""
     return ca.sparsify(ca.vertcat(wrench[:3, :], wrench[3:, :] - cross(lever, wrench[:3, :])))
 
 
@@ -72,8 +75,8 @@ def pin_frame(m: Model, j: Joint) -> SX:
 
 
 def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
-    """f_c, m_c: total wrench on the part that carries the pin, at its point, in ``pin_frame`` (3×columns each).
-    Universal: always on the inboard part (its journals are told apart by the contact element)."""
+    """f_c, m_c (3×columns each): the total wrench on the part that carries the pin, at its point, in ``pin_frame``. That of a
+    universal joint is always the one on the inboard part: which part carries which journal is the contact element's business."""
     f, t, s = on_outboard(m, acc, j, combine)
     E = pin_frame(m, j)
     if not j.pin_out or CONTACTS[j.kind.friction].frame == "cross":

@@ -1,8 +1,5 @@
-"""Reactions of the joints on loops, scaled into one norm: what decides between the reactions that redundant loops leave open.
-
-The norm is Σ |f|²/m + |torque about the mass centre|²/j over both bodies of every joint on a loop (j: half the trace of the
-inertia): what the reactions would do to the bodies if these were free. Frame, unit, order and choice of cuts do not matter to it.
-"""
+"""Reactions of the joints on loops, scaled so that the sum of their squares decides between the reactions that redundant loops
+leave open (METHOD, "Redundant loops")."""
 
 from __future__ import annotations
 
@@ -18,7 +15,7 @@ TINY = 1e-300
 
 
 def loop_joints(system: System) -> list[Joint]:
-    """Joints on any loop: cut ones, and tree joints between their bodies."""
+    """Joints on any loop, in the system's order: cut joints, and the tree joints on the way between the two bodies of each."""
     found: list[str] = []
     for c in system.cuts:
         paths = []
@@ -35,12 +32,14 @@ def loop_joints(system: System) -> list[Joint]:
 
 
 def rows_of(system: System) -> list[tuple[str, int]]:
-    """(joint, rows) of ``scaled_reactions``, in order."""
+    """How many rows of ``scaled_reactions`` belong to each joint, in their order: 6 for each of its parts that is not the
+    ground."""
     return [(j.name, 6 * sum(b != GROUND for b in (j.out, j.inb))) for j in loop_joints(system)]
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
-    """The scaled reactions (rows×columns, or rows×1 combined by ``pick``)."""
+    """Reaction of every joint on a loop on each of its two parts: force over √m, torque about the mass centre over √j, m the
+    part's mass and j half the trace of its inertia. Affine maps (rows×columns), or numbers (rows×1) with ``pick`` = [1; λ; η]."""
     blocks = [SX(0, m.columns if pick is None else 1)]
     for j in loop_joints(m.sym.system):
         f, t, _ = on_outboard(m, acc, j, pick)
@@ -66,7 +65,7 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _outboard_point(m: Model, j: Joint) -> SX:
-    """p_out in the world."""
+    """Position of a joint's point on its outboard part, world (3)."""
     if j.cut:
         c = next(c for c in m.cuts if c.joint.name == j.name)
         return c.out.r + c.c_out
@@ -75,7 +74,7 @@ def _outboard_point(m: Model, j: Joint) -> SX:
 
 
 def _spin(m: Model, b: Body) -> SX:
-    """Half the trace of the inertia; a point mass takes m |c|² (its centre from its joint)."""
+    """Half the trace of a body's inertia, kg m²; of a point mass m |c|², c being its distance from its joint."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):

@@ -13,9 +13,10 @@ from engine.system.structure import Joint, Signal, System, state_coordinates
 class Symbols:
     """Symbols of one system.
 
-    t, ts: time, and a time inside the current step, which alone decides on which branch of a ramp we are;
-    x: external values, laid out as ``at`` says (``system.external``);
-    q (nq), v (nv), b (states of friction laws); p (parameters); lam (cut rows); eta (friction multipliers).
+    t, ts: time, and a time inside the current step, which alone decides which branch of a ramp is in force;
+    x: what is given from outside at an instant, t and ts first, laid out as ``at`` says (``system.external``);
+    q (nq), v (nv): coordinates and rates that are states; b: states of friction laws; p: parameters, the run's numbers;
+    lam: multipliers of the rows of cut joints; eta: friction multipliers.
     """
 
     def __init__(self, system: System, parameters: int):
@@ -29,24 +30,24 @@ class Symbols:
         self.lam, self.eta = SX.sym("lam", system.rows), SX.sym("eta", system.neta)
 
     def leaf(self, leaf: Leaf) -> SX:
-        """A structural constant or a run-time parameter."""
+        """A number of the scene as an expression: a constant, or a parameter of the run."""
         return self.p[leaf.index] if isinstance(leaf, Param) else SX(leaf)
 
     def leaves(self, leaves: Leaves) -> SX:
-        """A column of leaves."""
+        """Several numbers of the scene as a column."""
         return vector([self.leaf(x) for x in leaves])
 
     def stop_flag(self, index: int) -> SX:
-        """1 while the stop is engaged."""
+        """Flag of a stop: 1 while it is engaged."""
         return self.x[self.at.stop(index)]
 
     def mode(self, slider: int) -> list[SX]:
-        """(state flag, frozen direction, given tilt) of a sliding pair."""
+        """Mode of a sliding pair: state flag, frozen direction (3), given tilt (see ``friction.base``)."""
         k = self.at.mode(slider)
         return [self.x[k + i] for i in range(MODE)]
 
     def load(self, s: Signal) -> SX:
-        """Value of a load signal."""
+        """Value of the signal of a load or effort at t."""
         if s.kind == "value":
             return self.leaf(s.leaves[0])
         if s.kind == "table":
@@ -57,7 +58,7 @@ class Symbols:
         return start + (end - start) * self._progress(begin, duration)
 
     def motion(self, s: Signal) -> tuple[SX, SX, SX]:
-        """Position, rate and acceleration of a drive."""
+        """Position, rate and acceleration that a drive prescribes at t."""
         if s.kind == "rate":
             start, rate = (self.leaf(x) for x in s.leaves)
             return start + rate * self.t, rate, SX(0)
@@ -75,12 +76,13 @@ class Symbols:
         return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
 
     def _progress(self, begin: SX, duration: SX) -> SX:
-        """0 before a ramp, 1 after it; the branch is chosen by ts, so that no step sees both sides of a kink."""
+        """How far a ramp has come: 0 before it, 1 after it. ts chooses the branch, so that no step sees both sides of a kink."""
         inside = (self.t - begin) / duration
         return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
 
     def _ramp(self, s: Signal) -> tuple[SX, SX, SX]:
-        """A rate going from start to end, position = origin at t = 0."""
+        """Position, rate and acceleration of a drive whose rate goes evenly from one value to another; it is at ``origin`` at t =
+        0."""
         start, end, begin, duration, origin = (self.leaf(x) for x in s.leaves)
         slope = (end - start) / duration
         x, after = self.t - begin, self.t - begin - duration
@@ -90,7 +92,7 @@ class Symbols:
         return origin + start * self.t + added, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
 
     def coordinates(self, j: Joint) -> list[SX]:
-        """All coordinates of a tree joint, states and driven ones."""
+        """All coordinates of a tree joint: states where it is free, signals where it is driven."""
         states = state_coordinates(j)
         out = [self.q[j.q0 + states.index(i)] if i in states else SX(0) for i in range(j.kind.nq)]
         for k in j.driven:
@@ -100,12 +102,12 @@ class Symbols:
         return out
 
     def rates(self, j: Joint) -> list[SX]:
-        """All rates of a tree joint, free and driven."""
+        """All rates of a tree joint: states where it is free, signals where it is driven."""
         out: list[SX] = []
         for k, device in enumerate(j.devices):
             out.append(self.v[j.v0 + j.free.index(k)] if device.drive is None else self.motion(device.drive)[1])
         return out
 
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
-        """Prescribed accelerations by freedom."""
+        """Acceleration of each driven freedom of a joint, by its number."""
         return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}

@@ -30,7 +30,7 @@ def skew(a: SX) -> SX:
 
 
 def cross(a: SX, b: SX) -> SX:
-    """a × b; b may have several columns."""
+    """a × b for each column of b."""
     rows = [a[1] * b[2, :] - a[2] * b[1, :], a[2] * b[0, :] - a[0] * b[2, :], a[0] * b[1, :] - a[1] * b[0, :]]
     return ca.sparsify(ca.vertcat(*rows))
 
@@ -86,7 +86,7 @@ def solve_spd(d: SX, b: SX) -> SX:
 
 
 EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
-"""e_i × e_j = ± e_|.|−1 of a right-handed frame (0: parallel)."""
+"""Entry ±(k + 1) in row i, column j says that e_i × e_j = ± e_k of a right-handed frame; 0 that they are parallel."""
 
 
 def basis_cross(i: int, j: int) -> tuple[int, int]:
