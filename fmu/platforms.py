@@ -11,7 +11,7 @@ from pathlib import Path
 
 from engine.basics.problems import Problem, SceneError
 from engine.kernel import cache, compiler
-from engine.kernel.library import RUNTIME, runtime_key
+from engine.kernel.library import RUNTIME, runtime_key, write_headers
 
 NATIVE = Path(__file__).resolve().parent / "native"
 FLAGS = (*(f for f in compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-g0", "-s")
@@ -90,12 +90,10 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
 
 def _tables() -> Path:
-    """Folder of the integrators' generated header; always the same one, so that the compiler keeps the runtime's object."""
+    """Folder of the generated headers; always the same one, so that the compiler keeps the runtime's object."""
 
     def make(folder: Path) -> None:
-        from engine.integrators.header import header
-
-        (folder / "tr_tables.h").write_text(header())
+        write_headers(folder)
 
     return cache.entry(f"tables-{runtime_key()}", make)[0]
 

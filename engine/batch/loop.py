@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from engine.abi.batches import BATCH, CASE, REDUCED
 from engine.batch.preparing import Rows
 from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
 from engine.kernel.columns import needs_quadratures
@@ -20,40 +21,12 @@ from engine.simulation.diagnosis import diagnose, open_loop
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
 
-KINDS = 16
-STATUS, TIME, ROWS, STEPS, DETAIL, COUNT = range(6)
-FIRST = COUNT + KINDS
-COLUMNS = FIRST + KINDS
-OF_COLUMN = {"max": 0, "min": 1, "final": 2, "mean": 3}
-REDUCED = 5
 CAPACITY = 256
-CASE_FAILED = 20
-CLOSURE = 13
+"""Rows of the buffer."""
 CALL_SECONDS = 0.02
 """A call into C is sized to last about this long: under the 50 ms after which progress, cancelling and Ctrl-C must be served."""
 Tick = Callable[[int], bool]
 """tick(cases done of these rows) → go on?"""
-
-
-class _Variant(ctypes.Structure):
-    _fields_ = (
-        ("fresh", ctypes.c_void_p),
-        ("plain", ctypes.c_void_p),
-        ("full", ctypes.c_void_p),
-        ("j", ctypes.c_void_p),
-        ("full_bytes", ctypes.c_size_t),
-    )
-
-
-class _Batch(ctypes.Structure):
-    _fields_ = (
-        ("variant", _Variant * 2),
-        ("settings", bl._Settings),
-        *((n, ctypes.c_long) for n in ("ncases", "at", "capacity")),
-        *((n, ctypes.c_int) for n in ("ntable", "width", "running", "which", "reported")),
-        *((n, ctypes.c_void_p) for n in ("p", "y", "given", "inputs", "set", "rows", "scratch", "out", "now")),
-        ("last", ctypes.c_double),
-    )
 
 
 @lru_cache(maxsize=1)
@@ -61,7 +34,7 @@ def _library() -> ctypes.CDLL:
     lib = bl._library()
     lib.tr_batch_run.argtypes, lib.tr_batch_run.restype = [ctypes.c_void_p, ctypes.c_long], ctypes.c_int
     lib.tr_batch_size.argtypes, lib.tr_batch_size.restype = [], ctypes.c_size_t
-    if lib.tr_batch_size() != ctypes.sizeof(_Batch):
+    if lib.tr_batch_size() != ctypes.sizeof(BATCH.ctype):
         raise RuntimeError("batch loop and runtime do not fit each other (cache of another version?)")
     return lib
 
@@ -86,14 +59,16 @@ class Loop:
         self.chosen = tuple(chosen)
         self.model = Model(rows.built.scene, wanted_columns(chosen))
         self.build_seconds = self.model.build_seconds
-        self.batch = _Batch()
+        self.batch = BATCH.ctype()
         self.memory: list[object] = []
         self.blocks: list[bl.Block] = []
         self._variant(self.model.kernel)
         sim = rows.built.scene.simulation
         through = sim.jams == "impact"
-        self.batch.settings = bl._Settings(1e-6, np.inf, 0.0, 0.0, 1.0, 1.0, bl.METHODS[method or sim.method], 1, 1, 0, through)
+        settings = bl.Settings(method=method or sim.method, through_jams=through)
+        self.batch.settings = settings.record(length=1.0, rate=1.0, energy=0.0)
         self.width = self.blocks[0].width
+        self.layout = np.dtype([("case", CASE.dtype), ("columns", REDUCED.dtype, (self.width,))])
         self.batch.width, self.batch.capacity = self.width, CAPACITY
         self.batch.ntable = self.blocks[0]._sizes[1]
         sizes = self.model.kernel.sizes
@@ -136,7 +111,7 @@ class Loop:
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
         """Run the cases, or as many of them as are finished when ``tick`` says no."""
         b, n = self.batch, len(rows.index)
-        out = np.zeros((n, COLUMNS + REDUCED * self.width))
+        out = np.zeros(n, self.layout)
         inputs = rows.inputs if rows.inputs.size else np.zeros(1)
         b.p, b.y, b.given = rows.p.ctypes.data, rows.y.ctypes.data, rows.given.ctypes.data
         b.inputs, b.set, b.out = inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
@@ -150,8 +125,8 @@ class Loop:
             seconds += spent
             if status == bl.DONE:
                 break
-            if status == CASE_FAILED:
-                failed[b.at] = self._outcome(out[b.at])
+            if status == bl.Status.CASE_FAILED:
+                failed[b.at] = self._outcome(out["case"][b.at])
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
             elif status == bl.NEED_JACOBIAN:
@@ -161,19 +136,19 @@ class Loop:
             if tick is not None and not tick(b.at):
                 n = b.at + b.reported  # a case that has failed is finished, too
                 break
-        outcomes = [failed.get(i) or Outcome(DONE, float(out[i, TIME])) for i in range(n)]
-        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, out[:n, STEPS].astype(np.int64), seconds)
+        outcomes = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
+        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, out["case"]["steps"][:n].astype(np.int64), seconds)
 
-    def _outcome(self, out: np.ndarray) -> Outcome:
+    def _outcome(self, case: np.void) -> Outcome:
         """Diagnosis of the case that just failed, while its block is at hand: the model as if it had run the case."""
         block = copy(self.blocks[self.batch.which])
         block.at = self.batch.now
         block._views()
         model = copy(self.model)
         model.block, model.kernel = block, block.kernel
-        if int(out[STATUS]) == CLOSURE and out[ROWS] == 0.0 and block.time == 0.0:
-            return open_loop(model, int(out[DETAIL]))
-        return diagnose(model, int(out[STATUS]))
+        if int(case["status"]) == bl.Status.FAIL_CLOSURE and case["rows"] == 0.0 and block.time == 0.0:
+            return open_loop(model, int(case["detail"]))
+        return diagnose(model, int(case["status"]))
 
     def _numbers(self, out: np.ndarray) -> np.ndarray:
         """The reductions asked for (cases × reductions); NaN where there is nothing to reduce."""
@@ -181,10 +156,9 @@ class Loop:
         columns = [np.zeros((len(out), 0))]
         for r in self.chosen:
             if r.kind in OF_COLUMNS:
-                columns.append(out[:, [COLUMNS + REDUCED * places[r.what] + OF_COLUMN[r.kind]]])
+                columns.append(out["columns"][r.kind][:, [places[r.what]]])
                 continue
-            first = COUNT if r.kind == "count" else FIRST
-            kinds = out[:, first : first + KINDS]
+            kinds = out["case"]["count" if r.kind == "count" else "first"]
             if r.what != "any":
                 columns.append(kinds[:, [EVENT_NUMBERS[r.what]]])
             elif r.kind == "count":

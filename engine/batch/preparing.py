@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.abi.batches import CASE_SETTINGS
 from engine.basics.problems import SceneError
 from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
@@ -45,8 +46,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Rows:
-    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings (n × 6): rtol, length,
-    rate, until, every, energy."""
+    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings: numbers of a
+    ``tr_case_settings`` (n × 6)."""
 
     built: Built
     index: np.ndarray
@@ -218,5 +219,6 @@ def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
     with np.errstate(over="ignore"):
         speed = length * rate
         energy = mass * (speed * speed)
-    settings = np.column_stack([rtol, length, rate, until, every, energy])
+    set_ = CASE_SETTINGS.row(rtol=rtol, length=length, rate=rate, until=until, every=every, energy=energy)
+    settings = np.column_stack(set_)
     return Rows(built, index, *(np.ascontiguousarray(a) for a in (p, y, given, inputs, settings)))

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
+from engine.abi import EventKind
 from engine.basics.problems import Problem, SceneError
 from engine.kernel.columns import Column, select
-from engine.simulation.events import KINDS
 
 OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
-EVENT_NUMBERS = {name: number for number, name in KINDS.items()} | {"stick": 2}
+EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind} | {"stick": EventKind.STOP.value}
 DEFAULTS = (
     "max:*.contact[*].normal_force",
     "max:*.friction.torque[*]",

@@ -21,8 +21,6 @@ TINY = 1e-300
 HAIR = 1e-120
 """Part of the frozen direction added to a velocity of several components: nothing, unless the runtime freezes a direction of huge
 length, which then is the direction of sliding (the first step of slip from rest, ``onset.c``)."""
-STUCK, SLIPS, CONE = 0, 1, 2
-"""Mode flags of a pair under a set-valued law (``modes.h``); CONE: a ball that spins inside its friction cone without sliding."""
 
 
 class Law(ABC):

@@ -7,4 +7,7 @@ from engine.integrators.rodas5p import RODAS5P
 EXPLICIT = (RK5, RK8)
 STIFF = RODAS5P
 
-__all__ = ["EXPLICIT", "RK5", "RK8", "RODAS5P", "STIFF"]
+METHODS = ("auto", *(m.name for m in EXPLICIT), "rosenbrock", "moreau")
+"""Names of all methods; a method's place is its number in C."""
+
+__all__ = ["EXPLICIT", "METHODS", "RK5", "RK8", "RODAS5P", "STIFF"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from engine.abi import EventKind
 from engine.basics.patterns import matches
 from engine.joints import JointKind
 from engine.system.structure import Joint, System
@@ -118,24 +119,25 @@ def _whole(system: System) -> Iterator[Column]:
     yield Column("energy.potential", "J", "potential energy of gravity and springs", ("potential",))
     yield Column("energy.dissipated", "J", "energy lost to friction and dampers", ("dissipated",))
     yield Column("energy.residual", "J", "energy now − at the start − work of drives and loads + dissipated", ("residual",))
-    yield Column("audit.constraint", "1", "largest loop closure residual (lengths per length scale, rad)", ("extra", 1))
-    yield Column("audit.complement", "1", "relative residual of the complement equations", ("extra", 2))
-    yield Column("audit.contraction", "1", "contraction of fixed-point iteration of the complement equations", ("extra", 3))
-    yield Column("events.count", "1", "events so far", ("extra", 4))
-    for i, (name, unit, text) in enumerate(LAST):
-        yield Column(f"events.last.{name}", unit, text, ("extra", 6 + i))
+    yield Column("audit.constraint", "1", "largest loop closure residual (lengths per length scale, rad)", ("extra", "closure"))
+    yield Column("audit.complement", "1", "relative residual of the complement equations", ("extra", "complement"))
+    text = "contraction of fixed-point iteration of the complement equations"
+    yield Column("audit.contraction", "1", text, ("extra", "contraction"))
+    yield Column("events.count", "1", "events so far", ("extra", "events"))
+    for name, field, unit, text in LAST:
+        yield Column(f"events.last.{name}", unit, text, ("last", field))
 
 
 LAST = (
-    ("time", "s", "time of the last event (0: none yet)"),
-    ("kind", "1", "last event: 1 reversal, 2 stop, 3 slip, 4 separation, 5 turn, 6 stop on, 7 stop off, 8 switch, 9 impact"),
-    ("joint", "1", "its joint: the k-th joint with friction, in the order of the columns (0: none)"),
-    ("contact", "1", "its contact that turned most, from 1 (0: none)"),
-    ("angle_before", "rad", "that contact's angle before"),
-    ("angle_after", "rad", "that contact's angle after"),
-    ("turn", "rad", "by how much its normal turned"),
+    ("time", "time", "s", "time of the last event (0: none yet)"),
+    ("kind", "kind", "1", f"last event: {', '.join(f'{e.value} {e.name.lower()}' for e in EventKind)}".replace("_", " ")),
+    ("joint", "element", "1", "its joint: the k-th joint with friction, in the order of the columns (0: none)"),
+    ("contact", "contact", "1", "its contact that turned most, from 1 (0: none)"),
+    ("angle_before", "before", "rad", "that contact's angle before"),
+    ("angle_after", "after", "rad", "that contact's angle after"),
+    ("turn", "turn", "rad", "by how much its normal turned"),
 )
-"""Columns ``events.last.*``: name, unit, description."""
+"""Columns ``events.last.*``: name, field of ``tr_last``, unit, description."""
 NEEDS_QUADRATURE = ("quad", "dissipated", "residual")
 """Keys whose columns need powers integrated beside the motion."""
 

@@ -17,6 +17,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from engine.abi.header import header
+from engine.abi.kernels import KERNEL
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column
 from engine.system.structure import System
@@ -24,7 +26,7 @@ from engine.system.structure import System
 log = logging.getLogger("trunnion.kernel")
 ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
-SHAPING = ("contact", "friction", "integrators", "joints", "kernel", "recursion", "system")
+SHAPING = ("abi", "contact", "friction", "integrators", "joints", "kernel", "recursion", "system")
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear"}
 
 
@@ -37,8 +39,8 @@ def sources_key() -> str:
 
 @lru_cache(maxsize=1)
 def runtime_key() -> str:
-    """Digest of the runtime's C sources and the tables they include."""
-    files = sorted([*RUNTIME.glob("*.[ch]"), *(ENGINE / "integrators").glob("*.py")])
+    """Digest of the runtime's C sources and of what the headers they include are generated from."""
+    files = sorted([*RUNTIME.glob("*.[ch]"), *(f for folder in ("abi", "integrators") for f in (ENGINE / folder).glob("*.py"))])
     return cache.digest(*(f.read_bytes() for f in files), *_toolchain())
 
 
@@ -57,8 +59,7 @@ def _casadi_version() -> str:
 def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
     """Content key of a system's kernel."""
     names = ",".join(c.name for c in chosen)
-    header = (RUNTIME / "tr.h").read_bytes()
-    return cache.digest(repr(system), str(parameters), names, f"{quadratures} {redundant}", sources_key(), header, *_toolchain())
+    return cache.digest(repr(system), str(parameters), names, f"{quadratures} {redundant}", sources_key(), *_toolchain())
 
 
 @lru_cache(maxsize=1)
@@ -70,11 +71,17 @@ def runtime() -> ctypes.CDLL:
 
 
 def _build_runtime(folder: Path) -> None:
-    from engine.integrators.header import header
-
-    (folder / "tr_tables.h").write_text(header())
+    write_headers(folder)
     target = folder / f"runtime{compiler.library_suffix()}"
     compiler.build_library([RUNTIME / "api.c"], target, [RUNTIME, folder], cache.cache_folder())
+
+
+def write_headers(folder: Path) -> None:
+    """The generated headers of the runtime: what it shares with Python, and the integrators' code."""
+    from engine.integrators.header import header as tables
+
+    (folder / "tr_abi.h").write_text(header())
+    (folder / "tr_tables.h").write_text(tables())
 
 
 @dataclass
@@ -122,13 +129,6 @@ def linear_unit(built: Kernel, chosen: list[Column]) -> int:
     return built.address("linear")
 
 
-SIZE_NAMES = (
-    "abi", "nq", "nv", "nb", "nx", "np", "nc", "nw", "nmaps", "rows", "active", "neta", "nn", "nrates", "nquad", "nsliders",
-    "nstops", "ntables", "nquat", "nelements", "ndn",
-    "nkappa", "loop_friction", "coupled", "sets",
-)
-
-
 def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> Kernel:
     """The kernel of a system with these columns. Builds the runtime beside it when that is missing too."""
     started = time.perf_counter()
@@ -142,8 +142,8 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
         folder, made = cache.entry(f"kernel-{key}", make)
         waiting.result()
     libraries = {u: ctypes.CDLL(str(folder / f"{u}{compiler.library_suffix()}")) for u in ("kernel", "outputs")}
-    table = (ctypes.c_int * len(SIZE_NAMES)).in_dll(libraries["kernel"], UNITS["kernel"])
-    sizes = dict(zip(SIZE_NAMES, table, strict=True))
+    table = KERNEL.ctype.in_dll(libraries["kernel"], UNITS["kernel"])
+    sizes = {n: int(getattr(table, n)) for n in KERNEL.integers}
     facts = json.loads((folder / "facts.json").read_text())
     return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, key,
                   (system, parameters, quadratures, redundant))
@@ -165,4 +165,5 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
     file = folder / f"{unit}.c"
     file.write_text(text)
-    compiler.build_library([file], folder / f"{unit}{compiler.library_suffix()}", [RUNTIME], cache.cache_folder())
+    (folder / "tr_abi.h").write_text(header())
+    compiler.build_library([file], folder / f"{unit}{compiler.library_suffix()}", [folder], cache.cache_folder())

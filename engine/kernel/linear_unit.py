@@ -68,7 +68,7 @@ def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
 def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, int]:
     """∂columns along [inputs, y, z of all rows, accelerations]. Integrals and what only the runtime knows count as constant."""
     o, sym = Outputs(m, quadratures), m.sym
-    fixed = {"extra", "state", "quad", "dissipated", "residual"}
+    fixed = {"extra", "last", "state", "quad", "dissipated", "residual"}
     values = [SX(0) if c.key[0] in fixed else o.value(c.key) for c in chosen]
     count = TABLE * len(sym.system.inputs)
     others = [sym.q, sym.v, sym.b, sym.lam, sym.eta, o.a]

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.abi import Post, Wants
+from engine.abi.kernels import POST
+from engine.abi.runs import EXTRA, LAST
 from engine.joints.base import to_quaternion
 from engine.kernel import expressions as ex
 from engine.kernel.columns import Column
@@ -17,9 +20,6 @@ from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.vectors import SX, cross
 
-EXTRA = 13
-"""Offset of slider states in the runtime's ``extra`` block (``output.c``)."""
-
 
 @dataclass
 class OutputUnit:
@@ -30,10 +30,10 @@ class OutputUnit:
     ncontacts: int
     nc: int
     nkappa: int
-    post: list[tuple[int, int, int]]
+    post: list[tuple[int, ...]]
     energy: int
     wants: int
-    """What the runtime does besides, as bits: 1 the contraction number, 2 contacts watched for separation."""
+    """What the runtime does besides: bits of ``Wants``."""
 
 
 class Outputs:
@@ -47,7 +47,7 @@ class Outputs:
         self.acc: Accelerations = given(m, self.a, self.pick)
         self.names = [n for n, _ in powers(m, self.acc, self.pick)] if quadratures else []
         self.quad = SX.sym("quad", len(self.names))
-        self.extra = SX.sym("extra", EXTRA + len(m.sym.system.sliders))
+        self.extra = SX.sym("extra", EXTRA.numbers + len(m.sym.system.sliders))
         self._contacts: dict[str, list] = {}
 
     def value(self, key: tuple) -> SX:
@@ -110,7 +110,7 @@ class Outputs:
         return self.sym.b[self.sym.system.bristles.index(eta)] / self.sym.leaf(friction.number("bristle_stiffness"))
 
     def _state(self, flag: int) -> SX:
-        return self.extra[EXTRA + flag]
+        return self.extra[EXTRA.numbers + flag]
 
     def contacts(self, name: str) -> list:
         """Contacts of a frictional joint (cached)."""
@@ -147,10 +147,13 @@ class Outputs:
 
     def _residual(self) -> SX:
         work = self._quad("drive") + self._quad("load")
-        return self._kinetic() + self._potential() - self.extra[0] - work + self._dissipated()
+        return self._kinetic() + self._potential() - self.extra[EXTRA.at("energy0")] - work + self._dissipated()
 
-    def _extra(self, i: int) -> SX:
-        return self.extra[i]
+    def _extra(self, name: str) -> SX:
+        return self.extra[EXTRA.at(name)]
+
+    def _last(self, name: str) -> SX:
+        return self.extra[EXTRA.at("last") + LAST.at(name)]
 
 
 def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit:
@@ -183,7 +186,7 @@ def _wants(chosen: list[Column]) -> int:
     """Bits of ``OutputUnit.wants``."""
     contraction = any(c.name == "audit.contraction" for c in chosen)
     watched = any(c.key[0] == "contact" or c.name.startswith("events.") for c in chosen)
-    return int(contraction) + 2 * int(watched)
+    return Wants.CONTRACTION * contraction + Wants.CONTACTS * watched
 
 
 def _oriented(c) -> tuple[SX, SX, SX]:
@@ -198,15 +201,15 @@ def _second(name: str, ins: list[Input], values: list[SX]):
     return emit(ins, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
 
 
-def _post(chosen: list[Column]) -> list[tuple[int, int, int]]:
-    """(kind, column, partner) for the runtime; a held column whose normal force was not asked for is not held."""
+def _post(chosen: list[Column]) -> list[tuple[int, ...]]:
+    """What the runtime does with columns (``tr_post``); a held column whose normal force was not asked for is not held."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []
     for i, c in enumerate(chosen):
         if c.post == "wrap":
-            out.append((2, i, i))
+            out.append(POST.row(kind=Post.WRAP.value, column=i, partner=i))
         elif c.post == "hold":
             partner = names.get(c.name.rsplit(".", 1)[0] + ".normal_force")
             if partner is not None:
-                out.append((1, i, partner))
+                out.append(POST.row(kind=Post.HOLD.value, column=i, partner=partner))
     return out

@@ -1,10 +1,12 @@
-"""C sources of a system's kernel: generated functions and the table ``tr_kernel`` the runtime reads."""
+"""C sources of a system's kernel: generated functions and the tables the runtime reads (``engine.abi.kernels``)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from engine.abi import Coordinate, RowKind
+from engine.abi.kernels import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PAIR, POST
 from engine.kernel.columns import Column
 from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.linear_unit import linear_text
@@ -15,9 +17,7 @@ from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.structure import System, state_coordinates
 
-ABI = 9
-"""Must equal TR_ABI of ``runtime/tr.h`` (the runtime refuses a kernel of another one)."""
-PREAMBLE = '#include <math.h>\n#include "tr.h"\n'
+PREAMBLE = '#include <math.h>\n#include "tr_abi.h"\n'
 
 
 @dataclass
@@ -42,15 +42,19 @@ def kernel_source(
 def jacobian_source(system: System, parameters: int, quadratures: bool, redundant: bool) -> str:
     """C text of the Jacobian unit."""
     unit = jacobian_unit(model(Symbols(system, parameters)), quadratures, redundant)
-    names = "j_eval,0,0" if unit.dense else "0,j_point,j_along"
-    struct = f"const tr_jacobian trunnion_jacobian={{{ABI},{unit.nc},{unit.nw},j_prepare,{names}}};\n"
+    names = ("j_eval", "0", "0") if unit.dense else ("0", "j_point", "j_along")
+    functions = dict(zip(("eval", "point", "along"), names, strict=True))
+    struct = JACOBIAN.initialiser("trunnion_jacobian", abi="TR_ABI", nc=unit.nc, nw=unit.nw, prepare="j_prepare", **functions)
     return PREAMBLE + unit.text + struct
 
 
 def linear_source(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
     """C text of the linear unit."""
     text, nc = linear_text(system, parameters, chosen, quadratures, redundant)
-    struct = f"const tr_linear trunnion_linear={{{ABI},{nc},{len(system.inputs)},l_prepare_all,l_rates,l_columns_at}};\n"
+    struct = LINEAR.initialiser(
+        "trunnion_linear", abi="TR_ABI", nc=nc, ninputs=len(system.inputs), prepare="l_prepare_all", rates="l_rates",
+        columns="l_columns_at",
+    )  # fmt: skip
     return PREAMBLE + text + struct
 
 
@@ -60,28 +64,27 @@ def _ints(name: str, values: Sequence[int]) -> str:
 
 
 def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
-    """(kind of each q: 0 angle, 1 length, 2 quaternion; kind of each v: 0, 1; offsets of quaternions)."""
+    """(kind of each q; kind of each v; offsets of quaternions)."""
     qkind: list[int] = []
     vkind: list[int] = []
     quat: list[int] = []
-    codes = {"angle": 0, "length": 1, "quaternion": 2}
     for j in system.tree:
         states = state_coordinates(j)
         if j.kind.quaternion >= 0:
             quat.append(len(qkind) + states.index(j.kind.quaternion))
-        qkind += [codes[j.kind.coordinates[i]] for i in states]
-        vkind += [0 if j.kind.columns[k][0].rot else 1 for k in j.free]
+        qkind += [Coordinate[j.kind.coordinates[i].upper()].value for i in states]
+        vkind += [Coordinate.ANGLE.value if j.kind.columns[k][0].rot else Coordinate.LENGTH.value for k in j.free]
     return qkind, vkind, quat
 
 
-def element_table(main: MainUnit) -> tuple[list[int], list[int], int]:
-    """Rows of the element and slider tables (see ``tr.h``) and the length of the law Jacobian block."""
-    rows: list[int] = []
-    sliders: list[int] = []
+def element_table(main: MainUnit) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
+    """Rows of the tables of elements and pairs, and the length of the law Jacobian block."""
+    rows: list[tuple[int, ...]] = []
+    sliders: list[tuple[int, ...]] = []
     dn = contact = 0
     for number, e in enumerate(main.elements):
         n, nv = len(e.needs), e.joint.kind.nv
-        rows += [e.n0, n, e.eta[0], nv, e.rate0, nv, dn]
+        rows.append(ELEMENT.row(n0=e.n0, needs=n, eta0=e.eta[0], neta=nv, rate0=e.rate0, nrates=nv, dn0=dn))
         dn += nv * n
         pairs = e.friction.sliders
         each = e.contact.count // len(pairs)
@@ -91,7 +94,10 @@ def element_table(main: MainUnit) -> tuple[list[int], list[int], int]:
             mine = not e.joint.cut and all(k in e.joint.free for k in own)
             v0 = e.joint.v0 + e.joint.free.index(first) if mine else -1
             cone = int(e.contact.cone is not None and not e.friction.adams)
-            sliders += [number, s.eta[0], len(s.eta), e.rate0 + first, len(s.eta), e.law_kind, contact, each, v0, cone]
+            sliders.append(PAIR.row(
+                element=number, eta0=s.eta[0], neta=len(s.eta), rate0=e.rate0 + first, nrates=len(s.eta), kind=int(e.law_kind),
+                contact0=contact, ncontacts=each, v0=v0, cone=cone,
+            ))  # fmt: skip
             contact += each
     return rows, sliders, dn
 
@@ -100,29 +106,27 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     z = main.sizes
     qkind, vkind, quat = coordinate_kinds(system)
     elements, sliders, dn = element_table(main)
-    row_kind = [k for c in system.cuts for k in [0] * len(c.kind.rows_s) + [1] * len(c.kind.rows_r)]
-    values = [
-        ABI, z.nq, z.nv, z.nb, z.nx, z.np, z.nc, z.nw, z.nmaps, z.rows, len(z.active), z.neta, z.nn, z.nrates, z.nquad,
-        len(system.sliders), system.stops, system.tables, len(quat), len(main.elements), dn,
-        z.nkappa, z.loop_friction, z.coupled, int(any(e.sets for e in main.elements)),
-    ]
-    tables = "".join([
-        _ints("k_active", z.active), _ints("k_row_kind", row_kind), _ints("k_qkind", qkind), _ints("k_vkind", vkind),
-        _ints("k_quat", quat), _ints("k_element", elements), _ints("k_slider", sliders),
-    ])
-    struct = (
-        f"const tr_kernel trunnion_kernel={{{','.join(map(str, values))},K_C_CLOSURE,K_C_LAWS,K_C_EVENTS,K_C_HELD,k_active,"
-        "k_row_kind,k_qkind,k_vkind,k_quat,k_element,k_slider,k_prepare_all,k_stage1,k_stage2,k_laws,k_held,k_closure,k_events,k_qdot};\n"
+    row_kind = [int(k) for c in system.cuts for k in
+                [RowKind.TRAVEL] * len(c.kind.rows_s) + [RowKind.TURNING] * len(c.kind.rows_r)]
+    sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
+        "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
+        "nquat": len(quat), "nelements": len(main.elements), "ndn": dn, "sets": int(any(e.sets for e in main.elements)),
+        "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD",
+    }  # fmt: skip
+    tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
+    functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "held", "closure", "events", "qdot")}
+    text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
+    text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders)
+    names = {n: f"k_{n}" for n in (*tables, "element", "pair")}
+    return PREAMBLE + main.text + text + KERNEL.initialiser(
+        "trunnion_kernel", **sizes, **names, prepare="k_prepare_all", **functions
     )
-    return PREAMBLE + main.text + tables + struct
 
 
 def _outputs_text(out: OutputUnit) -> str:
-    post = [v for entry in out.post for v in entry]
-    kappa = "o_kappa_at" if out.nkappa else "0"
-    contacts = "o_contacts_at" if out.ncontacts else "0"
-    struct = (
-        f"const tr_outputs trunnion_outputs={{{ABI},{out.nout},{out.ncontacts},{out.nc},{out.nkappa},{len(out.post)},{out.energy},"
-        f"{out.wants},o_post,o_prepare_all,o_eval,{contacts},{kappa}}};\n"
-    )
-    return PREAMBLE + out.text + _ints("o_post", post) + struct
+    struct = OUTPUTS.initialiser(
+        "trunnion_outputs", abi="TR_ABI", nout=out.nout, ncontacts=out.ncontacts, nc=out.nc, nkappa=out.nkappa, npost=len(out.post),
+        energy=out.energy, wants=out.wants, post="o_post", prepare="o_prepare_all", eval="o_eval",
+        contacts="o_contacts_at" if out.ncontacts else "0", kappa="o_kappa_at" if out.nkappa else "0",
+    )  # fmt: skip
+    return PREAMBLE + out.text + POST.table("o_post", out.post) + struct

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.abi import PairKind
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement, Wrench
 from engine.contact.base import COMPONENTS
@@ -49,17 +50,17 @@ class Element:
 
 
     @property
-    def law_kind(self) -> int:
-        """0 smooth, 1 changes branch at a sliding speed, 2 set-valued at rest, 3 kink where a single rate changes sign."""
+    def law_kind(self) -> PairKind:
+        """What the law does at rest and at its kink."""
         law = LAWS[self.friction.law]
         if law.bristles:
-            return 3 if all(len(s.eta) == 1 for s in self.friction.sliders) else 0
-        return 2 if law.sets else int(law.kinks)
+            return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH
+        return PairKind.SET if law.sets else PairKind.KINK if law.kinks else PairKind.SMOOTH
 
     @property
     def sets(self) -> bool:
         """Whether the law is set-valued."""
-        return self.law_kind == 2
+        return self.law_kind == PairKind.SET
 
 
 def elements(system) -> list[Element]:

@@ -52,8 +52,8 @@ static double tr_all_residual(const tr_sim *s, const double *h, int rates) {
   const tr_kernel *k = s->k;
   double worst = 0.0;
   for (int i = 0; i < k->rows; ++i) {
-    double unit = k->row_kind[i] ? 1.0 : s->length;
-    worst = fmax(worst, fabs(h[i + (rates ? k->rows : 0)]) / (unit * (rates ? s->rate : 1.0)));
+    double unit = tr_row_unit(s, i);
+    worst = fmax(worst, fabs(h[i + (rates ? k->rows : 0)]) / (unit * (rates ? s->set.rate : 1.0)));
   }
   return worst;
 }
@@ -78,7 +78,7 @@ static int tr_close_positions(tr_sim *s, double *y, const double *weight, double
     for (int i = 0; i < k->rows; ++i) b[i] = -h[i];
     tr_least_change(s, G, weight, b, dv);
     double big = 0.0;
-    for (int i = 0; i < k->nv; ++i) big = fmax(big, fabs(dv[i]) / (k->vkind[i] ? s->length : 1.0));
+    for (int i = 0; i < k->nv; ++i) big = fmax(big, fabs(dv[i]) / tr_rate_unit(s, i));
     double cut = big > 0.3 ? 0.3 / big : 1.0;
     for (int i = 0; i < k->nv; ++i) dv[i] *= cut;
     k->qdot(y, dv, dq);
@@ -89,7 +89,7 @@ static int tr_close_positions(tr_sim *s, double *y, const double *weight, double
 }
 
 static void tr_weights(const tr_sim *s, const double *given, double held, double *weight) {
-  for (int i = 0; i < s->k->nv; ++i) weight[i] = (given[i] > 0.5 ? held : 1.0) * (s->k->vkind[i] ? s->length : 1.0);
+  for (int i = 0; i < s->k->nv; ++i) weight[i] = (given[i] != 0.0 ? held : 1.0) * tr_rate_unit(s, i);
 }
 
 /* Move every coordinate that may move a little, each by another amount. */
@@ -109,7 +109,7 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
   double *y = TR_A(s, y);
   tr_normalize(s, y);
   if (k->rows == 0) return 1;
-  tr_set_time(s, s->t);
+  tr_set_time(s, s->clock.t);
   double weight[k->nv + 1], start[s->ny + 1], *G = TR_A(s, jac), h[2 * k->rows], b[k->rows], dv[k->nv + 1];
   memcpy(start, y, sizeof(double) * s->ny);
   const double held[3] = {0.0, 0.01, 1.0};

@@ -3,66 +3,41 @@
  * so its numbers are the same to the last bit. The host owns all memory; a call returns when its step budget is used up. */
 #include "tr.h"
 
-#define TR_KINDS 16 /* kinds of events counted apart */
-enum { TR_C_STATUS, TR_C_TIME, TR_C_ROWS, TR_C_STEPS, TR_C_DETAIL, TR_C_COUNT, TR_C_FIRST = TR_C_COUNT + TR_KINDS, TR_C_COLUMNS = TR_C_FIRST + TR_KINDS };
-enum { TR_R_MAX, TR_R_MIN, TR_R_FINAL, TR_R_MEAN, TR_R_FINITE, TR_REDUCED };
-enum { TR_S_RTOL, TR_S_LENGTH, TR_S_RATE, TR_S_UNTIL, TR_S_EVERY, TR_S_ENERGY, TR_CASE_SETTINGS };
-enum { TR_CASE_FAILED = 20 }; /* a case ended early: the host may look at the block, then call again */
-
-/* A kernel's blocks: as prepared by the host; working copies without and with the Jacobian unit (0: not there yet). */
-typedef struct tr_variant {
-  const tr_sim *fresh;
-  tr_sim *plain, *full;
-  const tr_jacobian *j;
-  size_t full_bytes;
-} tr_variant;
-
-typedef struct tr_batch {
-  tr_variant variant[2]; /* as generated, and its redundant variant */
-  tr_settings settings;  /* of all cases; the numbers in `set` replace its own */
-  long ncases, at, capacity;
-  int ntable, width, running, which, reported;
-  /* per case: parameters (np), start state (nq + nv), what of it is given (by rate: nv, nv), inputs, settings */
-  const double *p, *y, *given, *inputs, *set;
-  double *rows, *scratch, *out; /* capacity × width; for the redundancy of loops; per case TR_C_COLUMNS + TR_REDUCED × width */
-  tr_sim *now;
-  double last;
-} tr_batch;
-
-static double *tr_case_out(const tr_batch *b) { return b->out + (size_t)b->at * (TR_C_COLUMNS + TR_REDUCED * b->width); }
+static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
+static tr_case *tr_case_out(const tr_batch *b) { return (tr_case *)(b->out + (size_t)b->at * tr_case_doubles(b)); }
+static tr_reduced *tr_case_columns(const tr_batch *b) { return (tr_reduced *)(tr_case_out(b) + 1); }
+static const tr_case_settings *tr_case_set(const tr_batch *b) { return b->set + b->at; }
 
 static void tr_case_clear(tr_batch *b) {
-  double *o = tr_case_out(b);
-  memset(o, 0, sizeof(double) * (TR_C_COLUMNS + TR_REDUCED * b->width));
-  for (int i = 0; i < TR_KINDS; ++i) o[TR_C_FIRST + i] = NAN;
-  for (int i = 0; i < b->width; ++i) {
-    double *r = o + TR_C_COLUMNS + TR_REDUCED * i;
-    r[TR_R_MAX] = r[TR_R_MIN] = r[TR_R_FINAL] = NAN;
-  }
+  tr_case *o = tr_case_out(b);
+  tr_reduced *r = tr_case_columns(b);
+  memset(o, 0, sizeof(double) * tr_case_doubles(b));
+  for (int i = 0; i < TR_EVENT_KINDS; ++i) o->first[i] = NAN;
+  for (int i = 0; i < b->width; ++i) r[i].max = r[i].min = r[i].final = NAN;
 }
 
 /* One row into the reductions: largest, smallest and sum of the finite values, last value as it is. */
 static void tr_case_row(tr_batch *b, const double *row) {
-  double *o = tr_case_out(b), *r = o + TR_C_COLUMNS;
-  o[TR_C_ROWS] += 1.0, b->last = row[0];
-  for (int i = 0; i < b->width; ++i, r += TR_REDUCED) {
+  tr_reduced *r = tr_case_columns(b);
+  tr_case_out(b)->rows += 1.0, b->last = row[0];
+  for (int i = 0; i < b->width; ++i, ++r) {
     double v = row[i];
-    r[TR_R_FINAL] = v;
+    r->final = v;
     if (!isfinite(v)) continue;
-    if (!(r[TR_R_MAX] >= v)) r[TR_R_MAX] = v;
-    if (!(r[TR_R_MIN] <= v)) r[TR_R_MIN] = v;
-    r[TR_R_MEAN] += v, r[TR_R_FINITE] += 1.0;
+    if (!(r->max >= v)) r->max = v;
+    if (!(r->min <= v)) r->min = v;
+    r->mean += v, r->finite += 1.0;
   }
 }
 
 static void tr_case_events(tr_batch *b, tr_sim *s) {
-  double *o = tr_case_out(b);
-  for (int i = 0; i < s->nev; ++i) {
-    const double *e = TR_A(s, ev) + TR_EVENT * i;
-    int kind = (int)e[1] & (TR_KINDS - 1);
-    if (o[TR_C_COUNT + kind]++ == 0.0) o[TR_C_FIRST + kind] = e[0];
+  tr_case *o = tr_case_out(b);
+  for (int i = 0; i < s->events.count; ++i) {
+    const tr_event *e = (const tr_event *)TR_A(s, ev) + i;
+    int kind = (int)e->kind & (TR_EVENT_KINDS - 1);
+    if (o->count[kind]++ == 0.0) o->first[kind] = e->time;
   }
-  s->nev = 0;
+  s->events.count = 0;
 }
 
 /* A fresh block of a variant with the case's numbers in it. */
@@ -73,13 +48,12 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   const tr_kernel *k = s->k;
   memcpy(TR_A(s, p), b->p + (size_t)b->at * k->np, sizeof(double) * k->np);
   int n = tr_inputs(s);
-  for (int i = 0; i < n; ++i) TR_A(s, tables)[(int)TR_A(s, tables)[i] + 3] = b->inputs[(size_t)b->at * n + i];
+  for (int i = 0; i < n; ++i) ((tr_input *)tr_table_of(s, i))->u[0] = b->inputs[(size_t)b->at * n + i];
   tr_set_parameters(s);
-  const double *set = b->set + (size_t)b->at * TR_CASE_SETTINGS;
+  const tr_case_settings *set = tr_case_set(b);
   tr_settings o = b->settings;
-  o.rtol = set[TR_S_RTOL], o.length = set[TR_S_LENGTH], o.rate = set[TR_S_RATE];
+  o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
-  tr_set_energy(s, set[TR_S_ENERGY]);
   b->which = which, b->now = s;
   return s;
 }
@@ -88,23 +62,23 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
 static int tr_case_start(tr_batch *b) {
   tr_sim *s = tr_case_block(b, 0);
   const tr_kernel *k = s->k;
-  const double *set = b->set + (size_t)b->at * TR_CASE_SETTINGS, *given = b->given + (size_t)b->at * 2 * k->nv;
-  double *o = tr_case_out(b);
+  const tr_case_settings *set = tr_case_set(b);
+  const double *given = b->given + (size_t)b->at * 2 * k->nv;
   tr_case_clear(b);
   memcpy(TR_A(s, y), b->y + (size_t)b->at * (k->nq + k->nv), sizeof(double) * (k->nq + k->nv));
   int code = tr_assemble(s, 0.0, given, given + k->nv);
   if (code != 1) {
-    o[TR_C_DETAIL] = code;
+    tr_case_out(b)->detail = code;
     return TR_FAIL_CLOSURE;
   }
-  int status = tr_start(s, 0.0, set[TR_S_UNTIL], set[TR_S_EVERY], b->rows);
+  int status = tr_start(s, 0.0, set->until, set->every, b->rows);
   if (status == TR_NEED_REDUNDANT) {
     if (!b->variant[1].fresh) return status;
     double y[s->ny + k->nquad + 1];
     memcpy(y, TR_A(s, y), sizeof(double) * (s->ny + k->nquad));
     s = tr_case_block(b, 1);
     memcpy(TR_A(s, y), y, sizeof(double) * (s->ny + k->nquad));
-    status = tr_start(s, 0.0, set[TR_S_UNTIL], set[TR_S_EVERY], b->rows);
+    status = tr_start(s, 0.0, set->until, set->every, b->rows);
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
@@ -115,16 +89,17 @@ static int tr_case_start(tr_batch *b) {
 /* The case is over: what is left of its rows and events, means, outcome. */
 static void tr_case_end(tr_batch *b, int status) {
   tr_sim *s = b->now;
-  double *o = tr_case_out(b), *r = o + TR_C_COLUMNS;
-  const double *set = b->set + (size_t)b->at * TR_CASE_SETTINGS;
-  if (status == TR_DONE && set[TR_S_EVERY] > 0.0 && set[TR_S_UNTIL] - b->last > 1e-9 * set[TR_S_UNTIL]) {
+  tr_case *o = tr_case_out(b);
+  tr_reduced *r = tr_case_columns(b);
+  const tr_case_settings *set = tr_case_set(b);
+  if (status == TR_DONE && set->every > 0.0 && set->until - b->last > 1e-9 * set->until) {
     tr_row(s, b->rows);
     tr_case_row(b, b->rows);
   }
-  for (int i = 0; i < b->width; ++i, r += TR_REDUCED) r[TR_R_MEAN] = r[TR_R_FINITE] > 0.0 ? r[TR_R_MEAN] / r[TR_R_FINITE] : NAN;
-  o[TR_C_STATUS] = status;
-  o[TR_C_TIME] = status == TR_DONE ? set[TR_S_UNTIL] : s->t;
-  o[TR_C_STEPS] = (double)s->stats.steps;
+  for (int i = 0; i < b->width; ++i, ++r) r->mean = r->finite > 0.0 ? r->mean / r->finite : NAN;
+  o->status = status;
+  o->time = status == TR_DONE ? set->until : s->clock.t;
+  o->steps = (double)s->stats.steps;
   b->running = 0;
 }
 
@@ -157,7 +132,7 @@ int tr_batch_run(tr_batch *b, long budget) {
     }
     if (status == TR_OK) {
       long before = b->now->stats.steps;
-      status = tr_advance(b->now, b->set[(size_t)b->at * TR_CASE_SETTINGS + TR_S_UNTIL], budget, b->rows, b->capacity, &count);
+      status = tr_advance(b->now, tr_case_set(b)->until, budget, b->rows, b->capacity, &count);
       budget -= 1 + (b->now->stats.steps - before) + count;
       for (long i = 0; i < count; ++i) tr_case_row(b, b->rows + i * b->width);
       tr_case_events(b, b->now);

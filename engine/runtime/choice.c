@@ -39,7 +39,7 @@ static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int
 /* At the state just solved, its columns in J. */
 static tr_choice tr_choice_of(tr_sim *s, const double *y, const double *J) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->rank_now, cols = s->ny + 1, ld = tr_jacobian_rows(s);
+  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now, cols = s->ny + 1, ld = tr_jacobian_rows(s);
   tr_choice q;
   memset(&q, 0, sizeof q);
   if (m == 0 || r <= 0) return q;

@@ -7,42 +7,37 @@ static double tr_same_time(double t) { return 1e-13 * fmax(1.0, fabs(t)); }
 
 /* The state at t inside the waiting step, in the block's yout. */
 static int tr_inside(tr_sim *s, double t) {
-  if (!s->have_dense) {
+  if (!s->step.have_dense) {
     if (!tr_prepare_dense(s)) return 0;
-    s->have_dense = 1;
+    s->step.have_dense = 1;
   }
-  tr_dense_eval(s, (t - s->step_t0) / s->step_h, TR_A(s, yout));
+  tr_dense_eval(s, (t - s->step.t0) / s->step.size, TR_A(s, yout));
   return 1;
-}
-
-/* Set tolerance, method and scales; step > 0: fixed steps. */
-void tr_host_configure(tr_sim *s, double rtol, int method, double step, double length, double rate) {
-  s->rtol = rtol, s->method = method, s->hfixed = step, s->length = length, s->rate = rate;
 }
 
 /* Go on until the run covers t and write the row there; steps may reach up to `limit` ≥ t. TR_DONE, or TR_MORE when max_steps are
  * not enough, or a failure (which stays). */
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
   const double close = tr_same_time(t);
-  if (s->status >= TR_FAIL_NOT_FINITE) return s->status;
-  s->every = s->row_next = INFINITY;
+  if (s->clock.status >= TR_FAIL_NOT_FINITE) return s->clock.status;
+  s->clock.every = s->clock.row_next = INFINITY;
   for (long step = 0;;) {
-    if (s->pending && s->p_t > t + close) {
+    if (s->pending.kind != TR_NOTHING && s->pending.t > t + close) {
       int ok = tr_inside(s, t) && tr_output(s, t, TR_A(s, yout), row);
-      return s->status = ok ? TR_DONE : TR_FAIL_MULTIPLIERS;
+      return s->clock.status = ok ? TR_DONE : TR_FAIL_MULTIPLIERS;
     }
-    if (s->pending) {
+    if (s->pending.kind != TR_NOTHING) {
       long count = 0;
       int code = tr_finish(s, 0, 0, &count);
       if (tr_goes_on(s, code)) continue;
       if (code != TR_OK) return tr_end(s, code);
-      if (s->nev > s->ev_capacity - 2 * tr_watched(s) - 2) s->nev = 0;
+      if (s->events.count > s->events.capacity - 2 * tr_watched(s) - 2) s->events.count = 0;
     }
-    if (s->t >= t - close) return s->status = tr_row(s, row) ? TR_DONE : TR_FAIL_MULTIPLIERS;
+    if (s->clock.t >= t - close) return s->clock.status = tr_row(s, row) ? TR_DONE : TR_FAIL_MULTIPLIERS;
     if (step++ >= max_steps) return TR_MORE;
     int code = tr_attempt(s, tr_limit_time(s, limit));
     if (code == TR_NEED_JACOBIAN) {
-      s->status = TR_OK;
+      s->clock.status = TR_OK;
       return code;
     }
     if (tr_goes_on(s, code)) continue;
@@ -52,32 +47,29 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
 
 /* Make t, inside the waiting step, the block's own time: what lies beyond it is forgotten. TR_OK or a failure. */
 int tr_cut(tr_sim *s, double t) {
-  if (!s->pending) return TR_OK;
-  double theta = (t - s->step_t0) / s->step_h;
-  if (s->k->nsliders && !s->p_noted) tr_note_reversals(s, theta);
-  if (!tr_inside(s, t) || !tr_project(s, t, TR_A(s, yout))) return s->status = TR_FAIL_CLOSURE;
-  s->h = s->p_h * fmin(s->p_grow, 1.0);
-  s->pending = s->p_noted = 0;
+  if (s->pending.kind == TR_NOTHING) return TR_OK;
+  double theta = (t - s->step.t0) / s->step.size;
+  if (s->k->nsliders && !s->pending.noted) tr_note_reversals(s, theta);
+  if (!tr_inside(s, t) || !tr_project(s, t, TR_A(s, yout))) return s->clock.status = TR_FAIL_CLOSURE;
+  s->step.h = s->pending.h * fmin(s->pending.grow, 1.0);
+  s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   tr_shift(s, t, TR_A(s, yout));
-  s->have_k1 = s->have_jac = s->have_dense = 0;
+  s->step.have_k1 = s->step.have_jac = s->step.have_dense = 0;
   return TR_OK;
 }
 
 /* Take the run up again at the block's (t, y) after a change from outside; `anew`: of parameters, so that the modes are decided
  * again. TR_OK or a failure. */
 int tr_resume(tr_sim *s, int anew) {
-  s->have_k1 = s->have_jac = s->have_dense = 0;
+  s->step.have_k1 = s->step.have_jac = s->step.have_dense = 0;
   if (!anew) return TR_OK;
   tr_set_parameters(s);
   int code = tr_start_modes(s);
-  if (code != TR_OK) s->status = code;
+  if (code != TR_OK) s->clock.status = code;
   return code;
 }
 
 /* Where an external input is kept (see tr_input_signal), and its value and derivatives at t. */
-double *tr_input_record(tr_sim *s, int input) {
-  double *T = TR_A(s, tables);
-  return T + (int)T[input];
-}
+tr_input *tr_input_record(tr_sim *s, int input) { return (tr_input *)tr_table_of(s, input); }
 
-void tr_input_value(const double *record, double t, double *value) { tr_input_signal(record, t, value); }
+void tr_input_value(const tr_input *record, double t, tr_signal *value) { tr_input_signal(record, t, value); }

@@ -16,40 +16,40 @@
 
 /* Surface speed of a pair, m/s, from its rates. */
 static double tr_pair_speed(const tr_sim *s, int i) {
-  const int *sl = tr_slider(s, i);
-  const double *r = map_rates(s->k, TR_A(s, maps)) + sl[3], *arm = TR_A(s, arm) + sl[1];
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *r = map_rates(s->k, TR_A(s, maps)) + pair->rate0, *arm = TR_A(s, arm) + pair->eta0;
   double sum = 0.0;
-  for (int j = 0; j < sl[4]; ++j) sum += r[j] * r[j] * arm[j] * arm[j];
+  for (int j = 0; j < pair->nrates; ++j) sum += r[j] * r[j] * arm[j] * arm[j];
   return sqrt(sum);
 }
 
 /* Rates of a pair at the start of a step, when the maps in place may be of another state. */
 static void tr_rates_of_state(tr_sim *s, int i, double *rates) {
-  const int *sl = tr_slider(s, i);
-  const double *from = TR_A(s, y) + s->k->nq + sl[8];
-  if (sl[8] < 0) {
-    tr_set_time(s, s->t);
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *from = TR_A(s, y) + s->k->nq + pair->v0;
+  if (pair->v0 < 0) {
+    tr_set_time(s, s->clock.t);
     s->k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, ytmp));
-    from = map_rates(s->k, TR_A(s, maps)) + sl[3];
+    from = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   }
-  memcpy(rates, from, sizeof(double) * sl[4]);
+  memcpy(rates, from, sizeof(double) * pair->nrates);
 }
 
 /* Directions of laws with a kink at rest, where a step starts past it (no events are located). */
 static void tr_turn_directions(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) {
-    double rate[3], *m = tr_mode(s, i);
+    double rate[3], *side = tr_mode_of(s, i)->direction;
     if (!tr_is_turn(s, i)) continue;
     tr_rates_of_state(s, i, rate);
-    if (rate[0] * m[1] < 0.0) m[1] = -m[1];
+    if (rate[0] * side[0] < 0.0) side[0] = -side[0];
   }
 }
 
 static double tr_speed_of_state(tr_sim *s, int i) {
-  const int *sl = tr_slider(s, i);
+  const tr_pair *pair = tr_pair_of(s, i);
   double r[3], sum = 0.0;
   tr_rates_of_state(s, i, r);
-  for (int j = 0; j < sl[4]; ++j) sum += r[j] * r[j] * TR_A(s, arm)[sl[1] + j] * TR_A(s, arm)[sl[1] + j];
+  for (int j = 0; j < pair->nrates; ++j) sum += r[j] * r[j] * TR_A(s, arm)[pair->eta0 + j] * TR_A(s, arm)[pair->eta0 + j];
   return sqrt(sum);
 }
 
@@ -61,10 +61,10 @@ static void tr_set_arms(tr_sim *s) {
   for (int part = 0; part < 3; ++part) {
     memset(u, 0, sizeof u);
     for (int i = 0; i < k->nsliders; ++i)
-      if (part < tr_slider(s, i)[2]) u[tr_slider(s, i)[1] + part] = 1.0;
+      if (part < tr_pair_of(s, i)->neta) u[tr_pair_of(s, i)->eta0 + part] = 1.0;
     k->held(none, u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
     for (int i = 0; i < k->nsliders; ++i)
-      if (part < tr_slider(s, i)[2]) TR_A(s, arm)[tr_slider(s, i)[1] + part] = 1.0 / fmax(TR_A(s, hold)[3 * i + 1], 1e-300);
+      if (part < tr_pair_of(s, i)->neta) TR_A(s, arm)[tr_pair_of(s, i)->eta0 + part] = 1.0 / fmax(tr_hold_of(s, i)->size, 1e-300);
   }
 }
 
@@ -76,10 +76,10 @@ static void tr_holding(tr_sim *s) {
 
 /* Friction ratio needed over the ratio available, after tr_holding. */
 static double tr_ratio(const tr_sim *s, int i) {
-  const double *h = TR_A(s, hold) + 3 * i;
-  double size = h[1], cap = fmax(h[0], 1e-300);
-  if (size <= 1e-290) return 0.0;
-  return h[2] > TOL_TWIST * cap ? fmax(size / cap, 1.0 + h[2] / cap) : size / cap;
+  const tr_hold *h = tr_hold_of(s, i);
+  double cap = fmax(h->capacity, 1e-300);
+  if (h->size <= 1e-290) return 0.0;
+  return h->beyond > TOL_TWIST * cap ? fmax(h->size / cap, 1.0 + h->beyond / cap) : h->size / cap;
 }
 
 static void tr_group(tr_sim *s);
@@ -87,15 +87,15 @@ static void tr_group(tr_sim *s);
 /* How each multiplier is found in the modes in force. The maps of the state must be in place. */
 static void tr_note_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, *row = (int *)TR_A(s, rowk);
-  s->still = s->shares = 0;
+  int a = k->active, e = k->neta, *row = tr_row_kinds(s);
+  s->friction.still = s->friction.shares = 0;
   for (int i = 0; i < k->nsliders; ++i) {
-    const int *sl = tr_slider(s, i);
-    int stuck = tr_is_stuck(s, i) || i == s->freed;
-    for (int j = 0; j < sl[2]; ++j) row[sl[1] + j] = i == s->freed ? TR_ROW_FREE : stuck ? TR_ROW_STILL : TR_ROW_LAW;
-    s->still += stuck;
+    const tr_pair *pair = tr_pair_of(s, i);
+    int stuck = tr_is_stuck(s, i) || i == s->friction.freed;
+    for (int j = 0; j < pair->neta; ++j) row[pair->eta0 + j] = i == s->friction.freed ? TR_ROW_FREE : stuck ? TR_ROW_STILL : TR_ROW_LAW;
+    s->friction.still += stuck;
   }
-  if (!s->still) return;
+  if (!s->friction.still) return;
   double lam0[a + 1];
   if (a) tr_factor(s);
   tr_eliminate(s, lam0);
@@ -110,22 +110,23 @@ static void tr_note_modes(tr_sim *s) {
 static int tr_owner(const tr_sim *s, int e, int *at) {
   int where = 0;
   for (int m = 0; m < s->k->nsliders; ++m) {
-    const int *sl = tr_slider(s, m);
-    if (e >= sl[1] && e < sl[1] + sl[2]) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    if (e >= pair->eta0 && e < pair->eta0 + pair->neta) {
       *at = where;
       return m;
     }
-    where += (s->k->element + 7 * sl[0])[1];
+    where += s->k->element[pair->element].needs;
   }
   return -1;
 }
 
 /* Let `member` hold as large a part of its capacity as `leader`. */
 static void tr_share_with(tr_sim *s, int member, int leader) {
-  int e = s->k->neta, *row = (int *)TR_A(s, rowk), *lead = (int *)TR_A(s, lead), at;
+  int *row = tr_row_kinds(s);
+  tr_leader *lead = tr_leaders(s) + member;
   row[member] = TR_ROW_SHARE;
-  lead[member] = leader, lead[e + member] = tr_owner(s, leader, &at), lead[2 * e + member] = at;
-  s->shares = 1;
+  lead->multiplier = leader, lead->pair = tr_owner(s, leader, &lead->dhold);
+  s->friction.shares = 1;
 }
 
 /* Loads x (n) of least largest share of capacity among those that leave no motion: A x = b (A: n×n response, rank r), by
@@ -163,7 +164,7 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, doub
   const tr_kernel *k = s->k;
   int e = k->neta, at;
   const double *Qe = TR_A(s, Q) + e;
-  double unit[e + 1], mine[e + 1], b[n], *hold = TR_A(s, hold), *eta = TR_A(s, z) + k->active, moved = INFINITY;
+  double unit[e + 1], mine[e + 1], b[n], *eta = TR_A(s, z) + k->active, moved = INFINITY;
   memset(mine, 0, sizeof mine);
   for (int i = 0; i < n; ++i) mine[c[i]] = 1.0, b[i] = TR_A(s, Q)[c[i]];
   for (int i = 0; i < n; ++i)
@@ -176,8 +177,8 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, doub
       memset(unit, 0, sizeof unit);
       unit[c[i]] = 1.0;
       int m = tr_owner(s, c[i], &at);
-      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, hold, TR_A(s, dhold));
-      cap[i] = fmax(hold[3 * m] / hold[3 * m + 1], 1e-12);
+      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+      cap[i] = fmax(tr_hold_of(s, m)->capacity / tr_hold_of(s, m)->size, 1e-12);
     }
     tr_least_share(n, A, cap, b, x);
     for (int i = 0; i < n; ++i) {
@@ -223,7 +224,7 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
 /* Redundant rest conditions: several stuck pairs that one freedom would move together. */
 static void tr_group(tr_sim *s) {
   const tr_kernel *k = s->k;
-  int e = k->neta, *row = (int *)TR_A(s, rowk), left[e + 1], c[e + 1];
+  int e = k->neta, *row = tr_row_kinds(s), left[e + 1], c[e + 1];
   const double *Qe = TR_A(s, Q) + e;
   for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_STILL;
   memset(TR_A(s, share), 0, sizeof(double) * e);
@@ -254,7 +255,7 @@ static int tr_solve_modes(tr_sim *s) {
   int a = k->active;
   tr_note_modes(s);
   if (!tr_multipliers(s)) return 0;
-  if (!s->still) {
+  if (!s->friction.still) {
     double lam0[a + 1];
     for (int i = 0; i < a; ++i) {
       lam0[i] = TR_A(s, z)[i];

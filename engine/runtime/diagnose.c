@@ -2,8 +2,6 @@
  * rest there is an answer) or is inconsistent (not even then). Numbers that certify an answer: contraction and count of roots. */
 #include "modes.h"
 
-enum { TR_WHY_UNKNOWN, TR_WHY_JAM, TR_WHY_INCONSISTENT };
-
 /* The pair whose equation is nearest to having no root where the equations still have one: the largest component of the direction the
  * Jacobian nearly annihilates. */
 static int tr_weakest_pair(tr_sim *s) {
@@ -12,7 +10,7 @@ static int tr_weakest_pair(tr_sim *s) {
   double *J = TR_A(s, lu), x[e + 1], most = 0.0;
   tr_law(s, TR_A(s, z) + k->active);
   tr_law_jacobian(s, J);
-  if (s->still) tr_still_rows(s, TR_A(s, z) + k->active, TR_A(s, r), J);
+  if (s->friction.still) tr_still_rows(s, TR_A(s, z) + k->active, TR_A(s, r), J);
   if (!tr_lu(e, J, perm)) return -1;
   for (int i = 0; i < e; ++i) x[i] = 1.0 / TR_A(s, arm)[i];
   for (int it = 0; it < 4; ++it) {
@@ -22,9 +20,9 @@ static int tr_weakest_pair(tr_sim *s) {
     for (int i = 0; i < e; ++i) x[i] /= size;
   }
   for (int i = 0; i < k->nsliders; ++i) {
-    const int *sl = tr_slider(s, i);
+    const tr_pair *pair = tr_pair_of(s, i);
     double size = 0.0;
-    for (int j = 0; j < sl[2]; ++j) size += x[sl[1] + j] * x[sl[1] + j] / (TR_A(s, arm)[sl[1] + j] * TR_A(s, arm)[sl[1] + j]);
+    for (int j = 0; j < pair->neta; ++j) size += x[pair->eta0 + j] * x[pair->eta0 + j] / (TR_A(s, arm)[pair->eta0 + j] * TR_A(s, arm)[pair->eta0 + j]);
     if (!tr_is_stuck(s, i) && size > most) most = size, best = i;
   }
   return best;
@@ -36,11 +34,11 @@ static int tr_stumbling_pair(tr_sim *s) {
   int rest[k->nsliders + 1], n = tr_at_rest(s, -1, rest), found = -1;
   for (int i = 0; i < k->nsliders && found < 0; ++i) {
     if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s)) continue;
-    s->freed = i;
+    s->friction.freed = i;
     memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
     if (n ? tr_decide(s, rest, n, -1) : tr_solve_modes(s)) found = i;
   }
-  s->freed = -1;
+  s->friction.freed = -1;
   return found;
 }
 
@@ -58,18 +56,19 @@ static int tr_impact(tr_sim *s, double *y, int pair) {
 /* At the state in place (maps of y): the pair to blame and the reason. Modes are kept. */
 static int tr_blame(tr_sim *s, const double *y, int *pair) {
   const tr_kernel *k = s->k;
-  double modes[TR_MODE * k->nsliders + 1], copy[tr_width(s)];
-  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * k->nsliders);
+  tr_mode modes[k->nsliders + 1];
+  double copy[tr_width(s)];
+  tr_keep_modes(s, modes);
   memcpy(copy, y, sizeof copy);
   *pair = tr_solve_modes(s) ? tr_weakest_pair(s) : tr_stumbling_pair(s);
   int why = TR_WHY_UNKNOWN;
   if (*pair >= 0) why = tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
-  memcpy(tr_mode(s, 0), modes, sizeof(double) * TR_MODE * k->nsliders);
+  tr_put_modes(s, modes);
   return why;
 }
 
 static void tr_maps_at(tr_sim *s, const double *y) {
-  tr_set_time(s, s->t);
+  tr_set_time(s, s->clock.t);
   s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
 }
 
@@ -77,7 +76,7 @@ static void tr_maps_at(tr_sim *s, const double *y) {
 int tr_why(tr_sim *s, int *pair) {
   *pair = -1;
   if (!s->k->sets) return TR_WHY_UNKNOWN;
-  s->watch = 0;
+  s->step.watch = 0;
   tr_maps_at(s, TR_A(s, y));
   return tr_blame(s, TR_A(s, y), pair);
 }
@@ -87,17 +86,17 @@ int tr_why(tr_sim *s, int *pair) {
 static int tr_lets_spin(tr_sim *s) {
   double *y = TR_A(s, y);
   if (!s->k->sets) return 0;
-  s->watch = 0;
+  s->step.watch = 0;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
-    tr_mode(s, i)[0] = TR_CONE;
-    if (tr_rhs(s, s->t, y, TR_A(s, dy)) && TR_A(s, speed)[2 * i + 1] < 0.0) {
-      s->have_k1 = s->have_jac = 0;
-      s->h = s->hfixed;
+    tr_mode_of(s, i)->flag = TR_CONE;
+    if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->border < 0.0) {
+      s->step.have_k1 = s->step.have_jac = 0;
+      s->step.h = s->set.hfixed;
       s->stats.events++;
       return 1;
     }
-    tr_mode(s, i)[0] = TR_SLIPS;
+    tr_mode_of(s, i)->flag = TR_SLIPS;
   }
   return 0;
 }
@@ -107,23 +106,24 @@ static int tr_lets_spin(tr_sim *s) {
 static int tr_through_jam(tr_sim *s) {
   const tr_kernel *k = s->k;
   int pair, nc = s->o ? s->o->ncontacts : 0;
-  double *y = TR_A(s, y), before[4 * nc + 4], after[4 * nc + 4];
+  double *y = TR_A(s, y);
+  tr_contact before[nc + 1], after[nc + 1];
   if (!k->sets) return 0;
-  s->watch = 0;
+  s->step.watch = 0;
   tr_maps_at(s, y);
   if (tr_blame(s, y, &pair) != TR_WHY_JAM) return 0;
   tr_maps_at(s, y);
-  int slow = tr_pair_speed(s, pair) <= s->rtol * tr_speed_unit(s);
-  if (!slow && !s->through) return 0;
-  int contacts = tr_rhs(s, s->t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
+  int slow = tr_pair_speed(s, pair) <= s->set.rtol * tr_speed_unit(s);
+  if (!slow && !s->set.through_jams) return 0;
+  int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
   tr_maps_at(s, y);
-  if (!tr_impact(s, y, pair) || !tr_rhs(s, s->t, y, TR_A(s, dy))) return 0;
+  if (!tr_impact(s, y, pair) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
   if (contacts) tr_all_contacts(s, y, after);
-  tr_log(s, s->t, slow ? TR_EV_STOP : TR_EV_IMPACT, pair, before + 4 * tr_slider(s, pair)[6], after + 4 * tr_slider(s, pair)[6],
-         contacts ? tr_slider(s, pair)[7] : 0);
+  tr_log(s, s->clock.t, slow ? TR_EV_STOP : TR_EV_IMPACT, pair, before + tr_pair_of(s, pair)->contact0, after + tr_pair_of(s, pair)->contact0,
+         contacts ? tr_pair_of(s, pair)->ncontacts : 0);
   s->stats.events++;
-  s->have_k1 = s->have_jac = 0;
-  s->h = s->hfixed;
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
   return 1;
 }
 
@@ -142,7 +142,7 @@ static double tr_contraction(tr_sim *s) {
     for (int i = 0; i < e; ++i) {
       u[i] = v[i];
       for (int j = 0; j < e; ++j) u[i] -= J[i + j * e] * v[j];
-      if (((const int *)TR_A(s, rowk))[i] != TR_ROW_LAW && s->still) u[i] = 0.0;
+      if (tr_row_kinds(s)[i] != TR_ROW_LAW && s->friction.still) u[i] = 0.0;
       len += u[i] * u[i], was += v[i] * v[i];
     }
     if (!(len > 0.0) || !(was > 0.0)) return 0.0;
@@ -154,16 +154,16 @@ static double tr_contraction(tr_sim *s) {
 
 /* Note the numbers that certify the solution in place. */
 static void tr_certify(tr_sim *s) {
-  s->contraction = fmax(s->contraction, tr_contraction(s));
-  s->complement = fmax(s->complement, tr_complement(s));
+  s->audit.contraction = fmax(s->audit.contraction, tr_contraction(s));
+  s->audit.complement = fmax(s->audit.complement, tr_complement(s));
 }
 
-/* out: largest contraction number and complement residual (start, events, now), time and pair of the first decision that several sets
- * of modes satisfied (time −1: none), time of the first hand-over to time stepping (−1: none). */
-void tr_certificate(tr_sim *s, double *out) {
-  s->watch = 0;
-  if (s->k->neta && tr_rhs(s, s->t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
-  out[0] = s->contraction, out[1] = s->complement, out[2] = s->open_t, out[3] = s->open_pair, out[4] = s->moreau_t;
+/* What certifies the run up to now. */
+void tr_certify_run(tr_sim *s, tr_certificate *out) {
+  s->step.watch = 0;
+  if (s->k->neta && tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
+  *out = (tr_certificate){.contraction = s->audit.contraction, .complement = s->audit.complement, .open_time = s->audit.open_t,
+                          .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
 }
 
 /* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state
@@ -175,13 +175,13 @@ int tr_roots(tr_sim *s) {
   unsigned seed = 12345u;
   if (!e) return 1;
   memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
-  s->watch = 0;
+  s->step.watch = 0;
   tr_maps_at(s, TR_A(s, y));
   if (k->sets) tr_note_modes(s);
   double lam0[a + 1];
   if (a) tr_factor(s);
   tr_eliminate(s, lam0);
-  if (s->still) tr_held_maps(s, lam0);
+  if (s->friction.still) tr_held_maps(s, lam0);
   for (int i = 0; i < k->nn; ++i) scale = fmax(scale, fabs(TR_A(s, Np)[i]));
   for (int start = 0; start < 64 && count < most; ++start) {
     double reach = start == 0 ? 0.0 : scale * pow(10.0, (start % 8) - 4.0);

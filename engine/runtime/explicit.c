@@ -29,11 +29,11 @@ static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad)
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew) {
   double worst = 0.0, least = 1e-9 * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
-    const int *sl = tr_slider(s, i);
-    if (!tr_is_set(s, i) || sl[4] == 1 || sl[8] < 0 || tr_is_stuck(s, i)) continue;
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (!tr_is_set(s, i) || pair->nrates == 1 || pair->v0 < 0 || tr_is_stuck(s, i)) continue;
     double size = 0.0, error = 0.0, along = 0.0;
-    for (int j = 0; j < sl[4]; ++j) {
-      double arm = TR_A(s, arm)[sl[1] + j], v = arm * ynew[s->k->nq + sl[8] + j], d = arm * e[s->k->nq + sl[8] + j];
+    for (int j = 0; j < pair->nrates; ++j) {
+      double arm = TR_A(s, arm)[pair->eta0 + j], v = arm * ynew[s->k->nq + pair->v0 + j], d = arm * e[s->k->nq + pair->v0 + j];
       size += v * v, error += d * d, along += v * d;
     }
     if (size > 0.0) error = fmax(error - along * along / size, 0.0);
@@ -47,7 +47,7 @@ static double tr_work_unit(const tr_sim *s, double h, const double *y) {
   double most = 0.0;
   const double *power = TR_A(s, K);
   for (int i = s->ny; i < s->ny + s->k->nquad; ++i) most = fmax(most, fabs(y[i]) + fabs(h * power[i]));
-  return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->rtol) * s->energy_unit;
+  return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
 /* Squared error `e` of a step between y and ynew relative to the tolerance, over the number of positions and velocities (works only
@@ -60,13 +60,13 @@ static double tr_norm2(const tr_sim *s, const double *e, const double *y, const 
     double q = e[i] / (unit[i] + fmax(fabs(y[i]), fabs(ynew[i])));
     sum += q * q;
   }
-  if (s->energy_unit > 0.0)
+  if (s->set.energy > 0.0)
     for (int i = s->ny; i < s->ny + s->k->nquad; ++i) {
       double q = e[i] / (work + fmax(fabs(y[i]), fabs(ynew[i])));
       sum += q * q;
     }
   int count = s->ny ? s->ny : s->k->nquad + 1;
-  sum /= s->rtol * s->rtol * count;
+  sum /= s->set.rtol * s->set.rtol * count;
   return s->k->sets ? sum + tr_direction_error(s, e, ynew) : sum;
 }
 
@@ -86,11 +86,11 @@ static double tr_step_explicit(tr_sim *s, const tr_erk *m, double h) {
       double first = (now[j] - start[j]) / b, second = a > 0.0 && a != b ? (first - (before[j] - start[j]) / a) / (b - a) : 0.0;
       eta[j] = start[j] + c * (first + (c - b) * second);
     }
-    if (!tr_rhs(s, s->t + m->c[i] * h, tmp, K + i * n)) return NAN;
+    if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
-  if (m->end_in_error && !tr_rhs(s, s->t + h, ynew, K + m->stages * n)) return NAN;
-  if (s->hfixed > 0.0) return 0.0;
+  if (m->end_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
+  if (s->set.hfixed > 0.0) return 0.0;
   double work = tr_work_unit(s, h, y);
   if (m == &TR_ERK5) {
     rk5_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
@@ -122,14 +122,14 @@ static double tr_stiffness(tr_sim *s, const tr_erk *m, double h) {
 /* Rows of the dense output, from yold, y(end of step), K. Layout of kstep: rows r0 … of width n. */
 static int tr_dense_explicit(tr_sim *s, const tr_erk *m) {
   int n = tr_width(s), nv = n / 4;
-  double h = s->step_h, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
-  int watch = s->watch;
-  s->watch = 0;
+  double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
+  int watch = s->step.watch;
+  s->step.watch = 0;
   for (int i = 0; i < m->extra; ++i) {
     m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
-    if (!tr_rhs(s, s->step_t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
+    if (!tr_rhs(s, s->step.t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
   }
-  s->watch = watch;
+  s->step.watch = watch;
   const double *f0 = K, *f1 = K + m->stages * n;
   for (int i = 0; i < n; ++i) {
     double dy = y1[i] - yold[i];
@@ -151,7 +151,7 @@ static int tr_dense_explicit(tr_sim *s, const tr_erk *m) {
 
 /* y(θ) = yold + θ(R0 + (1−θ)(R1 + θ(R2 + (1−θ)(…)))). */
 static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
-  int n = tr_width(s), rows = s->method_dense;
+  int n = tr_width(s), rows = s->step.dense_rows;
   const double *R = TR_A(s, kstep), *yold = TR_A(s, yold);
   for (int i = 0; i < n; ++i) {
     double a = 0.0;

@@ -15,16 +15,16 @@
  * the motion has always left open. Returns its force · length over its couple. */
 static double tr_lost_direction(tr_sim *s, double *lost) {
   const tr_kernel *k = s->k;
-  int a = k->active, m = 0, travel[a], out = ((const int *)TR_A(s, perm))[s->rank_now - 1];
+  int a = k->active, m = 0, travel[a], out = ((const int *)TR_A(s, perm))[s->loops.rank_now - 1];
   double *open = TR_A(s, nul), *N = TR_A(s, jw), kappa[a], x[a], b[a], couple = 0.0, force = 0.0;
   int r = tr_null_space(s, open);
   for (int i = 0; i < a; ++i) b[i] = -TR_A(s, maps)[i + out * a];
-  s->rank_now--;
+  s->loops.rank_now--;
   tr_solve_S(s, b, lost);
-  s->rank_now++;
+  s->loops.rank_now++;
   lost[out] = 1.0;
   for (int i = 0; i < a; ++i)
-    if (!k->row_kind[k->active_rows[i]]) travel[m++] = i;
+    if (k->row_kind[k->active_rows[i]] == TR_CONSTRAINS_TRAVEL) travel[m++] = i;
   for (int i = 0; i < m; ++i) {
     kappa[i] = lost[travel[i]];
     for (int q = 0; q < r; ++q) N[i + q * m] = open[travel[i] + q * a];
@@ -35,8 +35,8 @@ static double tr_lost_direction(tr_sim *s, double *lost) {
     tr_add_columns(a, r, open, x, 1.0, lost);
   }
   for (int i = 0; i < a; ++i) {
-    if (k->row_kind[k->active_rows[i]]) couple += lost[i] * lost[i];
-    else force += lost[i] * lost[i] * s->length * s->length;
+    if (k->row_kind[k->active_rows[i]] == TR_CONSTRAINS_TURNING) couple += lost[i] * lost[i];
+    else force += lost[i] * lost[i] * s->set.length * s->set.length;
   }
   return couple > 0.0 ? sqrt(force / couple) : INFINITY;
 }
@@ -46,18 +46,18 @@ static double tr_lost_direction(tr_sim *s, double *lost) {
 static int tr_limit(tr_sim *s, double least) {
   const tr_kernel *k = s->k;
   int a = k->active;
-  if (!a || s->rank < 1) return TR_OK;
+  if (!a || s->loops.rank < 1) return TR_OK;
   tr_maps_at(s, TR_A(s, y));
   if (!tr_finite(k->nmaps, TR_A(s, maps))) return TR_OK;
   double *L = TR_A(s, S), lost[a], most = 0.0;
-  s->rank_now = tr_cholesky(a, TR_A(s, maps), TR_A(s, d), L, (int *)TR_A(s, perm), s->rank, 0.0, GROW_PIVOT);
-  if (s->rank_now < 1) return TR_OK;
-  double last = L[(s->rank_now - 1) * (a + 1)], pivot = s->rank_now < s->rank ? 0.0 : last * last;
-  if (pivot > least * s->least_pivot) return TR_OK;
+  s->loops.rank_now = tr_cholesky(a, TR_A(s, maps), TR_A(s, d), L, (int *)TR_A(s, perm), s->loops.rank, 0.0, GROW_PIVOT);
+  if (s->loops.rank_now < 1) return TR_OK;
+  double last = L[(s->loops.rank_now - 1) * (a + 1)], pivot = s->loops.rank_now < s->loops.rank ? 0.0 : last * last;
+  if (pivot > least * s->loops.least_pivot) return TR_OK;
   double pitch = tr_lost_direction(s, lost);
   for (int i = 0; i < a; ++i)
-    if (fabs(lost[i]) / TR_A(s, d)[i] > most) most = fabs(lost[i]) / TR_A(s, d)[i], s->fail_detail = k->active_rows[i];
-  s->fail_number = pivot;
+    if (fabs(lost[i]) / TR_A(s, d)[i] > most) most = fabs(lost[i]) / TR_A(s, d)[i], s->audit.fail_detail = k->active_rows[i];
+  s->audit.fail_number = pivot;
   return pitch < PURE_COUPLE ? TR_FAIL_GIMBAL : TR_FAIL_CLOSURE;
 }
 
@@ -67,7 +67,7 @@ static int tr_open_row(const tr_sim *s) {
   double most = 0.0;
   int row = -1;
   for (int i = 0; i < k->rows; ++i) {
-    double gap = fabs(TR_A(s, h_res)[i]) / (k->row_kind[i] ? 1.0 : s->length);
+    double gap = fabs(TR_A(s, h_res)[i]) / tr_row_unit(s, i);
     if (gap > most) most = gap, row = i;
   }
   return row;
@@ -77,16 +77,16 @@ static int tr_open_row(const tr_sim *s) {
  * without bound, and with them friction, steps and errors. */
 static int tr_end(tr_sim *s, int code) {
   if (code == TR_FAIL_STEP || code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES || code == TR_FAIL_CLOSURE) {
-    s->fail_detail = code == TR_FAIL_CLOSURE ? tr_open_row(s) : -1, s->fail_number = -1.0;
+    s->audit.fail_detail = code == TR_FAIL_CLOSURE ? tr_open_row(s) : -1, s->audit.fail_number = -1.0;
     int limit = tr_limit(s, code == TR_FAIL_STEP || code == TR_FAIL_CLOSURE ? LOST : LOST_RUBBING);
     if (limit != TR_OK) code = limit;
   }
-  return s->status = code;
+  return s->clock.status = code;
 }
 
 /* After a failure of loops: the constraint row it is about (−1: none known) and how independent the rows still are (1: fully, 0: one
  * depends on the others; −1: not the reason). */
 int tr_fail_row(const tr_sim *s, double *number) {
-  *number = s->fail_number;
-  return s->status == TR_FAIL_CLOSURE || s->status == TR_FAIL_GIMBAL ? s->fail_detail : -1;
+  *number = s->audit.fail_number;
+  return s->clock.status == TR_FAIL_CLOSURE || s->clock.status == TR_FAIL_GIMBAL ? s->audit.fail_detail : -1;
 }

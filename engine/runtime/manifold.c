@@ -20,9 +20,9 @@ static void tr_residual(const tr_sim *s, const double *h, double *position, doub
   *position = *velocity = 0.0;
   for (int i = 0; i < k->active; ++i) {
     int r = k->active_rows[i];
-    double unit = k->row_kind[r] ? 1.0 : s->length;
+    double unit = tr_row_unit(s, r);
     *position = tr_most(*position, fabs(h[r]) / unit);
-    *velocity = tr_most(*velocity, fabs(h[k->rows + r]) / (unit * s->rate));
+    *velocity = tr_most(*velocity, fabs(h[k->rows + r]) / (unit * s->set.rate));
   }
 }
 
@@ -57,7 +57,7 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
 static int tr_project(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   if (k->nquat) tr_normalize(s, y);
-  if (k->active == 0 || !s->project) return 1;
+  if (k->active == 0 || !s->set.project) return 1;
   const double *x = TR_A(s, x), *c = TR_A(s, c);
   double *h = TR_A(s, h_res), pos, vel;
   int a = k->active;
@@ -68,7 +68,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     k->closure(x, y, c + k->c_closure, h);
     tr_residual(s, h, &pos, &vel);
     if (!(pos < INFINITY)) {
-      s->trouble = TR_FAIL_NOT_FINITE;
+      s->step.trouble = TR_FAIL_NOT_FINITE;
       return 0;
     }
     if (pos <= 4e-15 || (it > 1 && pos > 0.2 * before)) break;
@@ -84,7 +84,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     s->stats.projections++;
   }
   if (pos > 1e-8) {
-    s->trouble = TR_FAIL_CLOSURE;
+    s->step.trouble = TR_FAIL_CLOSURE;
     return 0;
   }
   for (int it = 0; it < 3 && vel > 4e-15; ++it) {

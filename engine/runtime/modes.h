@@ -2,6 +2,7 @@
 #ifndef TR_MODES_H
 #define TR_MODES_H
 #include <math.h>
+#include <string.h>
 #include "tr.h"
 
 /* Code that runs at events, at the start or after failures, compiled for size: inlined like the stepping loop it would take most of the
@@ -14,24 +15,64 @@
 #define TR_OFTEN
 #endif
 
-/* First number of a pair's mode. Law with a kink: 0 proportional, 1 saturated; with one at rest only (|v|): always 0, the direction
- * changes. Set-valued law: */
-enum { TR_STUCK = 0, TR_SLIPS = 1, TR_CONE = 2 };
-enum { TR_KIND_SMOOTH = 0, TR_KIND_KINK = 1, TR_KIND_SET = 2, TR_KIND_TURN = 3 };
 /* How the multiplier of a freedom is found: by its law; by the acceleration of a pair held at rest; zero, where the motion is
  * prescribed anyway; as its share of what a group of pairs holds together. */
-enum { TR_ROW_LAW = 0, TR_ROW_STILL = 1, TR_ROW_FREE = 2, TR_ROW_SHARE = 3 };
+enum { TR_ROW_LAW, TR_ROW_STILL, TR_ROW_FREE, TR_ROW_SHARE };
 
-#define TR_SLIDER 10
-static inline const int *tr_slider(const tr_sim *s, int i) { return s->k->slider + TR_SLIDER * i; }
-static inline double *tr_mode(const tr_sim *s, int slider) {
-  const tr_kernel *k = s->k;
-  return TR_A(s, x) + 2 + TR_TABLE * k->ntables + k->nstops + TR_MODE * slider;
-}
-static inline double *tr_stop_flag(const tr_sim *s, int stop) { return TR_A(s, x) + 2 + TR_TABLE * s->k->ntables + stop; }
-static inline int tr_is_set(const tr_sim *s, int i) { return tr_slider(s, i)[5] == TR_KIND_SET; }
-static inline int tr_is_turn(const tr_sim *s, int i) { return tr_slider(s, i)[5] == TR_KIND_TURN; }
-static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set(s, i) && tr_mode(s, i)[0] < 0.5; }
+/* Of a multiplier that is a share: whose, the pair that owns that one, and where that pair's derivative of the capacity begins. */
+typedef struct tr_leader {
+  int multiplier, pair, dhold;
+} tr_leader;
+
+/* A pair's way through the proportional zone of its law. */
+typedef struct tr_zone {
+  int inside;
+  int ncontacts;       /* of `before` */
+  double entered;      /* s */
+  double direction[3]; /* of sliding when it was entered */
+  double reversal;     /* time the sliding turned round, s; not a number: not yet */
+  tr_contact before[TR_EVENT_CONTACTS]; /* contacts when it was entered */
+} tr_zone;
+
+/* What a column that is treated afterwards was last. */
+typedef struct tr_memory {
+  int known;
+  double value;
+} tr_memory;
+
+static inline const tr_pair *tr_pair_of(const tr_sim *s, int i) { return s->k->pair + i; }
+
+/* The parts of x. */
+static inline tr_moment *tr_moment_of(const tr_sim *s) { return (tr_moment *)TR_A(s, x); }
+static inline tr_signal *tr_signal_of(const tr_sim *s, int table) { return (tr_signal *)(tr_moment_of(s) + 1) + table; }
+static inline double *tr_stop_flag(const tr_sim *s, int stop) { return (double *)tr_signal_of(s, s->k->ntables) + stop; }
+static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr_stop_flag(s, s->k->nstops) + i; }
+
+static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) == TR_STOP_PRESSED; }
+static inline int tr_flag(const tr_mode *m) { return (int)m->flag; }
+/* Not stuck, or (a law with a kink) saturated. */
+static inline int tr_slides(const tr_sim *s, int i) { return tr_flag(tr_mode_of(s, i)) != TR_STUCK; }
+static inline int tr_is_set(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_SET; }
+static inline int tr_is_turn(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_TURN; }
+static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set(s, i) && !tr_slides(s, i); }
+
+/* The modes of all pairs, for safe keeping (n: nsliders). */
+static inline void tr_keep_modes(const tr_sim *s, tr_mode *kept) { memcpy(kept, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders); }
+static inline void tr_put_modes(tr_sim *s, const tr_mode *kept) { memcpy(tr_mode_of(s, 0), kept, sizeof(tr_mode) * s->k->nsliders); }
+
+static inline tr_sliding *tr_sliding_of(const tr_sim *s, int i) { return (tr_sliding *)TR_A(s, sliding) + i; }
+static inline tr_hold *tr_hold_of(const tr_sim *s, int i) { return (tr_hold *)TR_A(s, hold) + i; }
+static inline tr_zone *tr_zone_of(const tr_sim *s, int i) { return (tr_zone *)TR_A(s, zone) + i; }
+static inline int *tr_row_kinds(const tr_sim *s) { return (int *)TR_A(s, rowk); }
+static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, lead); }
+
+/* Units of a constraint row (rad or m) and of a rate (rad or m, to be multiplied by the rate scale). */
+static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
+static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
+
+/* A table's record: at the offset that is written first. */
+static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
+
 /* Unit of sliding speed, m/s. */
-static inline double tr_speed_unit(const tr_sim *s) { return s->length * s->rate; }
+static inline double tr_speed_unit(const tr_sim *s) { return s->set.length * s->set.rate; }
 #endif

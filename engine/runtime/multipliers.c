@@ -23,12 +23,12 @@ static inline const double *map_rates(const tr_kernel *k, const double *m) { ret
 
 static int tr_factor(tr_sim *s) {
   const tr_kernel *k = s->k;
-  s->rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->rank, KEEP_PIVOT, GROW_PIVOT);
-  return s->rank_now;
+  s->loops.rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
+  return s->loops.rank_now;
 }
 
 static void tr_solve_S(tr_sim *s, const double *b, double *x) {
-  tr_cholesky_solve(s->k->active, s->rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
+  tr_cholesky_solve(s->k->active, s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
 }
 
 /* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind, and a kind that has
@@ -42,7 +42,7 @@ static void tr_scale_rows(tr_sim *s) {
     int kind = k->row_kind[k->active_rows[i]];
     if (S[i + i * n] > big[kind]) big[kind] = S[i + i * n];
   }
-  double turn = big[0] / (s->length * s->length), travel = big[1] * s->length * s->length;
+  double turn = big[0] / (s->set.length * s->set.length), travel = big[1] * s->set.length * s->set.length;
   if (big[1] < 1e-12 * turn) big[1] = turn;
   else if (big[0] < 1e-12 * travel) big[0] = travel;
   for (int i = 0; i < n; ++i) {
@@ -57,9 +57,9 @@ static void tr_note_rank(tr_sim *s) {
   const tr_kernel *k = s->k;
   if (k->active == 0) return;
   int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, EXACT_PIVOT, EXACT_PIVOT);
-  if (r > s->rank) {
+  if (r > s->loops.rank) {
     double last = TR_A(s, S)[(r - 1) * (k->active + 1)];
-    s->rank = r, s->least_pivot = last * last;
+    s->loops.rank = r, s->loops.least_pivot = last * last;
   }
 }
 
@@ -73,12 +73,12 @@ static inline const double *map_kappa(const tr_kernel *k, const double *m) {
 /* λ that the motion leaves open: columns V (a×r) with S V = 0, one for each pivot beyond the rank. */
 static int tr_null_space(tr_sim *s, double *V) {
   const tr_kernel *k = s->k;
-  int a = k->active, r = a - s->rank_now;
+  int a = k->active, r = a - s->loops.rank_now;
   const int *perm = (const int *)TR_A(s, perm);
   const double *S = TR_A(s, maps);
   double b[a + 1];
   for (int q = 0; q < r; ++q) {
-    int out = perm[s->rank_now + q], empty = 1;
+    int out = perm[s->loops.rank_now + q], empty = 1;
     for (int i = 0; i < a; ++i) b[i] = -S[i + out * a], empty &= b[i] == 0.0;
     if (empty) memset(V + q * a, 0, sizeof(double) * a);
     else tr_solve_S(s, b, V + q * a);
@@ -101,7 +101,7 @@ static void tr_add_columns(int m, int n, const double *A, const double *x, doubl
  * lam0 and the columns of T are corrected in place. */
 static void tr_choose_reactions(tr_sim *s, double *lam0) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->rank_now;
+  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now;
   if (m == 0 || r <= 0) return;
   double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m], x[r];
   const double *k0 = map_kappa(k, TR_A(s, maps)), *kl = k0 + m, *ke = kl + m * a;
@@ -135,10 +135,10 @@ static void tr_held_maps(tr_sim *s, const double *lam0) {
         for (int i = 0; i < e; ++i) Qe[i + q * e] -= col[i] * t;
     }
   }
-  if (s->impulse_h > 0.0) /* rates at the end of a step of impulses instead (``moreau.c``) */
+  if (s->moreau.h > 0.0) /* rates at the end of a step of impulses instead (``moreau.c``) */
     for (int m = 0; m < k->nsliders; ++m)
-      for (int j = 0; j < tr_slider(s, m)[4]; ++j)
-        Q0[tr_slider(s, m)[1] + j] += map_rates(k, maps)[tr_slider(s, m)[3] + j] / s->impulse_h;
+      for (int j = 0; j < tr_pair_of(s, m)->nrates; ++j)
+        Q0[tr_pair_of(s, m)->eta0 + j] += map_rates(k, maps)[tr_pair_of(s, m)->rate0 + j] / s->moreau.h;
 }
 
 /* N' = N0' + Ne' η with λ eliminated; T = S⁺ Se. */
@@ -174,7 +174,7 @@ static void tr_law(tr_sim *s, const double *eta) {
   for (int i = 0; i < n; ++i) N[i] = N0[i];
   for (int j = 0; j < e; ++j)
     for (int i = 0; i < n; ++i) N[i] += Ne[i + j * n] * eta[j];
-  k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, speed));
+  k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
 /* J = E − dlaw/dN · Ne' (e×e). */
@@ -183,9 +183,9 @@ static void tr_law_jacobian(tr_sim *s, double *J) {
   int n = k->nn, e = k->neta;
   const double *Ne = TR_A(s, Np) + n, *dn = TR_A(s, dn);
   for (int m = 0; m < k->nelements; ++m) {
-    const int *el = k->element + 7 * m;
-    int n0 = el[0], nn = el[1], e0 = el[2], ne = el[3];
-    const double *D = dn + el[6];
+    const tr_element *el = k->element + m;
+    int n0 = el->n0, nn = el->needs, e0 = el->eta0, ne = el->neta;
+    const double *D = dn + el->dn0;
     for (int j = 0; j < e; ++j)
       for (int r = 0; r < ne; ++r) {
         double a = (e0 + r == j) ? 1.0 : 0.0;
@@ -200,12 +200,15 @@ static void tr_law_jacobian(tr_sim *s, double *J) {
 static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
   const tr_kernel *k = s->k;
   int e = k->neta, n = k->nn;
-  const int *row = (const int *)TR_A(s, rowk), *lead = (const int *)TR_A(s, lead);
-  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *u = TR_A(s, share), *Ne = TR_A(s, Np) + n, *hold = TR_A(s, hold), *dhold = TR_A(s, dhold);
-  if (s->shares) k->held(TR_A(s, NN), u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  const int *row = tr_row_kinds(s);
+  const tr_leader *lead = tr_leaders(s);
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *u = TR_A(s, share), *Ne = TR_A(s, Np) + n, *dhold = TR_A(s, dhold);
+  if (s->friction.shares) k->held(TR_A(s, NN), u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
   for (int m = 0, at = 0; m < k->nsliders; ++m) {
-    const int *sl = tr_slider(s, m), *el = k->element + 7 * sl[0];
-    for (int i = sl[1]; i < sl[1] + sl[2]; ++i) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    const tr_element *el = k->element + pair->element;
+    const tr_hold *hold = tr_hold_of(s, m);
+    for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i) {
       if (row[i] == TR_ROW_STILL) {
         double acc = Q0[i], inv = 1.0 / Qe[i + i * e];
         for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j], J[i + j * e] = Qe[i + j * e] * inv;
@@ -214,19 +217,20 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
         for (int j = 0; j < e; ++j) J[i + j * e] = i == j;
         r[i] = -eta[i];
       } else if (row[i] == TR_ROW_SHARE) {
-        int L = lead[i], ml = lead[e + i], atl = lead[2 * e + i];
-        const int *ell = k->element + 7 * tr_slider(s, ml)[0];
-        double fit = hold[3 * m] / hold[3 * m + 1], fitl = hold[3 * ml] / hold[3 * ml + 1], ratio = u[i] / u[L], share = ratio * fit / fitl;
+        int L = lead[i].multiplier, atl = lead[i].dhold;
+        const tr_hold *holdl = tr_hold_of(s, lead[i].pair);
+        const tr_element *ell = k->element + tr_pair_of(s, lead[i].pair)->element;
+        double fit = hold->capacity / hold->size, fitl = holdl->capacity / holdl->size, ratio = u[i] / u[L], share = ratio * fit / fitl;
         for (int j = 0; j < e; ++j) {
           double d = 0.0, dl = 0.0;
-          for (int q = 0; q < el[1]; ++q) d += dhold[at + q] * Ne[el[0] + q + j * n];
-          for (int q = 0; q < ell[1]; ++q) dl += dhold[atl + q] * Ne[ell[0] + q + j * n];
-          J[i + j * e] = (i == j) - eta[L] * share * (d / hold[3 * m] - dl / hold[3 * ml]) - (j == L ? share : 0.0);
+          for (int q = 0; q < el->needs; ++q) d += dhold[at + q] * Ne[el->n0 + q + j * n];
+          for (int q = 0; q < ell->needs; ++q) dl += dhold[atl + q] * Ne[ell->n0 + q + j * n];
+          J[i + j * e] = (i == j) - eta[L] * share * (d / hold->capacity - dl / holdl->capacity) - (j == L ? share : 0.0);
         }
         r[i] = eta[L] * share - eta[i];
       }
     }
-    at += el[1];
+    at += el->needs;
   }
 }
 
@@ -242,7 +246,7 @@ static int tr_newton(tr_sim *s, double *eta) {
     const double *law = TR_A(s, law);
     double size = 0.0, step = 0.0;
     for (int i = 0; i < e; ++i) r[i] = law[i] - eta[i];
-    if (s->still) tr_still_rows(s, eta, r, J);
+    if (s->friction.still) tr_still_rows(s, eta, r, J);
     if (e == 1) {
       if (!(fabs(J[0]) > 1e-300)) return 0;
       r[0] /= J[0];
@@ -255,11 +259,10 @@ static int tr_newton(tr_sim *s, double *eta) {
       step = fmax(step, fabs(r[i]));
       size = fmax(size, fabs(eta[i]));
     }
-    s->stats.newton++;
+    s->stats.newton_iterations++;
     if (!(step < INFINITY)) return 0;
     if (step <= 1e-15 * size || (step <= 1e-7 * size && step <= 0.1 * last) || size == 0.0) {
-      if (it > s->stats.newton_max) s->stats.newton_max = it;
-      s->solve_error = size > 0.0 ? step / size * step / size : 0.0;
+      if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
     }
     last = step;
@@ -283,7 +286,7 @@ static int tr_multipliers(tr_sim *s) {
   }
   double lam0[a > 0 ? a : 1];
   tr_eliminate(s, lam0);
-  if (s->still) tr_held_maps(s, lam0);
+  if (s->friction.still) tr_held_maps(s, lam0);
   double warm[e];
   memcpy(warm, eta, sizeof warm);
   if (!tr_newton(s, eta)) {

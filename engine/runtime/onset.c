@@ -14,12 +14,13 @@
 #define FAINT_RATIO 1e-5 /* of what friction itself accelerates: less has no direction; friction keeps the one it had while holding */
 #define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen */
 #define SAME_DIRECTION 1e-9
+#define LONGEST_TURN 0.5 /* rad: of one iteration, which may start far from any solution */
 #define ONSET_STEP 0.3 /* of √rtol / rate: the direction's own drift over it is below the tolerance */
 
 /* Surface acceleration of pair i at the solution in place. */
 static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
-  const int *sl = tr_slider(s, i);
-  for (int j = 0; j < sl[4]; ++j) acc[j] = tr_freedom_acceleration(s, sl[1] + j) * TR_A(s, arm)[sl[1] + j];
+  const tr_pair *pair = tr_pair_of(s, i);
+  for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, arm)[pair->eta0 + j];
 }
 
 static double tr_unit(int n, double *v) {
@@ -32,21 +33,21 @@ static double tr_unit(int n, double *v) {
 
 /* Whether the pair is in its first step from rest. */
 static int tr_starts_sliding(const tr_sim *s, int i) {
-  const double *m = tr_mode(s, i);
-  return tr_is_set(s, i) && m[0] > 0.5 && fmax(fabs(m[1]), fmax(fabs(m[2]), fabs(m[3]))) > 1e-6 * TR_FROZEN;
+  const double *d = tr_mode_of(s, i)->direction;
+  return tr_is_set(s, i) && tr_slides(s, i) && fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2]))) > 1e-6 * TR_FROZEN;
 }
 
 /* Surface acceleration of pair i too small to have a direction, at the solution in place. */
 static double tr_faint(const tr_sim *s, int i) {
-  const int *sl = tr_slider(s, i);
+  const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active, *Qe = TR_A(s, Q) + s->k->neta, *arm = TR_A(s, arm);
   double own = 0.0;
-  for (int e = sl[1]; e < sl[1] + sl[4]; ++e) own = fmax(own, fabs(Qe[e + e * s->k->neta] * eta[e] * arm[e]));
-  return fmax(FAINT * tr_speed_unit(s) * s->rate, FAINT_RATIO * own);
+  for (int e = pair->eta0; e < pair->eta0 + pair->nrates; ++e) own = fmax(own, fabs(Qe[e + e * s->k->neta] * eta[e] * arm[e]));
+  return fmax(FAINT * tr_speed_unit(s) * s->set.rate, FAINT_RATIO * own);
 }
 
 /* Speed up to which the direction of a pair in its first step from rest stays frozen. */
-static double tr_onset_speed(const tr_sim *s) { return fmax(ONSET_SPEED * s->rtol, REST_SPEED) * tr_speed_unit(s); }
+static double tr_onset_speed(const tr_sim *s) { return fmax(ONSET_SPEED * s->set.rtol, REST_SPEED) * tr_speed_unit(s); }
 
 /* Whether the direction of pair i, with this surface speed, is to stay frozen. */
 static int tr_keeps_direction(const tr_sim *s, int i, double speed) {
@@ -58,28 +59,28 @@ static int tr_keeps_direction(const tr_sim *s, int i, double speed) {
 static double tr_onset_step(const tr_sim *s, const double *dv) {
   double least = INFINITY;
   for (int i = 0; i < s->k->nsliders; ++i) {
-    const int *sl = tr_slider(s, i);
+    const tr_pair *pair = tr_pair_of(s, i);
     if (!tr_starts_sliding(s, i)) continue;
     double size = 0.0;
-    for (int j = 0; j < sl[4] && sl[8] >= 0; ++j) {
-      double a = dv[sl[8] + j] * TR_A(s, arm)[sl[1] + j];
+    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) {
+      double a = dv[pair->v0 + j] * TR_A(s, arm)[pair->eta0 + j];
       size += a * a;
     }
     double slow = size > 0.0 ? 0.5 * tr_onset_speed(s) / sqrt(size) : 0.0;
-    least = fmin(least, fmax(ONSET_STEP * sqrt(s->rtol) / s->rate, slow));
+    least = fmin(least, fmax(ONSET_STEP * sqrt(s->set.rtol) / s->set.rate, slow));
   }
   return least;
 }
 
 /* Whether a pair that starts to slide has become much too fast in a step to y that was longer than it had to be. */
 static int tr_onset_too_fast(const tr_sim *s, const double *y, double h) {
-  if (h <= 1.001 * ONSET_STEP * sqrt(s->rtol) / s->rate) return 0;
+  if (h <= 1.001 * ONSET_STEP * sqrt(s->set.rtol) / s->set.rate) return 0;
   for (int i = 0; i < s->k->nsliders; ++i) {
-    const int *sl = tr_slider(s, i);
+    const tr_pair *pair = tr_pair_of(s, i);
     double size = 0.0;
     if (!tr_starts_sliding(s, i)) continue;
-    for (int j = 0; j < sl[4] && sl[8] >= 0; ++j) {
-      double v = y[s->k->nq + sl[8] + j] * TR_A(s, arm)[sl[1] + j];
+    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) {
+      double v = y[s->k->nq + pair->v0 + j] * TR_A(s, arm)[pair->eta0 + j];
       size += v * v;
     }
     if (sqrt(size) > 4.0 * tr_onset_speed(s)) return 1;
@@ -89,19 +90,19 @@ static int tr_onset_too_fast(const tr_sim *s, const double *y, double h) {
 
 /* Direction of acceleration (unit, n) when pair i starts to slide along d; 0 when the multipliers cannot be found. */
 static int tr_accelerates(tr_sim *s, int i, const double *d, double *dir) {
-  const int *sl = tr_slider(s, i);
-  double *m = tr_mode(s, i);
-  for (int j = 0; j < 3; ++j) m[1 + j] = j < sl[4] ? TR_FROZEN * d[j] / TR_A(s, arm)[sl[1] + j] : 0.0;
+  const tr_pair *pair = tr_pair_of(s, i);
+  tr_mode *m = tr_mode_of(s, i);
+  for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? TR_FROZEN * d[j] / TR_A(s, arm)[pair->eta0 + j] : 0.0;
   for (int part = 0; part < 3; ++part) { /* a ball slides or spins, depending on the force */
-    if (m[0] < 0.5) m[0] = TR_SLIPS;
+    if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_modes(s)) return 0;
-    int cone = sl[9] && TR_A(s, speed)[2 * i + 1] < 0.0;
-    if ((m[0] > 1.5) == cone) break;
-    m[0] = cone ? TR_CONE : TR_SLIPS;
+    int cone = pair->cone && tr_sliding_of(s, i)->border < 0.0;
+    if ((tr_flag(m) == TR_CONE) == cone) break;
+    m->flag = cone ? TR_CONE : TR_SLIPS;
   }
   tr_pair_acceleration(s, i, dir);
-  double size = tr_unit(sl[4], dir);
-  if (size <= tr_faint(s, i)) memcpy(dir, d, sizeof(double) * sl[4]);
+  double size = tr_unit(pair->nrates, dir);
+  if (size <= tr_faint(s, i)) memcpy(dir, d, sizeof(double) * pair->nrates);
   return size < INFINITY;
 }
 
@@ -134,7 +135,7 @@ static double tr_turning(int n, const double *d, const double *dir, double t[2][
 
 /* Derivative J (columns: tangents) of the difference. */
 static int tr_turning_slope(tr_sim *s, int i, const double *d, double t[2][3], const double *f, double J[2][2]) {
-  int n = tr_slider(s, i)[4];
+  int n = tr_pair_of(s, i)->nrates;
   for (int p = 0; p < n - 1; ++p) {
     double moved[3], there[3], g[2];
     for (int j = 0; j < n; ++j) moved[j] = d[j] + 1e-6 * t[p][j];
@@ -150,7 +151,7 @@ enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
 /* What the direction d, brought to a solution, is. */
 static int tr_onset_kind(tr_sim *s, int i, const double *d, const double *dir, double t[2][3], const double *f) {
-  int n = tr_slider(s, i)[4];
+  int n = tr_pair_of(s, i)->nrates;
   double J[2][2], here[3];
   if (!(tr_dot(d, dir, n) > 0.0) || !tr_turning_slope(s, i, d, t, f, J)) return TR_ONSET_NONE;
   if (!tr_accelerates(s, i, d, here)) return TR_ONSET_NONE;
@@ -160,7 +161,7 @@ static int tr_onset_kind(tr_sim *s, int i, const double *d, const double *dir, d
 }
 
 static int tr_onset_from(tr_sim *s, int i, double *d) {
-  int n = tr_slider(s, i)[4];
+  int n = tr_pair_of(s, i)->nrates;
   double dir[3], t[2][3], f[2], g[2], J[2][2];
   if (!tr_accelerates(s, i, d, dir)) return TR_ONSET_NONE;
   for (int it = 0; it < 40; ++it) {
@@ -174,7 +175,7 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
       double det = J[0][0] * J[1][1] - J[0][1] * J[1][0];
       step[0] = (-f[0] * J[1][1] + f[1] * J[0][1]) / det, step[1] = (-f[1] * J[0][0] + f[0] * J[1][0]) / det;
     }
-    double len = sqrt(step[0] * step[0] + step[1] * step[1]), cut = len > 0.5 ? 0.5 / len : 1.0;
+    double len = sqrt(step[0] * step[0] + step[1] * step[1]), cut = len > LONGEST_TURN ? LONGEST_TURN / len : 1.0;
     if (!(len < INFINITY)) return TR_ONSET_NONE;
     int better = 0;
     for (int half = 0; half < 12 && !better; ++half, cut *= 0.5) {
@@ -193,10 +194,10 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
 /* Make pair i slide from rest; its mode holds a first guess of the direction (rates). A direction that repels is taken only when there is
  * no other, or when it is exactly the guess: what is symmetric (a ball swinging in a plane) stays so. */
 static int tr_onset(tr_sim *s, int i) {
-  const int *sl = tr_slider(s, i);
-  int n = sl[4], found = 0;
+  const tr_pair *pair = tr_pair_of(s, i);
+  int n = pair->nrates, found = 0;
   double d[3], other[3], guess[3], huge = tr_starts_sliding(s, i) ? TR_FROZEN : 1.0;
-  for (int j = 0; j < n; ++j) guess[j] = tr_mode(s, i)[1 + j] * TR_A(s, arm)[sl[1] + j] / huge;
+  for (int j = 0; j < n; ++j) guess[j] = tr_mode_of(s, i)->direction[j] * TR_A(s, arm)[pair->eta0 + j] / huge;
   int guessed = tr_unit(n, guess) > 0.0;
   for (int q = guessed ? -2 : 0; q < 26; ++q) {
     if (q < 0) { /* along the line it is known to move on: one way, then the other */
@@ -214,7 +215,7 @@ static int tr_onset(tr_sim *s, int i) {
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
     if (kind == TR_ONSET_FAINT) return 1;
     if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* it goes on along a line: nothing turns */
-      for (int j = 0; j < 3; ++j) tr_mode(s, i)[1 + j] /= TR_FROZEN;
+      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] /= TR_FROZEN;
       return 1;
     }
     if (kind == TR_ONSET_ATTRACTS) return 1;

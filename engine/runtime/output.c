@@ -1,15 +1,12 @@
 /* Output rows: state at a time → multipliers → requested columns, with what only the runtime knows filled in. */
 #include "tr.h"
 
-/* `extra` block handed to the output unit. */
-enum { TR_X_ENERGY0, TR_X_CLOSURE, TR_X_COMPLEMENT, TR_X_CONTRACTION, TR_X_EVENTS, TR_X_STEP, TR_X_LAST, TR_X_STATES = TR_X_LAST + 7 };
-
 /* Directions of λ (rows × count) that the motion leaves open at the state just solved, and their scaled reactions N (nkappa × count);
  * base: the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  int rows = k->rows, m = o->nkappa, a = k->active, extra = a - s->rank_now, count = 0;
+  int rows = k->rows, m = o->nkappa, a = k->active, extra = a - s->loops.rank_now, count = 0;
   char is_active[rows + 1];
   double *V = TR_A(s, nul), zz[rows + k->neta + 1];
   memset(is_active, 0, sizeof is_active);
@@ -35,7 +32,7 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
 static void tr_resolve(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
-  if (rows == 0 || m == 0 || (k->active == rows && s->rank_now == k->active)) return;
+  if (rows == 0 || m == 0 || (k->active == rows && s->loops.rank_now == k->active)) return;
   double *base = TR_A(s, kap), *N = base + m, *dir = TR_A(s, cand), x[rows];
   int count = tr_open_reactions(s, y, z, dir, N, base);
   tr_least least = tr_least_of(m, count, N, TR_A(s, gram));
@@ -63,50 +60,47 @@ static double tr_complement(tr_sim *s) {
   if (!k->neta) return 0.0;
   tr_law(s, eta);
   for (int i = 0; i < k->neta; ++i) r[i] = TR_A(s, law)[i] - eta[i];
-  if (s->still) tr_still_rows(s, eta, r, TR_A(s, lu));
+  if (s->friction.still) tr_still_rows(s, eta, r, TR_A(s, lu));
   for (int i = 0; i < k->neta; ++i) size = fmax(size, fabs(eta[i])), err = fmax(err, fabs(r[i]));
   return size > 0.0 ? err / size : err;
 }
 
-static void tr_fill_extra(tr_sim *s, const double *y, double *extra) {
+/* What only the runtime knows, for the columns: `extra`, and the state of every pair behind it. */
+static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
-  double pos = 0.0, vel = 0.0, worst = 0.0, *h = TR_A(s, h_res);
+  double worst = 0.0, *h = TR_A(s, h_res);
   if (k->rows) {
     k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
-    for (int i = 0; i < k->rows; ++i) {
-      double unit = k->row_kind[i] ? 1.0 : s->length;
-      worst = fmax(worst, fabs(h[i]) / unit);
-    }
+    for (int i = 0; i < k->rows; ++i) worst = fmax(worst, fabs(h[i]) / tr_row_unit(s, i));
   }
-  (void)pos, (void)vel;
-  extra[TR_X_ENERGY0] = s->energy0;
-  extra[TR_X_CLOSURE] = worst;
-  extra[TR_X_COMPLEMENT] = tr_complement(s);
-  extra[TR_X_CONTRACTION] = s->o->wants & 1 ? tr_contraction(s) : 0.0;
-  extra[TR_X_EVENTS] = (double)s->stats.events;
-  extra[TR_X_STEP] = s->step_h;
-  memcpy(extra + TR_X_LAST, s->last, sizeof s->last);
+  extra->energy0 = s->audit.energy0;
+  extra->closure = worst;
+  extra->complement = tr_complement(s);
+  extra->contraction = s->o->wants & TR_WANTS_CONTRACTION ? tr_contraction(s) : 0.0;
+  extra->events = (double)s->stats.events;
+  extra->step = s->step.size;
+  extra->last = s->events.last;
+  double *state = (double *)(extra + 1);
   for (int i = 0; i < k->nsliders; ++i) {
-    const double *m = tr_mode(s, i);
-    extra[TR_X_STATES + i] = m[0] < 0.5 ? 0.0 : m[0] > 1.5 ? 2.0 : (tr_slider(s, i)[4] == 1 ? m[1] : 1.0);
+    const tr_mode *m = tr_mode_of(s, i);
+    state[i] = tr_flag(m) != TR_SLIPS ? m->flag : tr_pair_of(s, i)->nrates == 1 ? m->direction[0] : 1.0;
   }
 }
 
-enum { TR_POST_HOLD = 1, TR_POST_WRAP = 2 };
-
 /* hold: column keeps its last value while its partner (a normal force) is zero; wrap: an angle is continued by whole turns. */
-static void tr_post(tr_sim *s, double *row) {
+static void tr_post_columns(tr_sim *s, double *row) {
   const tr_outputs *o = s->o;
-  double *memory = TR_A(s, wrap);
+  tr_memory *memory = (tr_memory *)TR_A(s, wrap);
   for (int i = 0; i < o->npost; ++i) {
-    const int *p = o->post + 3 * i;
-    double *v = row + p[1], *last = memory + 2 * i;
-    if (p[0] == TR_POST_HOLD) {
-      if (last[0] > 0.5 && !(fabs(row[p[2]]) > 1e-140)) *v = last[1];
-    } else if (last[0] > 0.5) {
-      *v += 6.283185307179586 * round((last[1] - *v) / 6.283185307179586);
+    const tr_post *post = o->post + i;
+    double *v = row + post->column;
+    tr_memory *last = memory + i;
+    if (post->kind == TR_POST_HOLD) {
+      if (last->known && !(fabs(row[post->partner]) > 1e-140)) *v = last->value;
+    } else if (last->known) {
+      *v += 6.283185307179586 * round((last->value - *v) / 6.283185307179586);
     }
-    last[0] = 1.0, last[1] = *v;
+    last->known = 1, last->value = *v;
   }
 }
 
@@ -114,19 +108,19 @@ static void tr_post(tr_sim *s, double *row) {
 static int tr_output(tr_sim *s, double t, double *y, double *row) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  int watch = s->watch;
+  int watch = s->step.watch;
   row[0] = t;
   if (!o) return 1;
-  s->watch = 0;
+  s->step.watch = 0;
   s->stats.outputs++;
   int ok = tr_project(s, t, y) && tr_rhs(s, t, y, TR_A(s, dy));
   if (ok) {
-    double z[k->rows + k->neta + 1], extra[TR_X_STATES + k->nsliders + 1];
-    tr_fill_extra(s, y, extra);
+    double z[k->rows + k->neta + 1], extra[TR_DOUBLES(tr_extra) + k->nsliders + 1];
+    tr_fill_extra(s, y, (tr_extra *)extra);
     tr_full_multipliers(s, y, z, 1);
     o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, extra, row + 1);
-    tr_post(s, row + 1);
+    tr_post_columns(s, row + 1);
   }
-  s->watch = watch;
+  s->step.watch = watch;
   return ok;
 }

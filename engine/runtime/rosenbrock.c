@@ -7,7 +7,7 @@
 /* Right-hand sides of the rows of pairs held at rest (``tr_still_rows``): R is the derivative of their acceleration. */
 static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double *deta) {
   const tr_kernel *k = s->k;
-  const int *row = (const int *)TR_A(s, rowk);
+  const int *row = tr_row_kinds(s);
   const double *Ql = map_Ql(k, TR_A(s, maps)), *Qe = TR_A(s, Q) + k->neta;
   for (int i = 0; i < k->neta; ++i) {
     if (row[i] == TR_ROW_LAW) continue;
@@ -29,7 +29,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
   int *perm = (int *)TR_A(s, perm) + a;
   if (e) {
     tr_law_jacobian(s, lu);
-    if (s->still) tr_still_rows(s, TR_A(s, z) + a, TR_A(s, r), lu);
+    if (s->friction.still) tr_still_rows(s, TR_A(s, z) + a, TR_A(s, r), lu);
     if (!tr_lu(e, lu, perm)) return 0;
   }
   for (int j = 0; j < cols; ++j) {
@@ -46,12 +46,12 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
     }
     for (int i = 0; i < e; ++i) deta[i] = -R[a + i];
     for (int m = 0; m < k->nelements; ++m) {
-      const int *el = k->element + 7 * m;
-      const double *D = dn + el[6];
-      for (int r = 0; r < el[3]; ++r)
-        for (int i = 0; i < el[1]; ++i) deta[el[2] + r] += D[r + i * el[3]] * shift[el[0] + i];
+      const tr_element *el = k->element + m;
+      const double *D = dn + el->dn0;
+      for (int r = 0; r < el->neta; ++r)
+        for (int i = 0; i < el->needs; ++i) deta[el->eta0 + r] += D[r + i * el->neta] * shift[el->n0 + i];
     }
-    if (s->still) tr_still_shift(s, R + a, lam, deta);
+    if (s->friction.still) tr_still_shift(s, R + a, lam, deta);
     tr_lu_solve(e, lu, perm, deta);
     for (int i = 0; i < a; ++i)
       for (int q = 0; q < e; ++q) out[i] -= T[i + q * a] * deta[q];
@@ -86,16 +86,16 @@ static int tr_jacobian_at(tr_sim *s, double t, const double *y) {
 /* One trial step; the end derivative is evaluated by the caller after projection. Rows of K: 0 f(t, y), 1…s stages, s+1 the end. */
 static double tr_step_rosenbrock(tr_sim *s, double h) {
   if (!s->j) {
-    s->status = TR_NEED_JACOBIAN;
+    s->clock.status = TR_NEED_JACOBIAN;
     return NAN;
   }
   const tr_kernel *k = s->k;
   int n = tr_width(s), ny = s->ny, nquad = k->nquad, ld = tr_jacobian_rows(s);
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew), *W = TR_A(s, W), *J = TR_A(s, jac);
   int *perm = (int *)TR_A(s, wperm);
-  if (s->jac_t != s->t || !s->have_jac) {
-    if (!tr_jacobian_at(s, s->t, y)) return NAN;
-    s->jac_t = s->t, s->have_jac = 1;
+  if (s->step.jac_t != s->clock.t || !s->step.have_jac) {
+    if (!tr_jacobian_at(s, s->clock.t, y)) return NAN;
+    s->step.jac_t = s->clock.t, s->step.have_jac = 1;
   }
   double shift = 1.0 / (tr_ros_gamma * h);
   for (int q = 0; q < ny; ++q) {
@@ -115,7 +115,7 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
         if (a != 0.0)
           for (int i = 0; i < ny + nquad; ++i) tmp[i] += a * K[(p + 1) * n + i];
       }
-      if (!tr_rhs(s, s->t + tr_ros_c[st] * h, tmp, f)) return NAN;
+      if (!tr_rhs(s, s->clock.t + tr_ros_c[st] * h, tmp, f)) return NAN;
     }
     for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * tr_ros_d[st] * ft[i];
     for (int p = 0; p < st; ++p) {
@@ -132,7 +132,7 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
   memcpy(ynew, y, sizeof(double) * n);
   for (int p = 0; p < TR_ROS_STAGES; ++p)
     for (int i = 0; i < ny + nquad; ++i) ynew[i] += tr_ros_b[p] * K[(p + 1) * n + i];
-  if (s->hfixed > 0.0) return 0.0;
+  if (s->set.hfixed > 0.0) return 0.0;
   return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew, tr_work_unit(s, h, y)));
 }
 
@@ -140,7 +140,7 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
 static int tr_dense_rosenbrock(tr_sim *s) {
   int n = tr_width(s);
   double *R = TR_A(s, kstep), *K = TR_A(s, K), *y0 = TR_A(s, yold), *y1 = TR_A(s, ynew), k3[n];
-  s->method_dense = 4;
+  s->step.dense_rows = 4;
   for (int i = 0; i < n; ++i) {
     double d[3] = {0.0, 0.0, 0.0};
     for (int r = 0; r < 3; ++r)
@@ -180,33 +180,33 @@ static double tr_spectral(tr_sim *s, double h) {
 /* Automatic method, a step that ended at the kink of a law: where hardly a step gets by without one, an explicit method is thrown from
  * branch to branch by a velocity that creeps just below the kink. */
 static void tr_kink_passed(tr_sim *s) {
-  if (++s->kink_count < KINKS_MAX || s->method_now == TR_ROSENBROCK) return;
-  s->method_now = TR_ROSENBROCK;
-  s->kink_count = s->stiff_count = s->have_jac = 0;
+  if (++s->step.kink_count < KINKS_MAX || s->step.method == TR_ROSENBROCK) return;
+  s->step.method = TR_ROSENBROCK;
+  s->step.kink_count = s->step.stiff_count = s->step.have_jac = 0;
 }
 
 /* Automatic method: leave the explicit one when stability, not accuracy, has limited it for a while; come back when the stiff one's
  * steps would be stable explicitly. */
 static void tr_choose(tr_sim *s) {
-  if (s->kink_count > 0) s->kink_count--;
-  if (s->method_now == TR_ROSENBROCK) {
-    int calm = tr_spectral(s, s->p_h) < 2.0;
-    s->stiff_count = calm ? s->stiff_count + 1 : 0;
-    if (s->stiff_count >= 8) {
-      s->method_now = s->rtol > 2e-4 ? TR_RK5 : TR_RK8;
-      s->stiff_count = 0, s->nonstiff_count = 0;
+  if (s->step.kink_count > 0) s->step.kink_count--;
+  if (s->step.method == TR_ROSENBROCK) {
+    int calm = tr_spectral(s, s->pending.h) < 2.0;
+    s->step.stiff_count = calm ? s->step.stiff_count + 1 : 0;
+    if (s->step.stiff_count >= 8) {
+      s->step.method = s->set.rtol > 2e-4 ? TR_RK5 : TR_RK8;
+      s->step.stiff_count = 0, s->step.nonstiff_count = 0;
     }
     return;
   }
-  const tr_erk *m = tr_erk_of(s->method_now);
-  int stiff = tr_stiffness(s, m, s->p_h) > (m->order == 5 ? 2.5 : 4.5);
+  const tr_erk *m = tr_erk_of(s->step.method);
+  int stiff = tr_stiffness(s, m, s->pending.h) > (m->order == 5 ? 2.5 : 4.5);
   if (stiff) {
-    s->nonstiff_count = 0;
-    if (++s->stiff_count >= 15) {
-      s->method_now = TR_ROSENBROCK;
-      s->stiff_count = 0, s->have_jac = 0;
+    s->step.nonstiff_count = 0;
+    if (++s->step.stiff_count >= 15) {
+      s->step.method = TR_ROSENBROCK;
+      s->step.stiff_count = 0, s->step.have_jac = 0;
     }
-  } else if (++s->nonstiff_count >= 6) {
-    s->stiff_count = 0;
+  } else if (++s->step.nonstiff_count >= 6) {
+    s->step.stiff_count = 0;
   }
 }

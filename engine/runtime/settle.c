@@ -10,12 +10,12 @@
 /* Rate of change of the sliding speed of a pair of one component along its direction, at the state just solved. */
 static double tr_slowing(const tr_sim *s, int i) {
   const tr_kernel *k = s->k;
-  int e = tr_slider(s, i)[1];
+  int e = tr_pair_of(s, i)->eta0;
   const double *z = TR_A(s, z), *maps = TR_A(s, maps);
   double acc = map_Q0(k, maps)[e];
   for (int q = 0; q < k->active; ++q) acc += map_Ql(k, maps)[e + q * k->neta] * z[q];
   for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, maps)[e + q * k->neta] * z[k->active + q];
-  return acc * TR_A(s, arm)[e] * (tr_mode(s, i)[1] < 0.0 ? -1.0 : 1.0);
+  return acc * TR_A(s, arm)[e] * (tr_mode_of(s, i)->direction[0] < 0.0 ? -1.0 : 1.0);
 }
 
 /* The end of sliding of pair i, found inside a step at (t, y) and evaluated there, was found with the loops open by the step's error;
@@ -26,52 +26,53 @@ static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
   double moved[n], te = *t;
   memcpy(moved, y, sizeof moved);
   for (int it = 0; it < 4; ++it) {
-    double v = TR_A(s, speed)[2 * i], change = tr_slowing(s, i);
+    double v = tr_sliding_of(s, i)->speed, change = tr_slowing(s, i);
     if (fabs(v) <= TOL_SPEED * tr_speed_unit(s)) break;
     double dt = -v / change;
     te += dt;
-    if (!(change < 0.0) || !(te > s->t) || te > s->step_t0 + s->step_h) break;
+    if (!(change < 0.0) || !(te > s->clock.t) || te > s->step.t0 + s->step.size) break;
     for (int q = 0; q < n; ++q) moved[q] += dt * TR_A(s, dy)[q];
     if (!tr_project(s, te, moved) || !tr_rhs(s, te, moved, TR_A(s, dy))) break;
-    if (!(fabs(TR_A(s, speed)[2 * i]) < 0.5 * fabs(v))) break;
+    if (!(fabs(tr_sliding_of(s, i)->speed) < 0.5 * fabs(v))) break;
     memcpy(y, moved, sizeof moved), *t = te;
   }
   tr_rhs(s, *t, y, TR_A(s, dy));
 }
 
 static int tr_needs_sharpening(const tr_sim *s, int i) {
-  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_slider(s, i)[4] == 1 && !tr_is_stuck(s, i);
+  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i);
 }
 
 /* The pending step's event moved to its sharpened time, so that rows up to it are its own. */
 static void tr_sharpen_pending(tr_sim *s) {
-  double te = s->p_t, *ye = TR_A(s, cand);
-  if (!tr_needs_sharpening(s, s->p_which)) return;
-  tr_dense_eval(s, s->p_theta, ye);
+  double te = s->pending.t, *ye = TR_A(s, cand);
+  if (!tr_needs_sharpening(s, s->pending.which)) return;
+  tr_dense_eval(s, s->pending.theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return;
-  tr_sharpen(s, s->p_which, &te, ye);
-  s->p_t = te, s->p_theta = (te - s->step_t0) / s->step_h;
+  tr_sharpen(s, s->pending.which, &te, ye);
+  s->pending.t = te, s->pending.theta = (te - s->step.t0) / s->step.size;
 }
 
 /* What became of pair i: an event kind, or 0. */
-static int tr_change(const tr_sim *s, int i, const double *old) {
-  const double *m = tr_mode(s, i);
-  int was = old[0] > 0.5, is = m[0] > 0.5;
+static int tr_change(const tr_sim *s, int i, const tr_mode *old) {
+  const tr_mode *m = tr_mode_of(s, i);
+  int was = tr_flag(old) != TR_STUCK, is = tr_flag(m) != TR_STUCK;
   if (!was || !is) return was == is ? 0 : is ? TR_EV_SLIP : TR_EV_STOP;
   double along = 0.0;
-  for (int j = 0; j < 3; ++j) along += m[1 + j] * old[1 + j];
+  for (int j = 0; j < 3; ++j) along += m->direction[j] * old->direction[j];
   return along < 0.0 ? TR_EV_REVERSAL : 0;
 }
 
 /* Record what changed: pairs whose mode did, and contacts elsewhere that turned. */
-static void tr_log_changes(tr_sim *s, double t, const double *modes, const double *before, const double *after, int contacts) {
+static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_contact *before, const tr_contact *after,
+                           int contacts) {
   for (int i = 0; i < s->k->nsliders; ++i) {
-    const int *sl = tr_slider(s, i);
-    int kind = tr_is_set(s, i) ? tr_change(s, i, modes + TR_MODE * i) : 0;
-    const double *p = before + 4 * sl[6], *q = after + 4 * sl[6];
-    for (int j = 0; contacts && !kind && j < sl[7]; ++j)
-      if (tr_turn(p + 4 * j, q + 4 * j) > TURN_NOTED) kind = TR_EV_TURN;
-    if (kind) tr_log(s, t, kind, i, p, q, contacts ? sl[7] : 0);
+    const tr_pair *pair = tr_pair_of(s, i);
+    int kind = tr_is_set(s, i) ? tr_change(s, i, modes + i) : 0;
+    const tr_contact *p = before + pair->contact0, *q = after + pair->contact0;
+    for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j)
+      if (tr_turn_of(p + j, q + j) > TURN_NOTED) kind = TR_EV_TURN;
+    if (kind) tr_log(s, t, kind, i, p, q, contacts ? pair->ncontacts : 0);
   }
 }
 
@@ -79,14 +80,15 @@ static void tr_log_changes(tr_sim *s, double t, const double *modes, const doubl
 static int tr_settle(tr_sim *s, double t, double *y, int which) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], nc = s->o ? s->o->ncontacts : 0, own = which >= 0 && which < k->nsliders && tr_is_set(s, which);
-  double modes[TR_MODE * k->nsliders + 1], before[4 * nc + 4], after[4 * nc + 4];
-  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * k->nsliders);
+  tr_mode modes[k->nsliders + 1];
+  tr_contact before[nc + 1], after[nc + 1];
+  tr_keep_modes(s, modes);
   int contacts = tr_all_contacts(s, y, before);
-  if (own && tr_slider(s, which)[9] && !tr_is_stuck(s, which) && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s)) {
-    double *m = tr_mode(s, which); /* a ball between sliding and spinning: its law is continuous there */
-    m[0] = m[0] > 1.5 ? TR_SLIPS : TR_CONE;
+  if (own && tr_pair_of(s, which)->cone && !tr_is_stuck(s, which) && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s)) {
+    tr_mode *m = tr_mode_of(s, which); /* a ball between sliding and spinning: its law is continuous there */
+    m->flag = tr_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
     tr_freeze(s, which);
-    if (m[0] < 1.5) tr_tilt_of(s, TR_A(s, z) + k->active, which);
+    if (tr_flag(m) == TR_SLIPS) tr_tilt_of(s, TR_A(s, z) + k->active, which);
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest), decided = 1;
@@ -95,14 +97,13 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
     tr_bring_to_rest(s, y, rest, n);
     k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
     if (!(decided = tr_decide(s, rest, n, released))) {
-      s->event_slider = own ? which : rest[0];
       return TR_FAIL_MODES;
     }
     tr_note_answers(s, t, rest, n);
   }
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   tr_certify(s);
-  if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(double) * 4 * nc);
+  if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(tr_contact) * nc);
   if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts); /* else only friction that is not unique is split anew */
   return TR_OK;
 }
@@ -113,24 +114,24 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
 static int tr_ends_sliding(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *rates = map_rates(k, TR_A(s, maps)), *z = TR_A(s, z);
-  for (int i = s->missed; i >= 0 && i < k->nsliders; i = k->nsliders) {
-    const int *sl = tr_slider(s, i);
+  for (int i = s->friction.missed; i >= 0 && i < k->nsliders; i = k->nsliders) {
+    const tr_pair *pair = tr_pair_of(s, i);
     double *least = TR_A(s, vmin) + i;
-    if (!tr_is_set(s, i) || tr_is_stuck(s, i) || sl[4] == 1) continue;
+    if (!tr_is_set(s, i) || tr_is_stuck(s, i) || pair->nrates == 1) continue;
     double v = tr_pair_speed(s, i), along = 0.0, size = 0.0;
     if (v > 2.0 * *least) *least = 0.0; /* it has gone faster since it was last tried */
     if (!(v > REST_SPEED * tr_speed_unit(s)) || (*least > 0.0 && v > 0.5 * *least)) continue;
-    for (int j = 0; j < sl[4]; ++j) {
-      int e = sl[1] + j;
+    for (int j = 0; j < pair->nrates; ++j) {
+      int e = pair->eta0 + j;
       double acc = map_Q0(k, TR_A(s, maps))[e];
       for (int q = 0; q < k->active; ++q) acc += map_Ql(k, TR_A(s, maps))[e + q * k->neta] * z[q];
       for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, TR_A(s, maps))[e + q * k->neta] * z[k->active + q];
       acc *= TR_A(s, arm)[e];
-      along += acc * rates[sl[3] + j] * TR_A(s, arm)[e] / v, size += acc * acc;
+      along += acc * rates[pair->rate0 + j] * TR_A(s, arm)[e] / v, size += acc * acc;
     }
     double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
-    if (dec > 0.0 && v * v <= 2.0 * dec * CAPTURE_LENGTH * s->rtol * s->length && across <= CAPTURE_ACROSS * dec) {
-      s->capture_h = v / dec, s->capture_dec = dec;
+    if (dec > 0.0 && v * v <= 2.0 * dec * CAPTURE_LENGTH * s->set.rtol * s->set.length && across <= CAPTURE_ACROSS * dec) {
+      s->friction.capture_h = v / dec, s->friction.capture_dec = dec;
       return i;
     }
   }
@@ -140,12 +141,12 @@ static int tr_ends_sliding(tr_sim *s) {
 /* Whether rest of the pair at (t, y), a copy of the state, leads anywhere: to sticking, or to slip in another direction. Decided and
  * undone. */
 static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
-  double modes[TR_MODE * s->k->nsliders + 1];
-  int events = s->nev;
-  memcpy(modes, tr_mode(s, 0), sizeof(double) * TR_MODE * s->k->nsliders);
+  tr_mode modes[s->k->nsliders + 1];
+  int events = s->events.count;
+  tr_keep_modes(s, modes);
   int has = tr_rhs(s, t, y, TR_A(s, dy)) && tr_settle(s, t, y, i) == TR_OK;
-  memcpy(tr_mode(s, 0), modes, sizeof(double) * TR_MODE * s->k->nsliders);
-  s->nev = events;
+  tr_put_modes(s, modes);
+  s->events.count = events;
   tr_note_modes(s);
   return has;
 }
@@ -153,22 +154,22 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
 /* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when
  * rest there has no answer. */
 static int tr_step_capture(tr_sim *s) {
-  int n = tr_width(s), i = s->capture;
-  double h = s->capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
+  int n = tr_width(s), i = s->friction.capture;
+  double h = s->friction.capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
   memcpy(TR_A(s, yold), y, sizeof(double) * n);
-  s->capture = -1;
+  s->friction.capture = -1;
   for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
-  if (!tr_rhs(s, s->t + 0.5 * h, mid, f)) return 0;
+  if (!tr_rhs(s, s->clock.t + 0.5 * h, mid, f)) return 0;
   for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
-  if (!tr_project(s, s->t + h, ynew)) return 0;
+  if (!tr_project(s, s->clock.t + h, ynew)) return 0;
   memcpy(TR_A(s, cand), ynew, sizeof(double) * n);
-  if (!tr_rest_has_answer(s, s->t + h, TR_A(s, cand), i)) {
-    TR_A(s, vmin)[i] = h * s->capture_dec;
+  if (!tr_rest_has_answer(s, s->clock.t + h, TR_A(s, cand), i)) {
+    TR_A(s, vmin)[i] = h * s->friction.capture_dec;
     return 0;
   }
-  s->step_t0 = s->t, s->step_h = h;
+  s->step.t0 = s->clock.t, s->step.size = h;
   for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
-  s->method_dense = 1, s->have_dense = 1;
-  s->p_theta = 1.0, s->p_which = i, s->p_h = s->h, s->p_t = s->t + h, s->p_grow = 1.0, s->p_cut = 0;
+  s->step.dense_rows = 1, s->step.have_dense = 1;
+  s->pending.theta = 1.0, s->pending.which = i, s->pending.h = s->step.h, s->pending.t = s->clock.t + h, s->pending.grow = 1.0, s->pending.cut = 0;
   return 1;
 }

@@ -9,16 +9,16 @@
 #define TILT_MAX 80
 
 static inline int tr_slides_on_cone(const tr_sim *s, int i) {
-  return tr_slider(s, i)[9] && tr_is_set(s, i) && tr_mode(s, i)[0] > 0.5 && tr_mode(s, i)[0] < 1.5;
+  return tr_pair_of(s, i)->cone && tr_is_set(s, i) && tr_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }
 
 /* Distance of ball i to its cone (s²/|ω|²) with friction at tilt u; η holds the solution. NaN when there is none. */
 static double tr_cone_at(tr_sim *s, double *eta, int i, double u) {
-  tr_mode(s, i)[4] = u;
+  tr_mode_of(s, i)->tilt = u;
   int ok = tr_newton(s, eta);
   if (ok) tr_law(s, eta);
-  tr_mode(s, i)[4] = 0.0;
-  return ok ? TR_A(s, speed)[2 * i + 1] : NAN;
+  tr_mode_of(s, i)->tilt = 0.0;
+  return ok ? tr_sliding_of(s, i)->border : NAN;
 }
 
 /* The root of ball i, from η. Steps: the root of the parabola u² = the straight line through the last two distances. */

@@ -1,133 +1,150 @@
-/* Trunnion runtime: interface between generated kernels, the stepping code and its hosts.
+/* Trunnion runtime: what a simulation is.
  *
- * A kernel (one per scene structure) is a constant table of sizes and functions. A simulation is one relocatable block: this
- * struct followed by its arrays, which are found by offset; copying the block copies the state. Nothing here allocates, prints
- * or exits.
+ * A kernel (one per scene structure) is a constant table of sizes and functions (``tr_abi.h``, generated). A simulation is one
+ * relocatable block: the struct ``tr_sim`` followed by its arrays, which are found by offset; copying the block copies the state.
+ * Nothing here allocates, prints or exits.
  */
 #ifndef TR_H
 #define TR_H
-#include <stddef.h>
+#include "tr_abi.h"
 
-#define TR_ABI 9
-#define TR_TABLE 4      /* numbers per table in x: value and three derivatives */
-#define TR_MODE 5       /* numbers per slider in x: flag, frozen direction, given tilt of a ball */
-#define TR_STAGES 17    /* most stages of a method, dense output included */
-#define TR_BREAKS 4096
-#define TR_EVENT 24     /* doubles of one event record */
+#define TR_STAGES 17 /* most stages of a method, dense output included */
 
-/* State y: q (nq), v (nv), states of friction laws (nb; friction ratios), integrals (nquad). */
-typedef struct tr_kernel {
-  int abi, nq, nv, nb, nx, np, nc, nw, nmaps;
-  int rows, active, neta, nn, nrates, nquad, nsliders, nstops, ntables, nquat, nelements, ndn;
-  int nkappa, loop_friction, coupled, sets; /* redundant variant; friction on a loop; inactive rows matter to the
-                                             choice of reactions; some law is set-valued at rest */
-  int c_closure, c_laws, c_events, c_held;
-  const int *active_rows; /* active: indices of constraint rows that are not structurally empty */
-  const int *row_kind;    /* rows: 0 travel (force), 1 turn (torque) */
-  const int *qkind;       /* nq: 0 angle, 1 length, 2 quaternion */
-  const int *vkind;       /* nv: 0 angle, 1 length */
-  const int *quat;        /* nquat: offsets in q of quaternions */
-  const int *element;     /* 7 per element: n0, needs, eta0, neta, rate0, nrates, dn0 */
-  const int *slider;      /* 10 per slider: element, eta0, neta, rate0, nrates, kind (0 smooth, 1 kinks, 2 set-valued, 3 kink at rest), contact0,
-                             ncontacts, v0 (index among the rates of the state, -1: none), cone (turns without sliding: ball) */
-  void (*prepare)(const double *p, double *c);
-  void (*stage1)(const double *x, const double *y, const double *c, double *w, double *maps, double *dy);
-  void (*stage2)(const double *x, const double *y, const double *c, const double *w, const double *z, double *dy);
-  void (*laws)(const double *N, const double *r, const double *x, const double *c, double *eta, double *dN, double *speed);
-  void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN);
-  void (*closure)(const double *x, const double *y, const double *c, double *h);
-  void (*events)(const double *x, const double *y, const double *c, double *g);
-  void (*qdot)(const double *y, const double *v, double *dq);
-} tr_kernel;
+/* Where the run is and what it writes. */
+typedef struct tr_clock {
+  double t;                /* time of the state in `y`, s */
+  double start, stop;      /* of the run, s */
+  double every, row_next;  /* spacing of the output rows and time of the next one, s; every 0: a row a step */
+  long row_index;          /* rows written so far */
+  int width;               /* numbers of a row, time included */
+  int nbreaks, next_break; /* times at which a step has to end: how many, and the first that is still ahead */
+  int status;              /* TR_OK while the run goes on */
+} tr_clock;
 
-/* Optional units: outputs, redundancy metric, Jacobian. */
-typedef struct tr_outputs {
-  int abi, nout, ncontacts, nc, nkappa, npost;
-  int energy; /* column of energy.residual, -1 without */
-  int wants;  /* 1: the contraction number, 2: contacts or events, so that contacts are watched while stepping */
-  const int *post; /* 3 per entry: kind, column, partner (see output.c) */
-  void (*prepare)(const double *p, double *c);
-  /* a: accelerations of the free rates (nv) at this state */
-  void (*eval)(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *out);
-  void (*contacts)(const double *x, const double *y, const double *c, const double *z, const double *a, double *out);
-  void (*kappa)(const double *x, const double *y, const double *c, const double *z, const double *a, double *out);
-} tr_outputs;
+/* The step that is being made, and what steps remember from one to the next. */
+typedef struct tr_stepping {
+  double h;            /* size the next trial step is to have, s; 0: to be found */
+  double h_slip;       /* size before a pair entered its proportional zone, taken up again behind it; 0: none */
+  double t0, size;     /* begin and length of the last accepted step, s */
+  double err_old;      /* error of the last accepted step, 1 at the tolerance; 0: none yet */
+  double jac_t;        /* time the Jacobian in place belongs to, s */
+  int method;          /* in force: a number of TR_METHODS, never TR_AUTO */
+  int have_k1;         /* the first row of K belongs to the state in `y` */
+  int have_dense;      /* the rows of the dense output belong to the last accepted step */
+  int dense_rows;      /* how many of them there are */
+  int have_jac;        /* the Jacobian in place may be used at jac_t */
+  int watch;           /* the right-hand side notes how near pairs come to the end of their modes */
+  int trouble;         /* why the last evaluation or projection failed: a status */
+  int stiff_count, nonstiff_count, kink_count; /* steps in a row that speak for one method or the other (``tr_choose``) */
+  int aside;           /* steps that the stiff method should make are made explicitly for now (``tr_step_aside``) */
+} tr_stepping;
 
-typedef struct tr_jacobian {
-  int abi, nc, nw;
-  void (*prepare)(const double *p, double *c);
-  /* [F; R; scaled reactions (nkappa)] by [y, t, z], column-major: all at once, or the point and then columns one by one */
-  void (*eval)(const double *x, const double *y, const double *c, const double *z, double *J);
-  void (*point)(const double *x, const double *y, const double *c, const double *z, double *w);
-  void (*along)(const double *x, const double *y, const double *c, const double *z, const double *w, const double *seed, double *J);
-} tr_jacobian;
+/* An accepted step that waits to be completed: rows inside it are written first. */
+enum { TR_NOTHING, TR_WHOLE_STEP, TR_STEP_TO_EVENT, TR_IMPULSE_STEP };
+typedef struct tr_waiting {
+  int kind;      /* one of the above */
+  int which;     /* at an event: the pair or stop it is about */
+  int cut;       /* its length was cut by the limit of the call, not chosen by the error control */
+  int noted;     /* reversals inside it have been noted */
+  double theta;  /* where it ends, as part of the step that was made: 1 whole */
+  double t;      /* where it ends, s */
+  double h;      /* length of the step that was made, s */
+  double grow;   /* factor by which the next step is to be longer */
+} tr_waiting;
 
-/* Directional derivatives: of F = [ẏ; powers] and the multiplier residuals R along a seed of [inputs (4 each), y, z], and of the
- * columns along a seed of [inputs, y, z of all rows, accelerations of the free rates]. */
-typedef struct tr_linear {
-  int abi, nc, ninputs;
-  void (*prepare)(const double *p, double *c);
-  void (*rates)(const double *x, const double *y, const double *c, const double *z, const double *seed, double *out);
-  void (*columns)(const double *x, const double *y, const double *c, const double *z, const double *a, const double *seed, double *out);
-} tr_linear;
+/* Rank of the loops' equations. */
+typedef struct tr_loops {
+  int rank;            /* at accurate states: the largest found */
+  int rank_now;        /* of the factor in place */
+  double least_pivot;  /* smallest pivot within the rank when that was found */
+} tr_loops;
 
-enum tr_status {
-  TR_OK = 0,
-  TR_MORE = 1,          /* step budget used up: call again */
-  TR_ROWS_FULL = 2,     /* output buffer full: drain and call again */
-  TR_EVENTS_FULL = 3,   /* event buffer full: drain and call again */
-  TR_NEED_JACOBIAN = 4, /* the method asks for the Jacobian unit: attach it and call again */
-  TR_DONE = 5,
-  TR_NEED_REDUNDANT = 6, /* friction depends on reactions that redundant loops leave open: use the redundant variant */
-  TR_FAIL_NOT_FINITE = 10,
-  TR_FAIL_STEP = 11,      /* step size underflow */
-  TR_FAIL_MULTIPLIERS = 12, /* complement equations have no reachable root */
-  TR_FAIL_CLOSURE = 13,   /* loops cannot be closed */
-  TR_FAIL_MAX_STEPS = 14,
-  TR_FAIL_GIMBAL = 15,    /* the turning axes of a loop lie in one plane, and it cannot turn on */
-  TR_FAIL_MODES = 16      /* no set of sticking and slipping pairs satisfies the friction laws */
-};
+/* Pairs under set-valued laws. */
+typedef struct tr_friction {
+  int still;           /* pairs held at rest */
+  int shares;          /* whether some of them share their load as a group */
+  int freed;           /* pair whose friction is left out for the moment (``tr_stumbling_pair``); -1: none */
+  int missed;          /* pair that has turned too fast for a step; -1: none */
+  int capture;         /* pair about to come to rest, in a step of its own; -1: none */
+  double capture_h;    /* length of that step, s */
+  double capture_dec;  /* deceleration of that pair, m/s² */
+} tr_friction;
 
-enum tr_method { TR_AUTO = 0, TR_RK5 = 1, TR_RK8 = 2, TR_ROSENBROCK = 3, TR_MOREAU = 4 };
+/* Time stepping by impulses, and when to hand over to it. */
+typedef struct tr_moreau {
+  double h;            /* step of impulses while they are solved, s; 0 otherwise */
+  double burst_t;      /* begin of the window in which events are counted, s */
+  double first_t;      /* first hand-over, s; -1: none */
+  long burst_events;   /* events before that window */
+  int steps, calm;     /* impulse steps since the hand-over, and those of them in a row that changed no mode */
+} tr_moreau;
 
-enum tr_event_kind { TR_EV_REVERSAL = 1, TR_EV_STOP = 2, TR_EV_SLIP = 3, TR_EV_SEPARATION = 4, TR_EV_TURN = 5, TR_EV_STOP_ON = 6, TR_EV_STOP_OFF = 7, TR_EV_SWITCH = 8, TR_EV_IMPACT = 9 };
+/* Events that wait to be read, and the last one. */
+typedef struct tr_events {
+  int count, capacity; /* records in the buffer, and room there */
+  int chatter;         /* events in a row at (nearly) the same time */
+  double chatter_t;    /* that time, s */
+  tr_last last;
+} tr_events;
 
-typedef struct tr_stats {
-  long steps, rejected, rhs, jacobians, newton, newton_max, events, projections, outputs, rk5, rk8, stiff, moreau;
-} tr_stats;
+/* What certifies the run, and why it failed. */
+typedef struct tr_audit {
+  double contraction, complement; /* largest so far */
+  double open_t;       /* first decision with several answers, s; -1: none */
+  int open_pair;       /* the pair it was about */
+  int fail_detail;     /* component or constraint row the failure is about; -1: none */
+  double fail_number;  /* how independent the rows still were; -1: not the reason */
+  double energy0;      /* energy.residual at the start, J */
+} tr_audit;
+
+/* Where the arrays begin, in doubles behind the struct (``tr_layout``). */
+typedef struct tr_places {
+  int p, c, co, cj; /* parameters; constants of the kernel, the outputs and the Jacobian unit */
+  int x;            /* signals: moment, tables, stop flags, modes */
+  int y, ynew, yold, ytmp, yout, dy; /* states: at `t`, after the step, before it, of a stage, of an output or a probe; ẏ of the last evaluation */
+  int cand;         /* state at an event; directions of open reactions */
+  int K, kstep;     /* slopes of the stages; rows of the dense output */
+  int w, maps;      /* stage 1: what it keeps, what it says about the multipliers */
+  int z, zold;      /* multipliers, now and at the start of the step */
+  int scale;        /* units of the tolerance, a state each */
+  int d, S, perm;   /* S of the loops: row scales, factor, order (and behind it that of `lu`) */
+  int T, Np, NN;    /* S⁺Se; reaction components N' = N0' + Ne' η; N */
+  int law, dn, sliding; /* of the laws: η, its derivative, tr_sliding a pair */
+  int lu, r;        /* Newton on the complement equations: matrix, residual */
+  int smin, smax;   /* extremes over the stages of a step, a pair each */
+  int zone;         /* tr_zone a pair */
+  int h_res;        /* residuals of the loops and their rates */
+  int ev, breaks, tables; /* event records; break times; tables of signals */
+  int nul, gram, kap; /* open reactions: directions, least squares, their scaled reactions */
+  int wrap;         /* tr_memory of each column treated afterwards */
+  int Q, rowk, lead, share; /* freedoms at rest: q̈ = Q0 + Qe η; how each is found (int); tr_leader each; shares */
+  int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */
+  int arm, vmin;    /* levers of the multipliers; speed at which capture was last tried in vain */
+  int con;          /* contacts at the last accepted state */
+  int jac, jw, jp, W, wperm, jch; /* the stiff method: Jacobian, multiplier part, its point, matrix and order; of the choice of reactions */
+} tr_places;
 
 typedef struct tr_sim {
-  size_t bytes;
+  size_t bytes; /* of the whole block */
   const tr_kernel *k;
-  const tr_outputs *o;
-  const tr_jacobian *j;
-  /* settings */
-  double rtol, hmax, hmin, hfixed, length, rate, t_start, t_stop, every;
-  int method, want, project, locate, max_steps_total;
-  /* time */
-  double t, h, h_slip, told, step_t0, step_h, row_next;
-  long row_index;
-  int have_k1, have_dense, method_now, method_dense, nbreaks, next_break, rank, rank_now, status, fail_detail, watch, trouble;
-  int nev, ev_capacity, chatter, pending, p_which, p_cut, p_noted;
-  double least_pivot, fail_number, chatter_t, p_theta, p_h, p_t, p_grow, err_old, stiff_h, energy0, energy_unit, eta_scale, solve_error;
-  double jac_t;
-  int have_jac, stiff_count, nonstiff_count, kink_count, newton_guard, event_slider, probe;
-  double capture_h, capture_dec, contraction, complement, open_t; /* largest so far; first decision with several answers */
-  double impulse_h, burst_t, moreau_t; /* step of impulses while they are solved; window of events; first hand-over (−1: none) */
-  long burst_events;
-  int moreau_steps, calm;
-  double last[7]; /* the last event: time, kind, element, contact (from 1, 0 none), angle before, after, turn */
-  int still, shares, capture, aside, missed, freed, through, open_pair; /* pairs held at rest; whether some of them share their load as a group; pair about to
-                                 come to rest; pair that has turned too fast for a step (-1: none) */
+  const tr_outputs *o;  /* 0: no columns */
+  const tr_jacobian *j; /* 0: none, or not yet */
+  int ny;               /* nq + nv + nb: the state without its integrals */
+  tr_settings set;
+  tr_clock clock;
+  tr_stepping step;
+  tr_waiting pending;
+  tr_loops loops;
+  tr_friction friction;
+  tr_moreau moreau;
+  tr_events events;
+  tr_audit audit;
   tr_stats stats;
-  /* offsets (in doubles) of the arrays behind this struct */
-  int p, c, co, cj, x, y, ynew, yold, ytmp, yout, dy, K, w, maps, z, zold, scale, d, S, perm, T, Np, NN, law, dn, speed, lu, r, smin,
-      smax, h_res, ev, breaks, tables, wrap, jac, jw, jp, W, wperm, jch, lin0, kap, nul, gram, cand, kstep, Q, rowk, lead, share, hold, dhold,
-      arm, vmin, con;
-  int ny, nz, nrows;
+  tr_places at;
 } tr_sim;
 
-#define TR_A(s, field) ((double *)((char *)(s) + sizeof(tr_sim)) + (s)->field)
+/* An array of the block. */
+#define TR_A(s, field) ((double *)((char *)(s) + sizeof(tr_sim)) + (s)->at.field)
 
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable_doubles, int event_capacity);
 #endif

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.abi.header import header
 from engine.basics.problems import SimulationError
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column, needs_quadratures
-from engine.kernel.library import RUNTIME
 from engine.simulation.run import Model
 
 NEWTON = 20
@@ -153,5 +153,6 @@ def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
     unit = parameter_unit(system, parameters, chosen, quadratures and needs_quadratures(chosen), redundant)
     file = folder / "sensitivity.c"
     file.write_text(unit.text)
+    (folder / "tr_abi.h").write_text(header())
     (folder / "sizes.json").write_text(json.dumps(unit.sizes))
-    compiler.build_library([file], folder / f"sensitivity{compiler.library_suffix()}", [RUNTIME], cache.cache_folder())
+    compiler.build_library([file], folder / f"sensitivity{compiler.library_suffix()}", [folder], cache.cache_folder())

@@ -5,27 +5,21 @@ from __future__ import annotations
 import ctypes
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
+from engine.abi import Array, Status, TableKind
+from engine.abi.kernels import OUTPUTS
+from engine.abi.runs import CERTIFICATE, EVENT, HELD, INPUT, KNOTS, SETTINGS, STATS
+from engine.integrators import METHODS as NAMES
 from engine.kernel.library import Kernel, runtime
 from engine.system.numbers import Numbers
 
-METHODS = {"auto": 0, "rk5": 1, "rk8": 2, "rosenbrock": 3, "moreau": 4}
-EVENT = 24
+METHODS = {name: number for number, name in enumerate(NAMES)}
 EVENT_CAPACITY = 1024
-STAT_NAMES = (
-    "steps", "rejected", "rhs_evaluations", "jacobians", "newton_iterations", "newton_most", "events", "projections", "outputs",
-    "rk5", "rk8", "rosenbrock", "moreau",
-)
-OK, MORE, ROWS_FULL, EVENTS_FULL, NEED_JACOBIAN, DONE, NEED_REDUNDANT = range(7)
-
-
-class _Settings(ctypes.Structure):
-    _fields_ = (
-        [(n, ctypes.c_double) for n in ("rtol", "hmax", "hmin", "hfixed", "length", "rate")]
-        + [(n, ctypes.c_int) for n in ("method", "project", "locate", "max_steps", "through_jams")]
-    )
+OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
+NEED_JACOBIAN, DONE, NEED_REDUNDANT = Status.NEED_JACOBIAN, Status.DONE, Status.NEED_REDUNDANT
 
 
 @dataclass(frozen=True)
@@ -42,6 +36,13 @@ class Settings:
     project: bool = True
     through_jams: bool = False
 
+    def record(self, **scales: float) -> Any:
+        """As the runtime reads them; scales: length, rate, energy."""
+        return SETTINGS.ctype(*SETTINGS.row(
+            rtol=self.rtol, hmax=self.max_step, hmin=0.0, hfixed=self.step, method=METHODS[self.method], project=self.project,
+            locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, **scales,
+        ))  # fmt: skip
+
 
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
@@ -54,7 +55,6 @@ def _library() -> ctypes.CDLL:
     lib.tr_signals.argtypes, lib.tr_signals.restype = [p, d, p], None
     lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
     lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
-    lib.tr_set_energy.argtypes, lib.tr_set_energy.restype = [p, d], None
     lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
     lib.tr_start.argtypes, lib.tr_start.restype = [p, d, d, d, p], i
     lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
@@ -67,8 +67,8 @@ def _library() -> ctypes.CDLL:
     lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
     lib.tr_fail_row.argtypes, lib.tr_fail_row.restype = [p, p], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
-    lib.tr_certificate.argtypes, lib.tr_certificate.restype = [p, p], None
-    lib.tr_hold.argtypes, lib.tr_hold.restype = [p, p], i
+    lib.tr_certify_run.argtypes, lib.tr_certify_run.restype = [p, p], None
+    lib.tr_hold_all.argtypes, lib.tr_hold_all.restype = [p, p], i
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
@@ -91,17 +91,19 @@ def spline_moments(t: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.ndarray:
-    """All tables as the runtime reads them: offsets, then kind, n, t, v, second derivatives of each; of an input: kind 2, whether a
-    motion follows it, t0, value and two derivatives there, offset and rate of the motion from it, bandwidth."""
+    """All tables as the runtime reads them: offsets, then a ``tr_knots``, times, values and second derivatives of each; of an
+    external input a ``tr_input``."""
     data: list[float] = []
     offsets = []
     for kind, t, v in tables:
         offsets.append(len(tables) + len(data))
         if kind in ("input", "tracked"):
-            data += [2.0, float(kind == "tracked"), 0.0, *v, 0.0, 0.0, 0.0, 0.0, *t]
+            now = {"u": (v[0], 0.0, 0.0), "gap": 0.0, "gap_rate": 0.0}
+            data += INPUT.doubles(kind=TableKind.INPUT, followed=kind == "tracked", t0=0.0, **now, bandwidth=t[0])
             continue
         m = spline_moments(t, v) if kind == "spline" else np.zeros(len(t))
-        data += [float(kind == "spline"), float(len(t)), *t, *v, *m]
+        shape = TableKind.SPLINE if kind == "spline" else TableKind.LINEAR
+        data += [*KNOTS.doubles(kind=shape, n=len(t)), *t, *v, *m]
     return np.array([*offsets, *data], float)
 
 
@@ -118,7 +120,7 @@ class Block:
             raise RuntimeError("kernel and runtime do not fit each other (cache of another version?)")
         self.ny = sum(kernel.sizes[n] for n in ("nq", "nv", "nb"))
         self._views()
-        self.width = 1 + ctypes.c_int.from_address(o + 4).value
+        self.width = 1 + OUTPUTS.ctype.from_address(o).nout
         self.take(numbers, parameters)
 
     def _allocate(self, jacobian: int | None) -> None:
@@ -129,10 +131,10 @@ class Block:
 
     def _views(self) -> None:
         s = self.kernel.sizes
-        self.parameters = self._view(0, s["np"])
-        self.y = self._view(1, self.ny + s["nquad"])
-        self.x = self._view(2, s["nx"])
-        self.events = self._view(5, EVENT * self._sizes[2]).reshape(self._sizes[2], EVENT)
+        self.parameters = self._view(Array.PARAMETERS, s["np"])
+        self.y = self._view(Array.STATE, self.ny + s["nquad"])
+        self.x = self._view(Array.SIGNALS, s["nx"])
+        self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def attach_jacobian(self) -> None:
         """Give the block the Jacobian unit (built now if need be); the run goes on where it was."""
@@ -145,16 +147,16 @@ class Block:
         self._has_jacobian = True
         self._views()
 
-    def _view(self, which: int, n: int) -> np.ndarray:
+    def _view(self, which: Array, n: int) -> np.ndarray:
         address = self.lib.tr_array(self.at, which)
         return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
 
     def take(self, numbers: Numbers, parameters: np.ndarray) -> None:
         """Other numbers of the same structure: parameters, start values, tables, kinks. Assemble and start anew after it."""
         self.numbers = numbers
-        self._view(3, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
+        self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
         tables = table_block(numbers.tables)
-        self._view(4, len(tables))[:] = tables
+        self._view(Array.TABLES, len(tables))[:] = tables
         self.parameters[:] = parameters
         self.prepare()
 
@@ -168,10 +170,9 @@ class Block:
 
     def configure(self, s: Settings) -> None:
         """Set tolerances and method."""
-        scales = (self.numbers.length, self.numbers.rate)
-        c = _Settings(s.rtol, s.max_step, 0.0, s.step, *scales, METHODS[s.method], s.project, s.locate, s.max_steps, s.through_jams)
-        self.lib.tr_configure(self.at, ctypes.addressof(c))
-        self.lib.tr_set_energy(self.at, self.numbers.energy)
+        n = self.numbers
+        settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
+        self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
         """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""
@@ -224,18 +225,18 @@ class Block:
         return out[: max(count, 0), :rows].T
 
     def hold(self) -> np.ndarray | None:
-        """Statics with every frictional pair held at the present state, after ``start``: a row a pair of [slips at the start,
-        share of its capacity needed (NaN: holds nothing), capacity (N), share not unique]; None when there is no answer."""
-        out = np.zeros((self.kernel.sizes["nsliders"] + 1, 4))
-        return out[:-1] if self.lib.tr_hold(self.at, out.ctypes.data) else None
+        """Statics with every frictional pair held at the present state, after ``start``: a ``tr_held`` a pair; None when there is
+        no answer."""
+        out = np.zeros(self.kernel.sizes["nsliders"] + 1, HELD.dtype)
+        return out[:-1] if self.lib.tr_hold_all(self.at, out.ctypes.data) else None
 
     def multipliers(self) -> np.ndarray:
         """η as last solved."""
         s = self.kernel.sizes
-        return self._view(6, s["active"] + s["neta"])[s["active"] :]
+        return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[s["active"] :]
 
     def why(self) -> tuple[int, int]:
-        """After a failure of friction: (0 unknown, 1 jam, 2 inconsistent; the pair to blame or −1)."""
+        """After a failure of friction: (``Why``, the pair to blame or −1)."""
         pair = ctypes.c_int(-1)
         return self.lib.tr_why(self.at, ctypes.addressof(pair)), pair.value
 
@@ -249,12 +250,11 @@ class Block:
         """Roots of the complement equations found at the present state."""
         return self.lib.tr_roots(self.at)
 
-    def certificate(self) -> tuple[float, float, float, int, float]:
-        """(largest contraction number, largest relative residual of the complement equations, time and pair of the first decision
-        that more than one set of modes satisfied (time −1: none), time of the first hand-over to time stepping (−1: none))."""
-        out = (ctypes.c_double * 5)()
-        self.lib.tr_certificate(self.at, ctypes.addressof(out))
-        return out[0], out[1], out[2], int(out[3]), out[4]
+    def certificate(self) -> Any:
+        """What certifies the run so far, a ``tr_certificate``."""
+        out = CERTIFICATE.ctype()
+        self.lib.tr_certify_run(self.at, ctypes.addressof(out))
+        return out
 
     @property
     def time(self) -> float:
@@ -263,8 +263,9 @@ class Block:
 
     def statistics(self) -> dict[str, int]:
         """Counters of the run."""
-        values = (ctypes.c_long * len(STAT_NAMES)).from_address(self.lib.tr_statistics(self.at))
-        return dict(zip(STAT_NAMES, values, strict=True))
+        stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
+        counted = {n: int(getattr(stats, n)) for n in STATS.names if n != "of_method"}
+        return counted | {n: int(stats.of_method[i]) for n, i in METHODS.items() if n != "auto"}
 
     def take_events(self) -> np.ndarray:
         """Event records since the last call."""

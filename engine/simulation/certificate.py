@@ -31,11 +31,11 @@ class Certificate:
 
 def certificate(block: Block, system: System, roots_at_start: int, open_reactions: Redundancy) -> Certificate:
     """The certificate of a run that has come to its end."""
-    contraction, complement, time, pair, stepped = block.certificate()
-    several = (time, slider_names(system)[pair][0]) if time >= 0.0 else None
+    c = block.certificate()
+    several = (c.open_time, slider_names(system)[int(c.open_pair)][0]) if c.open_time >= 0.0 else None
     roots = (roots_at_start, block.roots() if system.neta else 1)
-    return Certificate(contraction, roots, complement, several, open_reactions.count, open_reactions.joints,
-                       stepped if stepped >= 0.0 else None)
+    return Certificate(c.contraction, roots, c.complement, several, open_reactions.count, open_reactions.joints,
+                       c.stepped if c.stepped >= 0.0 else None)
 
 
 def certificate_notes(c: Certificate) -> list[str]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.abi import Status, Why
 from engine.simulation.outcome import Outcome, from_status
 from engine.simulation.pairs import slider_names
 from engine.system.structure import Joint, System
@@ -14,11 +15,11 @@ from engine.system.structure import Joint, System
 if TYPE_CHECKING:
     from engine.simulation.run import Model
 
-LOOPS = (13, 15)
+LOOPS = (Status.FAIL_CLOSURE, Status.FAIL_GIMBAL)
 """Statuses in which a loop cannot go on."""
-FRICTION = (12, 16)
+FRICTION = (Status.FAIL_MULTIPLIERS, Status.FAIL_MODES)
 """Statuses in which friction has no answer: no root, no consistent set of modes."""
-WHY = {1: "jammed", 2: "inconsistent"}
+WHY: dict[int, str] = {Why.JAM: "jammed", Why.INCONSISTENT: "inconsistent"}
 
 
 def diagnose(model: Model, status: int) -> Outcome:
@@ -77,10 +78,10 @@ def suspect(model: Model, status: int) -> str:
     multiplier ratio when friction is scaled up); for numbers that are not finite the one that moves fastest where they were still
     finite, at rest the first with a freedom."""
     system = model.system
-    if status == 12 and system.frictional:
+    if status == Status.FAIL_MULTIPLIERS and system.frictional:
         names = [j.name for j in system.frictional]
         return names[0] if len(names) == 1 else _largest(model, names)
-    if status == 10:
+    if status == Status.FAIL_NOT_FINITE:
         return _fastest(model)
     return ""
 

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from engine.abi import EventKind
 from engine.simulation.pairs import slider_names, stop_names
 from engine.simulation.result import Event
 from engine.system.structure import System
 
-KINDS = {1: "reversal", 2: "stop", 3: "slip", 4: "separation", 5: "turn", 6: "stop_on", 7: "stop_off", 8: "switch", 9: "impact"}
-
 
 def decode(system: System, records: np.ndarray) -> list[Event]:
-    """Records (n×24) → events."""
+    """Records (n ``tr_event``) → events."""
     sliders, stops = slider_names(system), stop_names(system)
     out = []
     for r in records:
-        kind, index, n = KINDS[int(r[1])], int(r[2]), int(r[3])
+        kind, index, turned = EventKind(int(r["kind"])).name.lower(), int(r["index"]), r["turned"][: int(r["contacts"])]
         name, part = (stops if kind.startswith("stop_") else sliders)[index]
-        triple = r[4 : 4 + 3 * n].reshape(n, 3)
-        out.append(Event(float(r[0]), kind, name, part, *(tuple(float(v) for v in triple[:, c]) for c in range(3))))
+        angles = (tuple(float(v) for v in turned[which]) for which in ("before", "after", "turn"))
+        out.append(Event(float(r["time"]), kind, name, part, *angles))
     return out

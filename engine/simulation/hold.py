@@ -126,12 +126,13 @@ def _start(model: Model) -> int:
 
 def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[str, ...], started: bool) -> tuple[PairHold, ...]:
     out = []
-    for (name, part), (slips, share, capacity, shared) in zip(slider_names(system), table, strict=True):
+    for (name, part), held in zip(slider_names(system), table, strict=True):
         joint = scene.joints[name]
         assert joint.friction is not None
         law = joint.friction.law or scene.friction.law
-        unique = not shared and name not in open_joints
-        out.append(PairHold(name, part, joint.type, law, float(share), float(capacity), unique, started and not slips))
+        unique = not held["shared"] and name not in open_joints
+        sticks = bool(started and not held["slips"])
+        out.append(PairHold(name, part, joint.type, law, float(held["share"]), float(held["capacity"]), unique, sticks))
     return tuple(out)
 
 

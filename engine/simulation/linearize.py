@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.abi import Status
 from engine.basics.problems import SimulationError
 from engine.kernel.library import linear_unit
 from engine.scene.model import Scene
@@ -84,7 +85,7 @@ def _go(model: Model, at: float, settings: Settings) -> None:
         return
     model.block.configure(settings)
     closed, row = model.block.assemble(), np.zeros(model.block.width)
-    status = model.begin(settings, 0.0, 1.0, 1.0, row) if closed == 1 else 13
+    status = model.begin(settings, 0.0, 1.0, 1.0, row) if closed == 1 else Status.FAIL_CLOSURE
     if status:
         raise SimulationError(f"the scene cannot start (runtime status {status})")
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from engine.abi import Status
+
 DONE = "done"
-NAMES = {
-    10: "not_finite",
-    11: "step_underflow",
-    12: "no_solution",
-    13: "open_loop",
-    14: "max_steps",
-    15: "gimbal",
-    16: "inconsistent",
+NAMES: dict[int, str] = {
+    Status.FAIL_NOT_FINITE: "not_finite",
+    Status.FAIL_STEP: "step_underflow",
+    Status.FAIL_MULTIPLIERS: "no_solution",
+    Status.FAIL_CLOSURE: "open_loop",
+    Status.FAIL_MAX_STEPS: "max_steps",
+    Status.FAIL_GIMBAL: "gimbal",
+    Status.FAIL_MODES: "inconsistent",
 }
 ADVICE = {
     "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint; "

@@ -2,19 +2,21 @@
 
 x = [t, ts | tables | stop flags | modes]. t: time, s; ts: a time inside the current step, s, which alone chooses the branch of a
 signal. Tables: value and three derivatives each; external inputs are the first tables. Stop flags: 1 while engaged. Modes: a state
-flag, a frozen direction and a given tilt for every sliding pair (see ``friction.base``). The runtime's own view is ``TR_TABLE``
-and ``TR_MODE`` of ``runtime/tr.h``; a kernel whose x has another length than theirs is refused when its block is made.
+flag, a frozen direction and a given tilt for every sliding pair (see ``friction.base``). The records are ``tr_moment``,
+``tr_signal`` and ``tr_mode`` of ``engine.abi``; a kernel whose x has another length than theirs is refused when its block is made.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-TIMES = 2
+from engine.abi import runs
+
+TIMES = runs.MOMENT.numbers
 """Numbers before the tables: t and ts."""
-TABLE = 4
+TABLE = runs.SIGNAL.numbers
 """Numbers per table: value and three derivatives."""
-MODE = 5
+MODE = runs.MODE.numbers
 """Numbers per sliding pair: state flag, frozen direction (3), given tilt."""
 
 

@@ -2,7 +2,7 @@
 #include "fmu.h"
 
 /* ∂out/∂inputs · direction at the present state, found in a copy of it: asking changes nothing. */
-static fmi2Status fmu_along(fmu_instance *m, const double *direction, double *all) {
+static fmi2Status fmu_along(fmu_instance *m, const tr_signal *direction, double *all) {
   fmu_instance copy = *m;
   copy.state = fmu_allocate(&m->host, m->state->bytes);
   if (!copy.state) return fmu_log(m, fmi2Error, "out of memory");
@@ -21,7 +21,8 @@ static fmi2Status fmu_along(fmu_instance *m, const double *direction, double *al
 static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unknown, size_t nu, const fmi2ValueReference *known,
                                   size_t nk, const double *seed, double *out) {
   int no = MODEL->outputs, ni = MODEL->inputs;
-  double direction[4 * ni + 1], all[no + 1];
+  tr_signal direction[ni + 1];
+  double all[no + 1];
   for (size_t i = 0; i < nu; ++i)
     if (unknown[i] >= (unsigned)no) return fmu_log(m, fmi2Error, "derivatives are of outputs; %u is none", unknown[i]);
   for (size_t i = 0; i < nk; ++i)
@@ -32,9 +33,9 @@ static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unk
   memset(direction, 0, sizeof direction);
   for (size_t i = 0; i < nk; ++i) {
     int input = (int)known[i] - no;
-    const double *d = tr_input_record(FMU_SIM(m->state), input);
-    if (d[1] == 0.0) direction[4 * input] += seed[i];
-    else direction[4 * input + 2] += d[8] * d[8] * seed[i]; /* a motion that follows: its acceleration answers at once */
+    const tr_input *in = tr_input_record(FMU_SIM(m->state), input);
+    if (in->followed == 0.0) direction[input].value += seed[i];
+    else direction[input].second += in->bandwidth * in->bandwidth * seed[i]; /* a motion that follows: its acceleration answers at once */
   }
   memset(all, 0, sizeof all);
   if (nk) status = fmu_along(m, direction, all);

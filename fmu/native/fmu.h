@@ -42,6 +42,14 @@ typedef struct fmu_model {
 
 extern const fmu_model fmu_the_model;
 
+/* What the host has changed since the simulation last took it over. */
+enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2 };
+
+/* What the host says of an input, from the communication point on. */
+typedef struct fmu_input {
+  double value, derivative[2];
+} fmu_input;
+
 enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED };
 
 typedef struct fmu_state {
@@ -49,7 +57,7 @@ typedef struct fmu_state {
   char guid[40];
   int mode;
   int ready;   /* the simulation is at `time` and the row belongs to it */
-  int changed; /* 1 inputs, 2 parameters differ from what the simulation uses */
+  int changed; /* bits: what differs from what the simulation uses */
   int failed;  /* status of the runtime that ended the run, 0 while it goes on */
   int has_stop, has_tolerance, moved;
   double start, stop, tolerance, time, reached;
@@ -64,14 +72,14 @@ typedef struct fmu_instance {
 } fmu_instance;
 
 #define FMU_A(s, field) ((double *)((char *)(s) + sizeof(fmu_state)) + (s)->field)
+#define FMU_INPUTS(s) ((fmu_input *)FMU_A(s, inputs))
 #define FMU_SIM(s) ((tr_sim *)FMU_A(s, sim))
 
 /* Entry points of the runtime. */
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int events);
 double *tr_array(tr_sim *s, int which);
 void tr_set_parameters(tr_sim *s);
-void tr_host_configure(tr_sim *s, double rtol, int method, double step, double length, double rate);
-void tr_set_energy(tr_sim *s, double energy);
+void tr_configure(tr_sim *s, const tr_settings *set);
 int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven);
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
 int tr_row(tr_sim *s, double *row);
@@ -79,7 +87,7 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 int tr_cut(tr_sim *s, double t);
 int tr_resume(tr_sim *s, int anew);
 double tr_time(const tr_sim *s);
-int tr_directional(tr_sim *s, const tr_linear *l, const double *inputs, const double *dy, double *rates, double *columns);
-double *tr_input_record(tr_sim *s, int input);
-void tr_input_value(const double *record, double t, double *value);
+int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
+tr_input *tr_input_record(tr_sim *s, int input);
+void tr_input_value(const tr_input *record, double t, tr_signal *value);
 #endif

@@ -38,7 +38,7 @@ static void fmu_free(const fmi2CallbackFunctions *host, void *p) {
 static size_t fmu_layout(fmu_state *s) {
   int at = 0;
   s->settings = at, at += MODEL->settings;
-  s->inputs = at, at += 3 * MODEL->inputs;
+  s->inputs = at, at += TR_DOUBLES(fmu_input) * MODEL->inputs;
   s->row = at, at += 1 + MODEL->columns->nout;
   s->sim = at = (at + 7) & ~7;
   return sizeof(fmu_state) + sizeof(double) * at
@@ -53,7 +53,7 @@ static void fmu_defaults(fmu_state *s) {
   s->bytes = bytes;
   snprintf(s->guid, sizeof s->guid, "%s", MODEL->guid);
   for (int i = 0; i < MODEL->settings; ++i) FMU_A(s, settings)[i] = MODEL->setting[i].start;
-  for (int i = 0; i < MODEL->inputs; ++i) FMU_A(s, inputs)[3 * i] = MODEL->tables[(int)MODEL->tables[i] + 3];
+  for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
 }
 
 /* The pointers of a block that comes from elsewhere. */
@@ -82,7 +82,7 @@ static fmi2Status fmu_failed(fmu_instance *m, int status, fmi2Status as) {
 
 /* Parameters that are numbers of the equations. */
 static void fmu_numbers(fmu_state *s) {
-  double *p = tr_array(FMU_SIM(s), 0);
+  double *p = tr_array(FMU_SIM(s), TR_ARRAY_PARAMETERS);
   for (int i = 0; i < MODEL->settings; ++i)
     if (MODEL->setting[i].kind == FMU_NUMBER) p[MODEL->setting[i].index] = FMU_A(s, settings)[i];
 }
@@ -90,21 +90,22 @@ static void fmu_numbers(fmu_state *s) {
 /* Hand the inputs to the simulation from time t on. A motion that follows one goes on from where it is; at the start it is there. */
 static void fmu_hand_inputs(fmu_state *s, double t, int begin) {
   for (int i = 0; i < MODEL->inputs; ++i) {
-    const double *u = FMU_A(s, inputs) + 3 * i;
-    double *d = tr_input_record(FMU_SIM(s), i), now[4];
-    tr_input_value(d, t, now);
-    d[2] = t;
-    memcpy(d + 3, u, 3 * sizeof(double));
-    d[6] = d[1] != 0.0 && !begin ? now[0] - u[0] : 0.0;
-    d[7] = d[1] != 0.0 && !begin ? now[1] - u[1] : 0.0;
+    const fmu_input *told = FMU_INPUTS(s) + i;
+    tr_input *in = tr_input_record(FMU_SIM(s), i);
+    tr_signal now;
+    tr_input_value(in, t, &now);
+    in->t0 = t, in->u[0] = told->value, in->u[1] = told->derivative[0], in->u[2] = told->derivative[1];
+    int behind = in->followed != 0.0 && !begin;
+    in->gap = behind ? now.value - told->value : 0.0;
+    in->gap_rate = behind ? now.first - told->derivative[0] : 0.0;
   }
   for (int i = 0; i < MODEL->settings; ++i)
-    if (MODEL->setting[i].kind == FMU_BANDWIDTH) tr_input_record(FMU_SIM(s), MODEL->setting[i].index)[8] = FMU_A(s, settings)[i];
+    if (MODEL->setting[i].kind == FMU_BANDWIDTH) tr_input_record(FMU_SIM(s), MODEL->setting[i].index)->bandwidth = FMU_A(s, settings)[i];
 }
 
 /* Start values: coordinates and rates; quaternions are normalised by the assembly. */
 static void fmu_start_values(fmu_state *s) {
-  double *y = tr_array(FMU_SIM(s), 1);
+  double *y = tr_array(FMU_SIM(s), TR_ARRAY_STATE);
   memcpy(y, MODEL->q, sizeof(double) * MODEL->kernel->nq);
   memcpy(y + MODEL->kernel->nq, MODEL->v, sizeof(double) * MODEL->kernel->nv);
   for (int i = 0; i < MODEL->settings; ++i) {
@@ -120,14 +121,15 @@ static fmi2Status fmu_begin(fmu_instance *m) {
   tr_sim *sim = FMU_SIM(s);
   memset(sim, 0, s->bytes - ((char *)sim - (char *)s));
   tr_init(sim, MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
-  memcpy(tr_array(sim, 0), MODEL->p, sizeof(double) * MODEL->kernel->np);
-  memcpy(tr_array(sim, 3), MODEL->breaks, sizeof(double) * MODEL->nbreaks);
-  memcpy(tr_array(sim, 4), MODEL->tables, sizeof(double) * MODEL->ntables);
+  memcpy(tr_array(sim, TR_ARRAY_PARAMETERS), MODEL->p, sizeof(double) * MODEL->kernel->np);
+  memcpy(tr_array(sim, TR_ARRAY_BREAKS), MODEL->breaks, sizeof(double) * MODEL->nbreaks);
+  memcpy(tr_array(sim, TR_ARRAY_TABLES), MODEL->tables, sizeof(double) * MODEL->ntables);
   fmu_numbers(s);
   tr_set_parameters(sim);
   double rtol = s->has_tolerance ? s->tolerance : fmu_setting_of(s, FMU_TOLERANCE, 1e-6);
-  tr_host_configure(sim, rtol, MODEL->method, fmu_setting_of(s, FMU_STEP, 0.0), MODEL->length, MODEL->rate);
-  tr_set_energy(sim, MODEL->energy);
+  const tr_settings set = {.rtol = rtol, .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
+                           .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1};
+  tr_configure(sim, &set);
   fmu_start_values(s);
   s->time = s->reached = s->start, s->failed = 0;
   fmu_hand_inputs(s, s->start, 1);
@@ -152,7 +154,7 @@ static fmi2Status fmu_take_over(fmu_instance *m) {
   fmu_state *s = m->state;
   tr_sim *sim = FMU_SIM(s);
   if (!s->changed) return fmi2OK;
-  int status = tr_cut(sim, s->time), anew = (s->changed & 2) != 0;
+  int status = tr_cut(sim, s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
   if (status == TR_OK && anew) fmu_numbers(s);
   fmu_hand_inputs(s, s->time, 0);
   if (status == TR_OK) status = tr_resume(sim, anew);

@@ -5,7 +5,7 @@ static int fmu_count(void) { return MODEL->outputs + MODEL->inputs + MODEL->sett
 
 static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t n, double *value) {
   fmu_state *s = m->state;
-  const double *row = FMU_A(s, row) + 1, *inputs = FMU_A(s, inputs), *settings = FMU_A(s, settings);
+  const double *row = FMU_A(s, row) + 1, *settings = FMU_A(s, settings);
   int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count(), fresh = s->ready && !s->changed;
   for (size_t i = 0; i < n; ++i) {
     int r = (int)vr[i];
@@ -18,7 +18,7 @@ static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t 
       }
       value[i] = row[r];
     } else {
-      value[i] = r < no + ni ? inputs[3 * (r - no)] : settings[r - no - ni];
+      value[i] = r < no + ni ? FMU_INPUTS(s)[r - no].value : settings[r - no - ni];
     }
   }
   return fmi2OK;
@@ -49,12 +49,13 @@ static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t 
   }
   for (size_t i = 0; i < n; ++i) {
     int r = (int)vr[i] - no;
-    double *at = r < ni ? FMU_A(s, inputs) + 3 * r : FMU_A(s, settings) + (r - ni);
-    int same = *at == value[i] && (r >= ni || (at[1] == 0.0 && at[2] == 0.0));
+    fmu_input *in = FMU_INPUTS(s) + r;
+    double *at = r < ni ? &in->value : FMU_A(s, settings) + (r - ni);
+    int same = *at == value[i] && (r >= ni || (in->derivative[0] == 0.0 && in->derivative[1] == 0.0));
     if (same) continue;
     *at = value[i];
-    if (r < ni) at[1] = at[2] = 0.0; /* its derivatives are told after it */
-    s->changed |= r < ni ? 1 : 2;
+    if (r < ni) in->derivative[0] = in->derivative[1] = 0.0; /* its derivatives are told after it */
+    s->changed |= r < ni ? FMU_NEW_INPUTS : FMU_NEW_PARAMETERS;
   }
   return fmi2OK;
 }
@@ -70,10 +71,10 @@ static fmi2Status fmu_set_derivatives(fmu_instance *m, const fmi2ValueReference 
     if (!isfinite(value[i])) return fmu_log(m, fmi2Error, "value reference %u: the derivative is not a finite number", vr[i]);
   }
   for (size_t i = 0; i < n; ++i) {
-    double *at = FMU_A(s, inputs) + 3 * (vr[i] - MODEL->outputs) + order[i];
+    double *at = FMU_INPUTS(s)[vr[i] - MODEL->outputs].derivative + order[i] - 1;
     if (*at == value[i]) continue;
     *at = value[i];
-    s->changed |= 1;
+    s->changed |= FMU_NEW_INPUTS;
   }
   return fmi2OK;
 }

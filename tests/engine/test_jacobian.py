@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engine.kernel import cache, compiler, jacobian_unit
-from engine.kernel.library import RUNTIME
+from engine.kernel.library import write_headers
 from engine.kernel.source import jacobian_source
 from engine.scene import load_scene, model_names
 from engine.simulation.block import Block
@@ -100,7 +100,8 @@ def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.Monkey
     assert "j_along" in text
     source, library = tmp_path / "jacobian.c", tmp_path / f"jacobian{compiler.library_suffix()}"
     source.write_text(text)
-    compiler.build_library([source], library, [RUNTIME], cache.cache_folder())
+    write_headers(tmp_path)
+    compiler.build_library([source], library, [tmp_path], cache.cache_folder())
     other.kernel.libraries["jacobian"] = ctypes.CDLL(str(library))
     got = other.derivatives()
     size = np.maximum(np.abs(expected).max(axis=1, keepdims=True), 1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import engine
+from engine.abi import Array
 from engine.scene import scene_from_dict, scene_to_dict
 from engine.simulation.block import Settings
 from engine.simulation.linearize import _go, _Point
@@ -51,7 +52,7 @@ def differences(model: Model, dy: np.ndarray, inputs: np.ndarray) -> tuple[np.nd
     block = model.block
     y, found = block.y.copy(), []
     count = len(model.system.inputs)
-    tables = block._view(4, block._sizes[1])
+    tables = block._view(Array.TABLES, block._sizes[1])
     kept = tables.copy()
     for sign in (1, -1):
         block.y[: block.ny] = y[: block.ny] + sign * STEP * dy

@@ -1,0 +1,22 @@
+"""What the C runtime and Python share, once: enumerations (``choices``), records (``kernels``, ``runs``, ``batches``), and the C
+header that is generated from them (``header``). Nothing else may know a number, a size or a layout of these."""
+
+from engine.abi.choices import (
+    Array,
+    Coordinate,
+    EventKind,
+    PairKind,
+    PairState,
+    Post,
+    RowKind,
+    Status,
+    StopState,
+    TableKind,
+    Wants,
+    Why,
+)
+
+__all__ = [
+    "Array", "Coordinate", "EventKind", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState", "TableKind", "Wants",
+    "Why",
+]  # fmt: skip

@@ -1,0 +1,66 @@
+"""Records of a batch: many cases of one structure per call."""
+
+from __future__ import annotations
+
+from engine.abi.records import Record
+
+EVENT_KINDS = 16
+"""Kinds of events that are counted apart; a power of two above the largest EventKind."""
+
+CASE_SETTINGS = Record("tr_case_settings", "What differs from case to case, parameters and start apart.", """
+double rtol
+double length
+double rate
+double until
+double every
+double energy
+""")
+
+CASE = Record("tr_case", "What became of a case; behind it a tr_reduced for every column.", f"""
+double status : TR_DONE or why it failed
+double time : it reached, s
+double rows : output rows
+double steps
+double detail : of a start that cannot be assembled: its code
+double count[{EVENT_KINDS}] : events by kind
+double first[{EVENT_KINDS}] : time of the first of each kind, s; not a number without
+""")
+
+REDUCED = Record("tr_reduced", "A column over the rows of a case.", """
+double max : largest finite value
+double min : smallest finite value
+double final : last value
+double mean : of the finite values (while the case runs: their sum)
+double finite : how many values were finite
+""")
+
+VARIANT = Record("tr_variant", "A kernel's blocks.", """
+const struct tr_sim *fresh : as prepared by the host
+struct tr_sim *plain : working copy
+struct tr_sim *full : working copy with the Jacobian unit; 0 while there is none
+const tr_jacobian *j : the unit
+size_t full_bytes : size of that copy
+""")
+
+BATCH = Record("tr_batch", "Many cases of one structure.", """
+tr_variant variant[2] : as generated, and its redundant variant
+tr_settings settings : of all cases; those of a case replace its own
+long ncases : how many
+long at : the present one
+long capacity : rows of the buffer
+int ntable : numbers in the tables
+int width : numbers of a row
+int running : whether the present case has been started
+int which : its variant
+int reported : whether its failure has been reported
+const double *p : parameters, np a case
+const double *y : start state, nq + nv a case
+const double *given : what of it is given, by rate: nv and nv a case
+const double *inputs : external inputs a case
+const tr_case_settings *set : one a case
+double *rows : capacity × width
+double *scratch : for the redundancy of loops
+double *out : per case tr_case and a tr_reduced a column
+struct tr_sim *now : the block of the present case
+double last : time of the last row, s
+""")

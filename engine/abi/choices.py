@@ -1,0 +1,186 @@
+"""The enumerations C and Python share: how a call ended, what happened, in which state a pair is, which array is meant."""
+
+from __future__ import annotations
+
+from engine.abi.records import Named
+
+
+class Status(Named):
+    """How a call into the runtime ended; from FAIL_NOT_FINITE on: why a run cannot go on."""
+
+    OK = 0
+    MORE = 1, "step budget used up: call again"
+    ROWS_FULL = 2, "output buffer full: drain and call again"
+    EVENTS_FULL = 3, "event buffer full: drain and call again"
+    NEED_JACOBIAN = 4, "the method asks for the Jacobian unit: attach it and call again"
+    DONE = 5
+    NEED_REDUNDANT = 6, "friction depends on reactions that redundant loops leave open: use the redundant variant"
+    FAIL_NOT_FINITE = 10
+    FAIL_STEP = 11, "step size underflow"
+    FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"
+    FAIL_CLOSURE = 13, "loops cannot be closed"
+    FAIL_MAX_STEPS = 14
+    FAIL_GIMBAL = 15, "the turning axes of a loop lie in one plane, and it cannot turn on"
+    FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
+    CASE_FAILED = 20, "of a batch: a case ended early; the host may look at its block, then call again"
+
+
+class EventKind(Named):
+    """What happened at an event."""
+
+    REVERSAL = 1, "sliding turned round: the contact normal jumps"
+    STOP = 2, "a pair came to rest"
+    SLIP = 3, "a pair at rest began to slide"
+    SEPARATION = 4, "a normal force went through zero"
+    TURN = 5, "a contact elsewhere turned at an event"
+    STOP_ON = 6, "a stop was reached"
+    STOP_OFF = 7, "a stop was left"
+    SWITCH = 8
+    IMPACT = 9, "a jammed pair stopped at once"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_EV_"
+
+
+class PairState(Named):
+    """The flag of a pair's mode. A law with a kink is proportional or saturated; a set-valued law sticks, slips, or (a ball) turns
+    inside its friction cone without sliding; a law with a kink at rest only keeps 0, and its direction changes."""
+
+    STUCK = 0
+    SLIPS = 1
+    CONE = 2
+    PROPORTIONAL = 0
+    SATURATED = 1
+
+    @classmethod
+    def c_text(cls) -> str:
+        """The C enumeration, both names of a number included."""
+        lines = [f"  {cls.prefix()}{name} = {m.value}," for name, m in cls.__members__.items()]
+        return "\n".join([f"/* {' '.join((cls.__doc__ or '').split())} */", "enum {", *lines, "};\n"])
+
+
+class PairKind(Named):
+    """What a pair's law does at rest and at its kink."""
+
+    SMOOTH = 0, "nothing: it is smooth"
+    KINK = 1, "its branch changes at a sliding speed"
+    SET = 2, "set-valued at rest"
+    TURN = 3, "kink where a single rate changes sign"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_KIND_"
+
+
+class StopState(Named):
+    """The flag of a stop."""
+
+    OPEN = 0
+    PRESSED = 1
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_STOP_"
+
+
+class Coordinate(Named):
+    """What a coordinate or a rate measures."""
+
+    ANGLE = 0
+    LENGTH = 1
+    QUATERNION = 2
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_COORDINATE_"
+
+
+class RowKind(Named):
+    """What a constraint row holds."""
+
+    TRAVEL = 0, "its multiplier is a force"
+    TURNING = 1, "its multiplier is a torque"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_CONSTRAINS_"
+
+
+class TableKind(Named):
+    """How a table of signals is read."""
+
+    LINEAR = 0, "straight lines between the knots"
+    SPLINE = 1, "a cubic spline through the knots"
+    INPUT = 2, "an external input (tr_input)"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_TABLE_"
+
+
+class Post(Named):
+    """What the runtime does with a column."""
+
+    HOLD = 1, "keep its last value while its partner, a normal force, is zero"
+    WRAP = 2, "continue an angle by whole turns"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_POST_"
+
+
+class Wants(Named):
+    """Bits of what a set of columns asks of the runtime besides."""
+
+    CONTRACTION = 1, "the contraction number in every row"
+    CONTACTS = 2, "contacts watched for separation while stepping"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_WANTS_"
+
+
+class Array(Named):
+    """Arrays of a block that hosts may look into (``tr_array``)."""
+
+    PARAMETERS = 0, "np"
+    STATE = 1, "q, v, friction states, integrals"
+    SIGNALS = 2, "nx: what comes from outside the state"
+    BREAKS = 3, "times at which a step has to end"
+    TABLES = 4, "tables of signals"
+    EVENTS = 5, "event records"
+    MULTIPLIERS = 6, "active λ, then η"
+    SLOPES = 7, "rows of K of the last step"
+    MAPS = 8, "what stage 1 left for the multipliers"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_ARRAY_"
+
+
+class Why(Named):
+    """Why friction has no answer."""
+
+    UNKNOWN = 0
+    JAM = 1, "the pair's sliding stops at once, and from rest there is an answer"
+    INCONSISTENT = 2, "not even from rest"
+
+    @classmethod
+    def prefix(cls) -> str:
+        """What the C names begin with."""
+        return "TR_WHY_"
+
+
+ENUMERATIONS: tuple[type[Named], ...] = (
+    Status, EventKind, PairState, PairKind, StopState, Coordinate, RowKind, TableKind, Post, Wants, Array, Why,
+)  # fmt: skip

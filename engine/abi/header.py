@@ -1,0 +1,57 @@
+"""The C header ``tr_abi.h`` and its number: what kernels, runtime and Python must agree about."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from functools import lru_cache
+
+from engine.abi import batches, kernels, runs
+from engine.abi.choices import ENUMERATIONS
+from engine.abi.records import Record
+from engine.integrators import METHODS
+
+TOP = """/* What C and Python share, generated from the tables in engine/abi. */
+#ifndef TR_ABI_H
+#define TR_ABI_H
+#include <stddef.h>
+
+struct tr_sim;
+/* How many doubles a record of doubles takes. */
+#define TR_DOUBLES(type) ((int)(sizeof(type) / sizeof(double)))
+"""
+
+
+def records() -> list[Record]:
+    """All records, each after those it contains."""
+    return [r for module in (kernels, runs, batches) for r in vars(module).values() if isinstance(r, Record)]
+
+
+def sizes() -> str:
+    """Counts that are no field of a record."""
+    counts = {"TR_EVENT_CONTACTS": runs.EVENT_CONTACTS, "TR_EVENT_KINDS": batches.EVENT_KINDS, "TR_METHODS": len(METHODS)}
+    return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n"
+
+
+def methods() -> str:
+    """The numbers of the methods."""
+    return "enum {" + ", ".join(f"TR_{m.upper()} = {i}" for i, m in enumerate(METHODS)) + "};\n"
+
+
+@lru_cache(maxsize=1)
+def body() -> str:
+    """The header without its frame."""
+    return "\n".join([sizes(), methods(), *(e.c_text() for e in ENUMERATIONS), *(r.c_text() for r in records())])
+
+
+@lru_cache(maxsize=1)
+def number() -> int:
+    """The ABI's number: a digest of the declarations, words apart."""
+    plain = re.sub(r"/\*.*?\*/", "", body(), flags=re.DOTALL)
+    return int(hashlib.sha256(" ".join(plain.split()).encode()).hexdigest()[:7], 16)
+
+
+@lru_cache(maxsize=1)
+def header() -> str:
+    """Text of ``tr_abi.h``."""
+    return f"{TOP}\nenum {{TR_ABI = {number()}}};\n{body()}#endif\n"

@@ -1,0 +1,121 @@
+"""What a kernel says about a mechanism: its sizes, its tables and its functions."""
+
+from __future__ import annotations
+
+from engine.abi.records import Record
+
+STATE = "const double *x, const double *y, const double *c"
+
+ELEMENT = Record("tr_element", "A frictional joint: where its reaction components, multipliers and rates lie.", """
+int n0 : its first reaction component
+int needs : how many its forms use
+int eta0 : its first multiplier
+int neta : how many
+int rate0 : its first rate in the maps
+int nrates : how many
+int dn0 : where its block of the law's derivative begins
+""")
+
+PAIR = Record("tr_pair", "A sliding pair of a frictional joint.", """
+int element : its joint's place among the elements
+int eta0 : its first multiplier
+int neta : how many
+int rate0 : its first rate in the maps
+int nrates : how many
+int kind : TR_KIND_…
+int contact0 : its first contact
+int ncontacts : how many
+int v0 : its first rate among those of the state, -1 where it has none there
+int cone : whether it can turn without sliding (a ball)
+""")
+
+POST = Record("tr_post", "What is done with a column after its value is known.", """
+int kind : TR_POST_…
+int column : which
+int partner : the column it depends on
+""")
+
+KERNEL = Record("tr_kernel", "The stepping unit of a mechanism: sizes, tables, functions. State y: q (nq), v (nv), states of "
+                "friction laws (nb; friction ratios), integrals (nquad).", f"""
+int abi : must be TR_ABI
+int nq : coordinates
+int nv : rates
+int nb : states of friction laws
+int nx : signals
+int np : parameters
+int nc : constants
+int nw : values stage 1 keeps for stage 2
+int nmaps : numbers of the maps
+int rows : constraint rows
+int active : those that are not structurally empty
+int neta : multipliers of friction
+int nn : reaction components
+int nrates : rates in the maps, states of friction laws included
+int nquad : integrals
+int nsliders : sliding pairs
+int nstops : stops
+int ntables : tables of signals
+int nquat : quaternions
+int nelements : frictional joints
+int ndn : numbers of the law's derivative
+int nkappa : scaled reactions (redundant variant)
+int loop_friction : whether friction sits on a loop
+int coupled : whether inactive rows matter to the choice of reactions
+int sets : whether some law is set-valued at rest
+int c_closure : where the constants of closure begin
+int c_laws : of the laws
+int c_events : of the events
+int c_held : of what is held
+const int *active_rows : active: indices of the rows
+const int *row_kind : rows: TR_CONSTRAINS_…
+const int *qkind : nq: TR_COORDINATE_…
+const int *vkind : nv: TR_COORDINATE_…
+const int *quat : nquat: offsets in q of quaternions
+const tr_element *element : nelements
+const tr_pair *pair : nsliders
+void (*prepare)(const double *p, double *c) : constants from parameters
+void (*stage1)({STATE}, double *w, double *maps, double *dy) : maps of the multipliers
+void (*stage2)({STATE}, const double *w, const double *z, double *dy) : ẏ
+void (*laws)(const double *N, const double *r, const double *x, const double *c, double *e, double *dN, double *v) : η = law(N)
+void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : what rest can hold
+void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
+void (*events)({STATE}, double *g) : depth of every stop
+void (*qdot)(const double *y, const double *v, double *dq) : coordinate rates
+""")
+
+OUTPUTS = Record("tr_outputs", "The unit of columns. a: accelerations of the free rates (nv) at this state.", f"""
+int abi : must be TR_ABI
+int nout : columns
+int ncontacts : contacts
+int nc : constants
+int nkappa : scaled reactions
+int npost : columns that are treated afterwards
+int energy : column of energy.residual, -1 without
+int wants : bits TR_WANTS_…
+const tr_post *post : npost
+void (*prepare)(const double *p, double *c) : constants from parameters
+void (*eval)({STATE}, const double *z, const double *a, const double *extra, double *out) : the columns
+void (*contacts)({STATE}, const double *z, const double *a, double *out) : tr_contact of each
+void (*kappa)({STATE}, const double *z, const double *a, double *out) : the scaled reactions
+""")
+
+JACOBIAN = Record("tr_jacobian", "[F; R; scaled reactions (nkappa)] by [y, t, z], column-major: all at once, or the point and then "
+                  "columns one by one.", f"""
+int abi : must be TR_ABI
+int nc : constants
+int nw : values the point keeps
+void (*prepare)(const double *p, double *c) : constants from parameters
+void (*eval)({STATE}, const double *z, double *J) : all columns (0: one by one)
+void (*point)({STATE}, const double *z, double *w) : the point
+void (*along)({STATE}, const double *z, const double *w, const double *seed, double *J) : a direction
+""")
+
+LINEAR = Record("tr_linear", "Directional derivatives: of F = [ẏ; powers] and the multiplier residuals R along a seed of [inputs "
+                "(a tr_signal each), y, z], and of the columns along a seed of [inputs, y, z of all rows, accelerations].", f"""
+int abi : must be TR_ABI
+int nc : constants
+int ninputs : external inputs
+void (*prepare)(const double *p, double *c) : constants from parameters
+void (*rates)({STATE}, const double *z, const double *seed, double *out) : of F and R
+void (*columns)({STATE}, const double *z, const double *a, const double *seed, double *out) : of the columns
+""")

@@ -1,0 +1,145 @@
+"""Records that lie in a block while it runs: signals and modes, what functions write about pairs, what the runtime is told and
+what it notes. All but the settings and the statistics are made of doubles."""
+
+from __future__ import annotations
+
+from engine.abi.records import Record
+from engine.integrators import METHODS
+
+EVENT_CONTACTS = 6
+"""Contacts of one pair that an event can note (a universal joint's cross has four)."""
+
+# -- what lies in x: moment, a signal a table, a flag a stop, a mode a pair -------------------------------------------------------
+
+MOMENT = Record("tr_moment", "When it is.", """
+double t : time, s
+double inside : a time inside the present step, which alone decides on which branch of a ramp or table it is
+""")
+
+SIGNAL = Record("tr_signal", "A table's signal now.", """
+double value : its value
+double first : and its derivatives
+double second
+double third
+""")
+
+MODE = Record("tr_mode", "Mode of a sliding pair, frozen within a step.", """
+double flag : TR_STUCK, …
+double direction[3] : its rates when the direction was frozen (of one component: its sign)
+double tilt : of a ball: its tilt where that is not to follow from the state, else 0
+""")
+
+# -- what the functions of a kernel write ---------------------------------------------------------------------------------------
+
+SLIDING = Record("tr_sliding", "How a pair slides.", """
+double speed : m/s, negative once past a reversal of the frozen direction
+double border : sliding speed of the law's kink, m/s; of a set-valued law: negative where a ball turns without sliding
+""")
+
+HOLD = Record("tr_hold", "What a pair at rest holds.", """
+double capacity : friction it can carry in the direction asked for, N at the surface
+double size : friction asked for, N at the surface
+double beyond : part of it no friction carries, N
+""")
+
+CONTACT = Record("tr_contact", "A contact force.", """
+double force : normal force, N
+double vector[3] : the contact's vector, turned so that its angle is atan2 of the second by the first
+""")
+
+# -- what the runtime is told ---------------------------------------------------------------------------------------------------
+
+KNOTS = Record("tr_knots", "Head of a table; behind it n times, n values, n second derivatives.", """
+double kind : TR_TABLE_LINEAR or TR_TABLE_SPLINE
+double n : knots
+""")
+
+INPUT = Record("tr_input", "An external input from its communication point on. A motion that follows it starts where it was and "
+               "closes the gap critically damped.", """
+double kind : TR_TABLE_INPUT
+double followed : whether a motion follows it
+double t0 : the communication point, s
+double u[3] : value and two derivatives there
+double gap : of the motion from it, there
+double gap_rate : its rate
+double bandwidth : 1/s: how fast the gap closes
+""")
+
+SETTINGS = Record("tr_settings", "How to step.", """
+double rtol : relative tolerance
+double hmax : longest step, s
+double hmin : shortest step, s
+double hfixed : fixed steps of this size without error control, s; 0: error control
+double length : scale of lengths, m
+double rate : scale of rates, 1/s
+double energy : what works asked for are compared with, J; 0: they are not under error control
+int method : its number
+int project : whether loops are closed after each step
+int locate : whether events are located
+int max_steps : give up after so many; 0: never
+int through_jams : whether a jammed pair stops by an impact and the run goes on
+""")
+
+STATS = Record("tr_stats", "What a run has cost so far.", f"""
+long steps : accepted steps
+long rejected : refused trial steps
+long rhs_evaluations : evaluations of the right-hand side
+long jacobians : of the Jacobian
+long newton_iterations : of the complement equations
+long newton_most : most iterations one solution took
+long events : events
+long projections : corrections of positions
+long outputs : output rows
+long of_method[{len(METHODS)}] : accepted steps by method
+""")
+
+# -- what the runtime writes ----------------------------------------------------------------------------------------------------
+
+TURN = Record("tr_turn", "How a contact turned at an event.", """
+double before : its angle before, rad
+double after : its angle after, rad
+double turn : angle between its normals before and after, rad
+""")
+
+EVENT = Record("tr_event", "Something that happened at an instant.", f"""
+double time : s
+double kind : TR_EV_…
+double index : which pair or stop
+double contacts : how many follow
+tr_turn turned[{EVENT_CONTACTS}] : its contacts
+""")
+
+LAST = Record("tr_last", "The last event, as columns show it.", """
+double time : s
+double kind : TR_EV_…
+double element : its joint among those with friction, from 1; 0 none
+double contact : its contact that turned most, from 1; 0 none
+double before : that contact's angle before, rad
+double after : its angle after, rad
+double turn : by how much its normal turned, rad
+""")
+
+EXTRA = Record("tr_extra", "What only the runtime knows, for the columns; behind it a number for the state of every pair.", """
+double energy0 : energy.residual at the start, J
+double closure : largest residual of the loops
+double complement : relative residual of the complement equations
+double contraction : of their fixed-point iteration
+double events : how many so far
+double step : size of the last step, s
+tr_last last : the last event
+""")
+
+HELD = Record("tr_held", "Answer to the static question, of a pair.", """
+double slips : whether it slips at the start
+double share : of its capacity needed to hold; not a number where its law holds nothing
+double capacity : N at the surface
+double shared : whether the share is one of several possible
+""")
+
+CERTIFICATE = Record("tr_certificate", "Numbers that certify a run.", """
+double contraction : largest contraction of the complement equations
+double complement : their largest relative residual
+double open_time : first decision that several sets of modes satisfied, s; -1 none
+double open_pair : the pair it was about
+double stepped : first hand-over to time stepping, s; -1 none
+""")
