@@ -4,11 +4,12 @@ Between stage 1 and stage 2 the runtime solves for the multipliers (METHOD, "Aff
 pair. Stage 1 writes one block, "maps", of matrices in column-major order. With a active cut rows, e multipliers η, n reaction
 components, r rates and k scaled reactions it holds, one after the other:
 
-  S (a×a), Se (a×e), g0 (a)      constraint equations S λ + Se η + g0 = 0 N0 (n), Nl (n×a), Ne (n×e)     reaction components of
-  frictional joints, N0 + Nl λ + Ne η rates (r)                      of the freedoms of frictional joints, and behind them the
-  states of friction laws Q0 (e), Ql (e×a), Qe (e×e)     accelerations of these freedoms, which rest sets to zero; only where some
-  law is set-valued κ0 (k), κl (k×a), κe (k×e)     scaled reactions, which decide what redundant loops leave open; only in the
-  redundant variant, which is needed while stepping when friction depends on them
+  S (a×a), Se (a×e), g0 (a)      constraint equations S λ + Se η + g0 = 0
+  N0 (n), Nl (n×a), Ne (n×e)     reaction components of frictional joints, N0 + Nl λ + Ne η
+  rates (r)                      of the freedoms of frictional joints, and behind them the states of friction laws
+  Q0 (e), Ql (e×a), Qe (e×e)     accelerations of these freedoms, which rest sets to zero; only where some law is set-valued
+  κ0 (k), κl (k×a), κe (k×e)     scaled reactions, which decide what redundant loops leave open; only in the redundant variant,
+                                 needed while stepping when friction depends on them
 """
 
 from __future__ import annotations

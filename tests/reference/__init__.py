@@ -1,9 +1,15 @@
-"""The independent check: absolute coordinates, one dense solve, contacts as numerical roots. numpy and scipy only.
+"""The independent formulation that the engine is held against: absolute coordinates, one dense solve, contacts as numerical roots.
+
+It uses numpy and scipy only, and shares nothing with the engine but the Scene classes. How it is used:
 
     state = forward(scene, q, qd, t)     poses and velocities from a spanning tree of joint coordinates
     result = solve(state)                accelerations, reactions, friction, contacts, drives, energy
     case = random_tree(seed)             random scenes with consistent states (case.scene, case.q, case.qd)
-It shares nothing with the engine but the Scene classes.
+
+Coordinates and frames: ``bodies`` → ``kinematics``, ``joint_rows``, ``rotation``. Forces: ``loads``, ``signals``. Friction:
+``laws`` → ``contacts`` → ``rubbing``. The solve: ``equations`` → ``friction`` → ``dynamics``; ``modes`` tries all ways to stick
+and slip. Scenes: ``random_parts`` → ``random_scenes``; ``transforms``, ``units`` and ``reversal`` say the same mechanism
+differently, ``values`` compares.
 """
 
 from .bodies import Part, joint_frames, parts

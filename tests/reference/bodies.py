@@ -12,7 +12,7 @@ GROUND = "ground"
 
 @dataclass(frozen=True)
 class Part:
-    """Mass, centre (body frame), inertia about the centre (body axes)."""
+    """Mass properties of a body: mass, kg; mass centre in the body's frame, m; inertia about it in the body's axes (3×3), kg m²."""
 
     mass: float
     center: np.ndarray
@@ -94,7 +94,7 @@ def named_point(scene, body: str, point) -> np.ndarray:
 
 
 def place(scene, text: str) -> tuple[str, np.ndarray | None]:
-    """Body and point of "body.point"; the point is None for "body" alone."""
+    """The body that "body.point" names, and the point's position on it; None where only a body is named."""
     body, _, point = text.partition(".")
     return body, (named_point(scene, body, point) if point else None)
 

@@ -20,7 +20,8 @@ E1, E2, E3 = np.eye(3)
 
 @dataclass(frozen=True)
 class Contact:
-    """Normal force, outward normal on the pin (pin frame), angle with n = cos e3 + sin e2 (ball: atan2(n3, n1))."""
+    """One contact: normal force, N; outward normal n on the pin, in the pin's frame; angle, with n = cos e3 + sin e2 (of a ball
+    atan2(n3, n1)); of a ball also its elevation out of the 1–3 plane. NaN where nothing presses."""
 
     normal_force: float
     normal: np.ndarray
@@ -57,7 +58,7 @@ def journal(fc, mc, omega, sdot, radius, half_length, law: Law, thrust_radius: f
         return np.r_[f, cross(place + arm, f)]
 
     lateral = np.column_stack([wrench(p, n) for p in places for n in (E3, E2)])
-    # a unit vector stands for f n of one contact; only the lateral rows are linear in f n
+    # Each column is the wrench of a contact for f n = e3 or e2. Only its lateral rows are linear in f n, so only these are solved.
     a1, b1, a2, b2 = np.linalg.solve(lateral[[1, 2, 4, 5]], np.r_[fc[1:], mc[1:]])
     contacts = [_lateral(a1, b1), _lateral(a2, b2)]
     total = sum(c.normal_force * wrench(p, c.normal) for c, p in zip(contacts, places, strict=True))
@@ -90,12 +91,12 @@ def ball(fc, omega, radius, law: Law) -> Outcome:
         return float(np.linalg.norm(cross(omega, normal(s)[0]))) - s
 
     s = _sliding_rate(gap, float(np.linalg.norm(omega)), law)
-    if s is None:  # exact Coulomb, no sliding at the contact: the limit of (104), n along the spin
+    if s is None:  # Nothing slides at the contact: n lies along the spin, the limit of (104) for v_eps → 0.
         n = -np.sign(fc @ omega) * omega / np.linalg.norm(omega)
         fn = float(-n @ fc)
     else:
         n, fn = normal(s)
-    torque = radius * cross(n, fc)  # (110): n x f_c = n x f_t
+    torque = radius * cross(n, fc)  # This is (110), because the normal part of f_c has no arm.
     contact = Contact(fn, n, float(np.arctan2(n[2], n[0])), float(np.arcsin(np.clip(n[1], -1, 1))))
     return Outcome([contact], 0.0, torque)
 

@@ -16,7 +16,7 @@ from .rubbing import Rubbing, reaction
 
 @dataclass(frozen=True)
 class Result:
-    """Names and signs as in NOTATION.md; one entry per joint or body.
+    """What a scene does at a state. Names and signs are those of NOTATION.md; one entry per joint or body.
 
     qdd             every joint, loop joints too
     acceleration    of each body's mass centre; ``angular`` its angular acceleration (world)
@@ -49,7 +49,7 @@ class Result:
 
     @property
     def redundancy(self) -> int:
-        """Rows that say nothing new."""
+        """Number of constraint rows that depend on the others."""
         return self.rows - self.rank
 
     @property
@@ -59,7 +59,7 @@ class Result:
 
     @property
     def potential(self) -> float:
-        """All stored energy."""
+        """Potential energy of all kinds together, J."""
         return float(sum(self.stored.values()))
 
 
@@ -81,7 +81,7 @@ def every_root(state: State, starts: int = 30, seed: int = 0, spread: float = 3.
 
 
 def result_at(eq: Equations, eta: np.ndarray) -> Result:
-    """Evaluate the affine solution at eta."""
+    """The result at these friction values, from the solution that is affine in them."""
     x, state = np.r_[1.0, eta], eq.state
     u = (eq.u @ x).reshape(-1, 6)
     names = list(state.scene.joints)

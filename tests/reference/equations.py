@@ -23,7 +23,8 @@ RANK_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Row:
-    """One row of J: the joint, what it is ("constraint" or "drive"), its number, its direction, its acceleration."""
+    """One row of J: its joint, whether it is a "constraint" or a "drive", its number there, its coefficients, and the acceleration
+    gamma that it asks for."""
 
     joint: str
     role: str

@@ -9,7 +9,7 @@ from .equations import Equations
 from .rubbing import Rubbing, pair
 
 FAR = 1e6
-"""A "root" with this many times the force without friction is one at infinity."""
+"""What looks like a root but has this many times the force without friction is one at infinity."""
 
 
 class NoRoot(ArithmeticError):
@@ -17,7 +17,11 @@ class NoRoot(ArithmeticError):
 
 
 class Complement:
-    """Residuals eta - friction(what the joints transmit at eta), scaled by the forces that act."""
+    """The complement equations eta - friction(what the joints transmit at eta) = 0, in units of the forces that act without
+    friction.
+
+    y = eta/unit is what is solved for; ``scale`` is the share of its friction that every joint is given (for the continuation).
+    """
 
     def __init__(self, eq: Equations):
         self.eq, self.state = eq, eq.state
@@ -30,7 +34,7 @@ class Complement:
         self.unit = np.array([force * self._arm(n, k) for n, k in eq.eta])
 
     def _arm(self, name: str, k: int) -> float:
-        """Radius for a torque, 1 for a force."""
+        """Lever of freedom k of a joint: its radius where it turns, m, and 1 where it slides."""
         if np.any(self.eq.free[name].F[k]):
             return 1.0
         return max(pair(self.state.scene.joints[name].friction.radius))
@@ -41,12 +45,12 @@ class Complement:
         return np.concatenate([self.rubbing[n].friction(self.press[n] @ x, self.devices[n] @ x, scale)[0] for n in self.names])
 
     def residual(self, y: np.ndarray, scale: float = 1.0) -> np.ndarray:
-        """Scaled residual at eta = y unit."""
+        """Residual of the complement equations at y, in units of ``unit``."""
         eta = y * self.unit
         return (eta - self.friction(eta, scale)) / self.unit
 
     def root_near(self, y: np.ndarray, scale: float = 1.0) -> np.ndarray | None:
-        """A root started at y, or None."""
+        """The root that a solver finds from y, polished to round-off; None where it finds none."""
         found = root(self.residual, y, args=(scale,), method="hybr", options={"xtol": 1e-14})
         y = found.x
         for _ in range(3):
@@ -86,7 +90,7 @@ def connected_root(eq: Equations, stages: int = 2) -> np.ndarray:
 
 
 def all_roots(eq: Equations, starts: int = 30, seed: int = 0, spread: float = 3.0) -> list[np.ndarray]:
-    """Distinct roots found from many random starts."""
+    """All different roots that are found from no friction and from random starts of size ``spread``."""
     problem, rng, roots = Complement(eq), np.random.default_rng(seed), []
     for i in range(starts):
         y = problem.root_near(spread * rng.normal(size=len(eq.eta)) * (i > 0))

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Law:
-    """kind: regularized (104) | viscous | coulomb (sliding only). ``scale`` multiplies the ratio (for continuation)."""
+    """A friction law. kind: "regularized" (104), "viscous", or "coulomb" while it slides; ``scale`` multiplies the ratio (for the
+    continuation from no friction)."""
 
     kind: str
     mu: float = 0.0

@@ -12,9 +12,9 @@ from .kinematics import forward
 from .rubbing import Rubbing
 
 HAIR = 1e-9
-"""Rate that tells the way a joint slips from rest; what it changes else is of its size."""
+"""Rate given to a joint at rest to say which way it slips, rad/s or m/s; all else that it changes is as small."""
 SLACK = 1e-7
-"""Of the ratios and accelerations that are compared."""
+"""How far friction may exceed what it can be, or a slipping joint accelerate the wrong way, relative to the largest of each."""
 
 
 def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:
@@ -43,6 +43,7 @@ def _accelerations(eq: Equations, eta: np.ndarray) -> np.ndarray:
 
 
 def _roots(eq: Equations, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
+    """Friction values with which what sticks does not accelerate and what slips obeys its law, from many starts."""
     stuck = np.array([modes.get(n) == 0 for n, _ in eq.eta])
     unit = max(float(np.abs(_law(eq, np.zeros(len(eq.eta)))).max()), 1e-9)
     rate = max(float(np.abs(_accelerations(eq, np.zeros(len(eq.eta)))).max()), 1e-9)

@@ -15,7 +15,7 @@ def cross(a, b) -> np.ndarray:
 
 
 def skew(a) -> np.ndarray:
-    """Matrix of a x."""
+    """The matrix that takes b to a x b."""
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 

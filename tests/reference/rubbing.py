@@ -31,7 +31,7 @@ def pin_of(state: State, name: str) -> Pin:
 
 
 def pair(value) -> tuple[float, float]:
-    """A number for each journal of a universal joint."""
+    """Two numbers, one for each journal of a universal joint, from one that stands for both or from two."""
     return tuple(value) if isinstance(value, (tuple, list)) else (value, value)
 
 
@@ -65,7 +65,7 @@ PAIRS = {
     "cylindrical": (_shaft, lambda out: np.array([out.force, out.torque])),
     "revolute": (_journal, lambda out: np.array([out.torque])),
 }
-"""How the sliding pair is solved, and its friction on the pin along the freedoms."""
+"""For each joint type: how its sliding pair is solved, and how the outcome's friction on the pin lies along the freedoms."""
 
 
 class Rubbing:
@@ -85,7 +85,7 @@ class Rubbing:
         self.law = law_of(state.scene, self.joint.friction)
         self.adams = is_adams(state.scene, self.joint.friction)
         self.qd = state.qd[name]
-        # rates of the bearing relative to the pin, in the pin's frame: travel, turn
+        # ``rates`` are those of the bearing relative to the pin, in the pin's frame: travel (3), then turn (3).
         world = self.six.F[:3].T @ self.six.rate[:3], self.six.T[3:].T @ self.six.rate[3:]
         self.rates = self.pin.sign * np.concatenate([self.pin.A.T @ x for x in world])
 
@@ -131,6 +131,7 @@ class Rubbing:
 
 
 def reaction(state: State, name: str, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A wrench at the outboard point (world) at the pin side's point, in the inboard joint frame."""
+    """A joint's wrench, given about the outboard point in the world, about the point of the pin's part in the inboard joint
+    frame."""
     pose, point = state.joint_pose(name), pin_of(state, name).point
     return pose.A_in.T @ wrench[:3], pose.A_in.T @ (wrench[3:] + cross(pose.p_out - point, wrench[:3]))

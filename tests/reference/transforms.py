@@ -16,7 +16,7 @@ from .values import Moved
 
 
 def triple(x) -> tuple[float, float, float]:
-    """Three plain floats."""
+    """A vector as a tuple of three Python floats, as scenes hold them."""
     return tuple(float(v) for v in x)
 
 
