@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.basics.problems import SceneError, SimulationError
 from engine.chart.measures import Measure
+from engine.friction import REGISTRY as LAWS
 from engine.scene.model import Scene
 from engine.sensitivities import sensitivity
 
@@ -44,6 +45,6 @@ def _coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:
     """(path, value) of the number that scales a joint's friction."""
     friction = scene.joints[joint].friction
     assert friction is not None
-    if (friction.law or scene.friction.law) == "viscous":
-        return (f"joints.{joint}.friction.viscosity", float(friction.viscosity)) if friction.viscosity else None
-    return (f"joints.{joint}.friction.mu", float(friction.mu)) if friction.mu else None
+    scale = LAWS[friction.law or scene.friction.law].scale
+    value = getattr(friction, scale)
+    return (f"joints.{joint}.friction.{scale}", float(value)) if value else None

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine.chart.runs import exact_law
-from engine.scene import laws as known
+from engine.friction import twin_of
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.scene.values import AxisName
@@ -32,9 +32,10 @@ class Form:
 
 def forms(scene: Scene) -> list[Form]:
     """From the coarsest to the scene's own truth, which comes last."""
-    order = [law for law in ("regularized", exact_law(scene)) if law in known.AVAILABLE_LAWS]
+    exact = exact_law(scene)
+    order = [law for law in (twin_of(exact), exact) if law]
     own = {law for j in scene.joints.values() if j.friction and (law := j.friction.law or scene.friction.law)}
-    if not own <= {"regularized", "coulomb"}:
+    if not own <= set(order):
         order = sorted(own)
     return [Form(law, adams) for law in dict.fromkeys(order) for adams in (True, False)]
 

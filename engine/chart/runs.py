@@ -12,7 +12,8 @@ import numpy as np
 from engine.basics.problems import SceneError, SimulationError
 from engine.chart.measures import Measure
 from engine.chart.points import Variant
-from engine.scene import laws as known
+from engine.friction import REGISTRY as LAWS
+from engine.friction import exact_of
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.simulation.block import METHODS, Settings
@@ -81,7 +82,7 @@ def variants(scene: Scene, laws: tuple[str, ...] = (), v_eps: tuple[float, ...] 
     if not frictional(scene):
         return [Variant()], []
     out, notes = [], []
-    order = [exact_law(scene), *sorted(known.AVAILABLE_LAWS)]
+    order = [exact_law(scene), *sorted(LAWS)]
     for law in dict.fromkeys(laws or order):
         try:
             changed = with_law(scene, Variant(law))
@@ -93,8 +94,8 @@ def variants(scene: Scene, laws: tuple[str, ...] = (), v_eps: tuple[float, ...] 
 
 
 def exact_law(scene: Scene) -> str:
-    """The law errors are measured against: the scene's own, and for the smoothed law what it smooths, set-valued Coulomb."""
-    return "coulomb" if scene.friction.law == "regularized" else scene.friction.law
+    """The law errors are measured against: the scene's own, and for a smoothed law the set-valued one it smooths."""
+    return exact_of(scene.friction.law)
 
 
 def has_v_eps(scene: Scene) -> bool:

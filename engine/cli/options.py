@@ -137,11 +137,9 @@ def one_scene(words: Sequence[str], known: Sequence[str], findings: Findings) ->
 
 def laws() -> tuple[str, ...]:
     """Friction laws the scene format knows."""
-    from typing import get_args
+    from engine.friction import REGISTRY
 
-    from engine.scene.jointed import Law
-
-    return get_args(Law)
+    return tuple(REGISTRY)
 
 
 def law_changes(scene: Scene, law: str) -> dict[str, str]:

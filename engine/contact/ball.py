@@ -20,9 +20,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import casadi as ca
-
-from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench
+from engine.basics.numbers import POSITIVE
+from engine.basics.symbolic import SX, ca
+from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench
 from engine.friction import Law
 
 TINY = 1e-300
@@ -50,7 +50,7 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF
-    slope, level = law.slope, _level(f, rates, law, g)
+    slope, level = _slope(f, rates, law, g), _level(f, rates, law, g)
     k_p = None if slope is None else slope * g["radius"]
     mue2_p = None if k_p is None else k_p * k_p * (ww - along2) / (1 + k_p * k_p * along2)
     k_s = mue2_s = None
@@ -99,6 +99,12 @@ def _level(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | 
     return law.level(g["radius"] ** 2 * _dot(wf, wf) / (_dot(f, f) + TINY))
 
 
+def _slope(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
+    """The law's slope, likewise."""
+    wf = _cross(rates, f)
+    return law.slope(g["radius"] ** 2 * _dot(wf, wf) / (_dot(f, f) + TINY))
+
+
 def _drag(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
     """μ_e per ω of the law's viscous part. Where a direction frozen at rest stands for ω (``Law.moving``), that part stays what
     it is at the true speed."""
@@ -135,7 +141,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     F = ca.sqrt(_dot(f, f) + TINY)
     size = ca.sqrt(_dot(u, u) + TINY) / g["radius"]
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
-    return [Hold(capacity, size, SX(0) if adams else ca.fabs(_dot(u, f)) / (F * g["radius"]))]
+    return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(_dot(u, f)) / (F * g["radius"]))]
 
 
 def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX]:
@@ -146,7 +152,8 @@ def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX
     wf = _cross(omega, f)
     F = ca.sqrt(_dot(f, f) + TINY)
     s = ca.sqrt(_dot(wf, wf) + TINY) / F
-    proportional = None if law.slope is None else law.slope * g["radius"]
+    slope = _slope(f, rates, law, g)
+    proportional = None if slope is None else slope * g["radius"]
     level, drag = _level(f, rates, law, g), _drag(rates, omega, law, g)
     sliding = None if level is None else level * law.sign(rates, (1.0, 1.0, 1.0)) / s + (0 if drag is None else drag)
     k = law.choose(sliding, proportional)
@@ -159,7 +166,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
     FF, ww, fw = _dot(f, f) + TINY, _dot(omega, omega), _dot(f, omega)
     along2 = fw * fw / FF
     law = laws[0]
-    K = SX(0) if adams or law.slope is None else law.slope * g["radius"]
+    slope = None if adams else _slope(f, rates, law, g)
+    K = ca.SX(0) if slope is None else slope * g["radius"]
     s2 = ca.fmax(ww - along2, 0) / (1 + K * K * along2)
     return [g["radius"] * ca.sqrt(s2 + TINY) * law.sign(rates, (1.0, 1.0, 1.0))]
 
@@ -170,7 +178,7 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
     law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
     level = _level(f, rates, law, g)
     if adams or level is None:
-        return [SX(1)]
+        return [ca.SX(1)]
     omega = law.moving(rates, (1.0, 1.0, 1.0))
     fw, ww, drag = _dot(f, omega), _dot(omega, omega), _drag(rates, omega, law, g)
     if drag is not None:
@@ -221,4 +229,11 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [list(rates)]
 
 
-BALL = ContactElement("ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1, "inboard", _cone, _drift)
+BALL = ContactElement(
+    "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1,
+    sizes=(Size("radius", "m", "radius of the ball", POSITIVE, '"20 mm"', symbol="r"),),
+    pairs=((0, 1, 2),),
+    places=lambda g: [Place("pin", 0, 0.0, g["radius"])],
+    pins=lambda g: [Solid("sphere", (g["radius"],))],
+    frame="inboard", cone=_cone, drift=_drift,
+)  # fmt: skip

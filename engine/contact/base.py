@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-import casadi as ca
-
+from engine.basics.numbers import Number, checked_numbers
+from engine.basics.symbolic import SX, ca
 from engine.friction import Law
 
-SX = ca.SX
 TINY = 1e-300
 COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 
@@ -41,6 +40,40 @@ class Contact:
 
 
 @dataclass(frozen=True)
+class Size(Number):
+    """A size of a contact element. drawn: in pictures of a joint that has none, as a part of the mechanism's length."""
+
+    drawn: float = 0.025
+
+
+PARTS = ("pin", "inboard", "outboard")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a contact sits: ``along`` (m) its part's joint axis e1, e2 or e3 (``axis`` 0, 1, 2) from its point, then ``arm``
+    (m) along the outward normal. on: the part that carries the pin, or the inboard or outboard part whichever does. pair: the
+    sliding pair it belongs to, from 0."""
+
+    on: str
+    axis: int
+    along: float
+    arm: float
+    pair: int = 0
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A pin as drawn: "cylinder" (radius, length), "sphere" (radius) or "box" (three edges), m, along joint axis ``axis`` of the
+    part it is ``on``."""
+
+    shape: str
+    sizes: tuple[float, ...]
+    on: str = "pin"
+    axis: int = 0
+
+
+@dataclass(frozen=True)
 class Hold:
     """What a pair at rest can hold: the friction force at the surface it can carry in the asked direction (N), the size of the
     asked friction as such a force (N; the friction ratio is size/capacity), and the part of it no friction can carry (N; a point
@@ -54,10 +87,10 @@ class Hold:
 def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
     """|k| of a pair at rest from the friction it carries: k · load(k) = size, by Newton's method (the left side is monotone and
     smooth up to the limit of sticking)."""
-    k = SX.sym("k")
+    k = ca.SX.sym("k")
     residual = k * load(k) - size
     step = k - residual / (ca.jacobian(residual, k) + TINY)
-    out = size / (load(SX(0)) + TINY)
+    out = size / (load(ca.SX(0)) + TINY)
     for _ in range(rounds):
         out = ca.substitute(step, k, out)
     return out
@@ -70,8 +103,13 @@ def signum(x: SX) -> SX:
 
 @dataclass(frozen=True)
 class ContactElement:
-    """A kind of joint contact.
+    """A kind of joint contact: what it is for scenes, pictures and tables, and its closed forms.
 
+    sizes      its numbers in a scene.
+    pairs      for every pair of sliding surfaces the freedoms along which it slides.
+    places     (sizes by label) → where its contacts sit, in order; contacts beyond them (a couple) have no place.
+    pins       (sizes by label) → the pin or pins as drawn; ideal: the part they are drawn on in a joint without friction.
+    anywhere   whether a contact can be anywhere on its circle; a sleeve's only change sides.
     needs      components of f_c, m_c the forms use, given the element's numbers (names) and whether it is ``adams``.
     friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
     speeds     (wrench, rates, laws, numbers, adams) → sliding speed of every pair, m/s, negative once past a reversal of the frozen
@@ -95,9 +133,49 @@ class ContactElement:
     contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], list[SX]], list[Contact]]
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
     count: int
+    sizes: tuple[Size, ...]
+    pairs: tuple[tuple[int, ...], ...]
+    places: Callable[[Mapping[str, float]], list[Place]]
+    pins: Callable[[Mapping[str, float]], list[Solid]]
+    anywhere: bool = True
+    ideal: str = "pin"
     frame: str = "pin"
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a declaration that does not fit together."""
+        checked_numbers(f"contact element {self.name}", self.sizes)
+        for wrong in self._mistakes():
+            raise ValueError(f"contact element {self.name}: {wrong}")
+
+    def _mistakes(self) -> list[str]:
+        """What is wrong with the declaration."""
+        found = []
+        freedoms = [k for pair in self.pairs for k in pair]
+        if not freedoms or sorted(freedoms) != list(range(len(freedoms))):
+            found.append("every freedom belongs to one sliding pair: pairs such as ((0,), (1,))")
+        example = {label: 1.0 for s in self.sizes for label in s.labels}
+        places, solids = self.places(example), self.pins(example)
+        if not 1 <= len(places) <= self.count:
+            found.append(f"{len(places)} places for {self.count} contacts")
+        if not solids:
+            found.append("it has no pin to draw")
+        where: list[Place | Solid] = [*places, *solids]
+        for x in where:
+            if x.on not in PARTS or x.axis not in (0, 1, 2) or (isinstance(x, Place) and x.pair not in range(len(self.pairs))):
+                found.append(f"there is no such part, axis or pair: {x}")
+        if self.frame not in ("pin", "inboard", "cross") or self.ideal not in PARTS:
+            found.append(f"frame {self.frame!r} or ideal {self.ideal!r} is unknown")
+        for adams in (False, True):
+            if not set(self.needs(list(example), adams)) <= set(COMPONENTS):
+                found.append(f"needs names components other than {', '.join(COMPONENTS)}")
+        return found
+
+    @property
+    def elevates(self) -> bool:
+        """Whether a contact normal can leave the plane of its angle (ball)."""
+        return self.cone is not None
 
     def drifts(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
         """Rates of the states of a law that has them, 1/s."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import casadi as ca
-
-from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench, ratio_held, signum
+from engine.basics.numbers import POSITIVE
+from engine.basics.symbolic import SX, ca
+from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum
 from engine.friction import Law
 
 TINY = 1e-300
@@ -38,7 +38,7 @@ def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX
 
 def as_contacts(a1: SX, b1: SX, a2: SX, b2: SX) -> list[Contact]:
     """Two contacts with n = cosθ e3 + sinθ e2."""
-    return [Contact(length(a, b), (SX(0), b, a), (2, 1)) for a, b in ((a1, b1), (a2, b2))]
+    return [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in ((a1, b1), (a2, b2))]
 
 
 # -- journal of a revolute joint ----------------------------------------------------------------------------------------------
@@ -61,7 +61,7 @@ def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
     """Friction torque per k_r and radius: f_1 + f_2, and an axial thrust on its own radius; Adams: |f_c|."""
     if adams:
         return ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
-    a1, b1, a2, b2 = pair(w, kr, SX(0), g)
+    a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)
     load = length(a1, b1) + length(a2, b2)
     return load + g["thrust_radius"] / g["radius"] * ca.fabs(w["f1"]) if "thrust_radius" in g else load
 
@@ -84,7 +84,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
         side = w.pin * signum(eta[0])
         still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"])
         kr = ca.if_else(laws[0].stuck, side * still, kr)
-    return as_contacts(*pair(w, kr, SX(0), g))
+    return as_contacts(*pair(w, kr, ca.SX(0), g))
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
@@ -92,7 +92,28 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
     return [ca.fabs(v[0]) * laws[0].sign(v, (1.0,))]
 
 
-JOURNAL = ContactElement("journal", _needs, _friction, _speeds, _held, _contacts, _velocity, 2)
+RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")
+HALF_LENGTH = Size(
+    "half_length", "m", "c: the contact points sit at -c and +c from the pin's point", POSITIVE, '"20 mm"', symbol="c", drawn=0.06
+)
+THRUST_RADIUS = Size(
+    "thrust_radius", "m", "arm at which an axial thrust rubs (the paper's end face has none)", POSITIVE, '"10 mm"', needed=False,
+    symbol="r_t",
+)  # fmt: skip
+
+
+def _places(g: Mapping[str, float]) -> list[Place]:
+    return [Place("pin", 0, along, g["radius"]) for along in (-g["half_length"], g["half_length"])]
+
+
+def _pins(g: Mapping[str, float]) -> list[Solid]:
+    return [Solid("cylinder", (g["radius"], 2 * g["half_length"]))]
+
+
+JOURNAL = ContactElement(
+    "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, 2,
+    sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins,
+)  # fmt: skip
 
 
 # -- shaft of a cylindrical joint ---------------------------------------------------------------------------------------------
@@ -154,4 +175,7 @@ def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, S
     return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
 
 
-SHAFT = ContactElement("shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, 2)
+SHAFT = ContactElement(
+    "shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, 2,
+    sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins,
+)  # fmt: skip

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import casadi as ca
-
-from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench, ratio_held, signum
-from engine.contact.journal import length
+from engine.basics.numbers import POSITIVE
+from engine.basics.symbolic import SX, ca
+from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum
+from engine.contact.journal import HALF_LENGTH, length
 from engine.friction import Law
 
 TINY = 1e-300
@@ -46,7 +46,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    return length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), SX(0))
+    return length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
@@ -65,10 +65,25 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
         side = w.pin * signum(eta[0])
         k = ca.if_else(laws[0].stuck, side * ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0])), k)
     p, q, r, s, couple = _forces(w, k, g)
-    zero = SX(0)
+    zero = ca.SX(0)
     out = [Contact(ca.sqrt(x * x + TINY), (zero, -x, zero), (2, 1)) for x in (p, q)]
     out += [Contact(ca.sqrt(x * x + TINY), (zero, zero, -x), (2, 1)) for x in (r, s)]
     return [*out, Contact(ca.sqrt(couple * couple + TINY), (couple, zero, zero), (2, 1))]
 
 
-SLEEVE = ContactElement("sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, 5)
+def _places(g: Mapping[str, float]) -> list[Place]:
+    """In the order of the contacts; the torsion couple has none."""
+    c = g["half_length"]
+    return [Place("pin", 0, along, g[arm]) for arm in ("half_width", "half_height") for along in (-c, c)]
+
+
+SLEEVE = ContactElement(
+    "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, 5,
+    sizes=(
+        HALF_LENGTH, Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
+        Size("half_height", "m", "b: half size of the guide along e3", POSITIVE, '"20 mm"', symbol="b", drawn=0.02),
+    ),
+    pairs=((0,),), places=_places,
+    pins=lambda g: [Solid("box", (2 * g["half_length"], 2 * g["half_width"], 2 * g["half_height"]))],
+    anywhere=False, ideal="outboard",
+)  # fmt: skip

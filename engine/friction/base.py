@@ -10,41 +10,109 @@ within ``static``.
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from enum import Enum
 from typing import Any, ClassVar
 
-import casadi as ca
+from engine.basics.numbers import Number, checked_numbers
+from engine.basics.symbolic import SX, ca
 
-SX = ca.SX
 TINY = 1e-300
 HAIR = 1e-120
 """Part of the frozen direction added to a velocity of several components: nothing, unless the runtime freezes a direction of huge
 length, which then is the direction of sliding (the first step of slip from rest, ``onset.c``)."""
 
 
-class Law(ABC):
-    """A law at one sliding pair. numbers: its scene numbers as expressions; mode: (flag, d1, d2, d3, tilt) of the pair, the state
-    flag, the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen, and for a
-    ball the tilt where it is not to follow from the state (``contact.ball``)."""
+class Rest(Enum):
+    """What a law is where the sliding velocity is zero."""
 
-    name: ClassVar[str]
-    kinks: ClassVar[bool] = False
-    """Whether the branch changes at a sliding speed (then ``kink`` is that speed and the mode flag says which branch)."""
+    SET_VALUED = "set-valued"
+    """Any ratio up to the static coefficient: the runtime holds the pair by a constraint, and ends steps where sliding begins."""
+    KINK = "kink"
+    """A function with two branches that meet at a sliding speed (``Law.kink``): the runtime ends its steps there."""
+    BRISTLES = "bristles"
+    """A function of a state along each velocity component (``Law.drift``, ``Law.carried``)."""
+    SMOOTH = "smooth"
+    """A smooth function of the velocity: nothing to locate."""
+
+
+_NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
+
+
+class Law(ABC):
+    """A law at one sliding pair. value: its scene numbers as expressions; mode: (flag, d1, d2, d3, tilt) of the pair, the state
+    flag, the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen, and for a
+    ball the tilt where it is not to follow from the state (``contact.ball``).
+
+    A law declares itself in the class variables below; what scenes, checks, units, FMUs, time stepping, ``--hold`` and documents
+    know of it follows from them. A declaration that does not fit together cannot be imported."""
+
+    name: ClassVar[str] = ""
+    """Its name in a scene."""
+    numbers: ClassVar[tuple[Number, ...]] = ()
+    """Its numbers in a scene, in the order of the documents."""
+    rest: ClassVar[Rest]
+    """What it is at rest."""
+    scale: ClassVar[str] = "mu"
+    """The number that all its friction is proportional to."""
+    steps: ClassVar[bool] = True
+    """Whether time stepping (method moreau), which knows set-valued friction and friction smooth in the velocity, may use it."""
+    exact: ClassVar[str] = ""
+    """The law it smooths, if it stands in for a set-valued one: errors are measured against that."""
+    dry: ClassVar[str] = ""
+    """The set-valued law whose static question, with the same coefficients, is its own; "" when the law itself is asked (one that
+    holds nothing at rest says so)."""
+    state_scale: ClassVar[str] = ""
+    """With bristles: the number that divides their state to give a deflection."""
+    formula: ClassVar[str] = ""
+    """k while sliding, in the symbols of ``NOTATION.md``."""
+    at_rest: ClassVar[str] = ""
+    """k at rest, likewise."""
 
     sets: ClassVar[bool] = False
-    """Whether the law is set-valued at rest."""
-
+    kinks: ClassVar[bool] = False
     bristles: ClassVar[bool] = False
-    """Whether the law has a state along each velocity component (then ``drift`` and ``carried``)."""
 
-    def __init__(self, numbers: Mapping[str, Any], mode: Sequence[Any], state: Sequence[SX] = ()):
-        self.numbers, self.flag, self.frozen, self.tilt, self.state = numbers, mode[0], list(mode[1:4]), mode[4], list(state)
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Refuse a declaration that does not fit together; derive the flags that ``rest`` stands for."""
+        super().__init_subclass__(**kwargs)
+        rest = getattr(cls, "rest", None)
+        if not isinstance(rest, Rest):
+            raise ValueError(f"law {cls.name or cls.__name__} does not say what it is at rest: rest = Rest.SET_VALUED, KINK, …")
+        cls.sets, cls.kinks, cls.bristles = (rest is r for r in (Rest.SET_VALUED, Rest.KINK, Rest.BRISTLES))
+        for wrong in cls._mistakes():
+            raise ValueError(f"law {cls.name or cls.__name__}: {wrong}")
+        checked_numbers(f"law {cls.name}", cls.numbers)
 
-    @property
+    @classmethod
+    def _mistakes(cls) -> list[str]:
+        """What is wrong with the declaration."""
+        by_name = {n.name: n for n in cls.numbers if isinstance(n, Number)}
+        found = []
+        if not _NAME.fullmatch(cls.name):
+            found.append("its name is small letters, digits and _")
+        if not by_name:
+            found.append("it declares no numbers")
+        if cls.scale not in by_name or not by_name[cls.scale].needed:
+            found.append(f"its friction is proportional to {cls.scale}, which is none of the numbers it needs")
+        if not cls.formula or not cls.at_rest:
+            found.append("formula and at_rest say what it is, for the documents")
+        if cls.kinks == (cls.kink is Law.kink):
+            found.append("a law has a kink speed when rest is Rest.KINK, and only then")
+        if cls.bristles == (cls.drift is Law.drift or cls.carried is Law.carried or cls.state_scale not in by_name):
+            found.append("a law has drift, carried and state_scale when rest is Rest.BRISTLES, and only then")
+        if cls.sets and cls.exact:
+            found.append("a set-valued law smooths no other")
+        return found
+
+    def __init__(self, value: Mapping[str, Any], mode: Sequence[Any], state: Sequence[SX] = ()):
+        self.value, self.flag, self.frozen, self.tilt, self.state = value, mode[0], list(mode[1:4]), mode[4], list(state)
+
     @abstractmethod
-    def slope(self) -> SX | None:
-        """k per sliding velocity on the proportional branch, None when the law has none."""
+    def slope(self, speed2: SX) -> SX | None:
+        """k per sliding velocity (s/m) on the proportional branch at the squared sliding speed (m²/s²); None: it has none."""
 
     @abstractmethod
     def level(self, speed2: SX) -> SX | None:
@@ -66,7 +134,7 @@ class Law(ABC):
     @property
     def static(self) -> SX:
         """|k| up to which a pair at rest is held (set-valued laws)."""
-        return self.numbers["mu_static"] if "mu_static" in self.numbers else self.numbers["mu"]
+        return self.value["mu_static"] if "mu_static" in self.value else self.value["mu"]
 
     @property
     def stuck(self) -> SX:
@@ -82,7 +150,7 @@ class Law(ABC):
     @property
     def kink(self) -> SX:
         """Sliding speed at which the branches meet."""
-        return SX(0)
+        return ca.SX(0)
 
     def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
         """The value of the branch in force."""
@@ -106,7 +174,8 @@ class Law(ABC):
         k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line."""
         if self.bristles:
             return self.carried(v, self.state)
-        slope, level = self.slope, self.level(sum((x * x for x in v), SX(0)))
+        speed2 = sum((x * x for x in v), ca.SX(0))
+        slope, level = self.slope(speed2), self.level(speed2)
         proportional = [None if slope is None else slope * x for x in v]
         if level is None:
             sliding: list[SX | None] = [None] * len(v)

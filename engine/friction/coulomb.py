@@ -1,19 +1,26 @@
 """Coulomb's law, set-valued at rest: |k| = μ while sliding, any k up to the static one at rest (METHOD, "Why exact friction")."""
 
-from engine.friction.base import SX, Law
+from __future__ import annotations
+
+from dataclasses import replace
+
+from engine.basics.symbolic import SX
+from engine.friction.base import Law, Rest
+from engine.friction.common import MU, MU_STATIC
 
 
 class Coulomb(Law):
     """Sliding has one branch; rest is a constraint with its multiplier, kept by the runtime."""
 
     name = "coulomb"
-    sets = True
+    numbers = (MU, replace(MU_STATIC, needed=False))
+    rest = Rest.SET_VALUED
+    formula, at_rest = "μ v/|v|", "any |k| ≤ μ_s (μ_s = μ where it is not given)"
 
-    @property
-    def slope(self) -> None:
+    def slope(self, speed2: SX) -> None:
         """No proportional branch."""
         return
 
     def level(self, speed2: SX) -> SX:
         """μ."""
-        return self.numbers["mu"]
+        return self.value["mu"]

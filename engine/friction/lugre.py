@@ -8,11 +8,15 @@ With the deflection z (m), one along each velocity component, and |v| of all com
 The state integrated is σ0 z, a friction ratio: its size is that of μ whatever the stiffness, so that the tolerance fits it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from dataclasses import replace
 
-import casadi as ca
-
-from engine.friction.base import SX, TINY, Law
+from engine.basics.numbers import POSITIVE, Number
+from engine.basics.symbolic import SX, ca
+from engine.friction.base import TINY, Law, Rest
+from engine.friction.common import MU, MU_STATIC, OPPOSES, V_STRIBECK, VISCOSITY
 
 
 class LuGre(Law):
@@ -21,29 +25,40 @@ class LuGre(Law):
     """
 
     name = "lugre"
-    bristles = True
+    numbers = (
+        MU, replace(MU_STATIC, needed=False), replace(V_STRIBECK, needed=False, needed_with="mu_static"),
+        Number("bristle_stiffness", "1/m", "friction coefficient per deflection of the bristles", POSITIVE, '"1e5 1/m"',
+               symbol="σ0"),
+        Number("bristle_damping", "s/m", "friction coefficient per rate of deflection of the bristles", OPPOSES, "0.2 s/m",
+               needed=False, symbol="σ1"),
+        replace(VISCOSITY, needed=False),
+    )  # fmt: skip
+    rest = Rest.BRISTLES
+    dry = "coulomb"
+    steps = False
+    state_scale = "bristle_stiffness"
+    formula, at_rest = "σ0 z + σ1 ż + σ2 v, ż = v − σ0 |v|/g z", "the same: a function of state"
 
-    @property
-    def slope(self) -> None:
+    def slope(self, speed2: SX) -> None:
         """No proportional branch."""
         return
 
     def level(self, speed2: SX) -> SX:
         """g: the ratio of steady sliding without its viscous part."""
-        n = self.numbers
+        n = self.value
         if "mu_static" not in n:
             return n["mu"]
         return n["mu"] + (n["mu_static"] - n["mu"]) * ca.exp(-speed2 / n["v_stribeck"] ** 2)
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
         """Rates of σ0 z, 1/s."""
-        speed2 = sum((x * x for x in v), SX(0))
+        speed2 = sum((x * x for x in v), ca.SX(0))
         pull = (v[0] * self.frozen[0] if len(v) == 1 else ca.sqrt(speed2 + TINY)) / self.level(speed2)
-        return [self.numbers["bristle_stiffness"] * (x - pull * s) for x, s in zip(v, state, strict=True)]
+        return [self.value["bristle_stiffness"] * (x - pull * s) for x, s in zip(v, state, strict=True)]
 
     def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
         """σ0 z + σ1 ż + σ2 v."""
-        n, out = self.numbers, list(state)
+        n, out = self.value, list(state)
         if "bristle_damping" in n:
             each = n["bristle_damping"] / n["bristle_stiffness"]
             out = [k + each * rate for k, rate in zip(out, self.drift(v, state), strict=True)]

@@ -1,24 +1,31 @@
 """Rooney and Deravi's continuous law (104): μ |v|/v_eps up to v_eps, μ beyond."""
 
-from engine.friction.base import SX, Law
+from __future__ import annotations
+
+from engine.basics.symbolic import SX
+from engine.friction.base import Law, Rest
+from engine.friction.common import MU, V_EPS
 
 
 class Regularized(Law):
     """Flag 1: saturated, 0: proportional."""
 
     name = "regularized"
-    kinks = True
+    numbers = (MU, V_EPS)
+    rest = Rest.KINK
+    exact = dry = "coulomb"
+    steps = False
+    formula, at_rest = "μ min(|v|/v_eps, 1) v/|v|", "0"
 
-    @property
-    def slope(self) -> SX:
+    def slope(self, speed2: SX) -> SX:
         """μ/v_eps, s/m."""
-        return self.numbers["mu"] / self.numbers["v_eps"]
+        return self.value["mu"] / self.value["v_eps"]
 
     def level(self, speed2: SX) -> SX:
         """μ."""
-        return self.numbers["mu"]
+        return self.value["mu"]
 
     @property
     def kink(self) -> SX:
         """v_eps, m/s."""
-        return self.numbers["v_eps"]
+        return self.value["v_eps"]

@@ -3,9 +3,13 @@
 |k| = μ + (μ_static − μ) exp(−(v/v_stribeck)²) + viscosity · v while sliding, any k up to μ_static at rest.
 """
 
-import casadi as ca
+from __future__ import annotations
 
-from engine.friction.base import SX, Law
+from dataclasses import replace
+
+from engine.basics.symbolic import SX, ca
+from engine.friction.base import Law, Rest
+from engine.friction.common import MU, MU_STATIC, V_STRIBECK, VISCOSITY
 
 
 class Stribeck(Law):
@@ -13,19 +17,21 @@ class Stribeck(Law):
     smooth through rest; after release friction falls continuously from μ_static."""
 
     name = "stribeck"
-    sets = True
+    numbers = (MU, MU_STATIC, V_STRIBECK, replace(VISCOSITY, needed=False))
+    rest = Rest.SET_VALUED
+    dry = "coulomb"
+    formula, at_rest = "(μ + (μ_s − μ) exp(−(v/v_S)²)) v/|v| + σ2 v", "any |k| ≤ μ_s"
 
-    @property
-    def slope(self) -> None:
+    def slope(self, speed2: SX) -> None:
         """No proportional branch."""
         return
 
     def level(self, speed2: SX) -> SX:
         """Without the viscous part."""
-        n = self.numbers
+        n = self.value
         return n["mu"] + (n["mu_static"] - n["mu"]) * ca.exp(-speed2 / n["v_stribeck"] ** 2)
 
     @property
     def drag(self) -> SX | None:
         """viscosity, s/m."""
-        return self.numbers.get("viscosity")
+        return self.value.get("viscosity")

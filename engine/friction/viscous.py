@@ -3,18 +3,25 @@
 The friction force still follows the normal force. For a drag that does not, give the joint ``damping`` instead.
 """
 
-from engine.friction.base import SX, Law
+from __future__ import annotations
+
+from engine.basics.symbolic import SX
+from engine.friction.base import Law, Rest
+from engine.friction.common import VISCOSITY
 
 
 class Viscous(Law):
     """No branch, no kink."""
 
     name = "viscous"
+    numbers = (VISCOSITY,)
+    rest = Rest.SMOOTH
+    scale = "viscosity"
+    formula, at_rest = "σ2 v", "0"
 
-    @property
-    def slope(self) -> SX:
+    def slope(self, speed2: SX) -> SX:
         """viscosity, s/m."""
-        return self.numbers["viscosity"]
+        return self.value["viscosity"]
 
     def level(self, speed2: SX) -> None:
         """No sliding branch."""

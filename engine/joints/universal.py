@@ -18,6 +18,6 @@ UNIVERSAL = JointKind(
     (0, 1, 2),
     ((0, 1),),
     lambda r, s, ops: [ops.atan2(r[2][1], r[1][1]), ops.atan2(r[0][2], r[0][0])],
-    friction="universal",
+    friction="cross",
     contacts=4,
 )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from engine.abi import EventKind
 from engine.basics.patterns import matches
+from engine.contact import REGISTRY as CONTACTS
 from engine.joints import JointKind
 from engine.system.structure import Joint, System
 
@@ -102,12 +103,12 @@ def _friction(j: Joint) -> Iterator[Column]:
             yield Column(f"{name}.friction.bristle[{k + 1}]", "m", text, ("bristle", name, k))
     sense = "less what the bristles have stored" if j.friction.bristles else "≤ 0"
     yield Column(f"{name}.friction.work", "J", f"work of friction in {name} ({sense})", ("quad", f"friction:{name}"))
-    ball = j.friction.contact == "ball"
+    element = CONTACTS[j.friction.contact]
     for i in range(kind.contacts):
         c = f"{name}.contact[{i + 1}]"
         yield Column(f"{c}.normal_force", "N", f"normal force at contact {i + 1} of {name}", ("contact", name, i, "force"))
         yield Column(f"{c}.angle", "rad", f"orientation angle of contact {i + 1} of {name}", ("contact", name, i, "angle"), "hold")
-        if ball:
+        if element.elevates:
             key = ("contact", name, i, "elevation")
             yield Column(f"{c}.elevation", "rad", f"elevation of contact {i + 1} of {name}", key, "hold")
         yield from _three(f"{c}.normal", "1", "outward normal of the pin, inboard joint frame", ("contact", name, i, "normal"))

@@ -9,6 +9,7 @@ import casadi as ca
 from engine.abi import Post, Wants
 from engine.abi.kernels import POST
 from engine.abi.runs import EXTRA, LAST
+from engine.friction import REGISTRY as LAWS
 from engine.joints.base import to_quaternion
 from engine.kernel import expressions as ex
 from engine.kernel.columns import Column
@@ -107,7 +108,7 @@ class Outputs:
         friction = ex.joint(self.m, name).friction
         assert friction is not None
         eta = [e for s in friction.sliders for e in s.eta][k]
-        return self.sym.b[self.sym.system.bristles.index(eta)] / self.sym.leaf(friction.number("bristle_stiffness"))
+        return self.sym.b[self.sym.system.bristles.index(eta)] / self.sym.leaf(friction.number(LAWS[friction.law].state_scale))
 
     def _state(self, flag: int) -> SX:
         return self.extra[EXTRA.numbers + flag]

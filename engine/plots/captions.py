@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from engine.friction import REGISTRY
 from engine.simulation.result import Event, Result
 
 
@@ -13,9 +14,10 @@ def caption(result: Result) -> str:
     rubs = [j.friction for j in scene.joints.values() if j.friction is not None]
     laws = {f.law or scene.friction.law for f in rubs}
     words = [f"friction law {', '.join(sorted(laws))}"] if laws else []
-    if "regularized" in laws:
-        speeds = {float(f.v_eps if f.v_eps is not None else scene.friction.v_eps) for f in rubs}
-        words.append(f"v_eps {', '.join(f'{v:g}' for v in sorted(speeds))} m/s")
+    for n in {n.name: n for law in laws for n in REGISTRY[law].numbers if n.default is not None}.values():
+        has = [f for f in rubs if n in REGISTRY[f.law or scene.friction.law].numbers]
+        values = {float(getattr(f if getattr(f, n.name) is not None else scene.friction, n.name)) for f in has}
+        words.append(f"{n.name} {', '.join(f'{v:g}' for v in sorted(values))} {n.unit}")
     words.append(f"method {used.get('method', '?')}")
     words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
     name = result.outcome.name.replace("_", " ")

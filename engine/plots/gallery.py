@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError
+from engine.friction import DEFAULT
 from engine.plots.curves import page, window
 from engine.plots.files import save_figure
 from engine.plots.mechanism import mechanism
@@ -58,7 +59,7 @@ class Choice:
     changes: dict[str, Any] = field(default_factory=dict)
 
 
-LAW = {"friction.law": "coulomb"}
+LAW = {"friction.law": DEFAULT}
 CHOICES: dict[str, Choice] = {
     "andrews": Choice(
         0.0072,

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import ContactElement
+from engine.joints import REGISTRY as JOINTS
 from engine.plots.angles import broken, rotation_vector
 from engine.simulation.result import Event, Result
 
@@ -133,8 +136,8 @@ def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
 
 
 def _turns(result: Result, name: str) -> bool:
-    """Whether the contact can be anywhere on its circle (those of a sleeve only change sides)."""
-    return result.scene.joints[name.split(".contact[")[0]].type != "prismatic"
+    """Whether the contact can be anywhere on its circle (others only change sides)."""
+    return _element(result, name.split(".contact[")[0]).anywhere
 
 
 def _touching(result: Result, angle: str) -> np.ndarray:
@@ -144,7 +147,13 @@ def _touching(result: Result, angle: str) -> np.ndarray:
 
 def contacts_per_part(result: Result, joint: str) -> int:
     """How many contacts each sliding pair of a joint has (an event speaks of one pair)."""
-    return 2 if result.scene.joints[joint].type == "universal" else 99
+    element = _element(result, joint)
+    return element.count // len(element.pairs)
+
+
+def _element(result: Result, joint: str) -> ContactElement:
+    """The contact element of a joint with friction."""
+    return CONTACTS[JOINTS[result.scene.joints[joint].type].friction]
 
 
 def _contact_of(result: Result, event: Event, column: str) -> int | None:

@@ -15,13 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from engine.friction import DEFAULT, twin_of
 from engine.plots.files import save_figure, small
 from engine.plots.palette import GRID, INK, color
 from engine.scene.library import models_dir
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 
-LAWS = {"coulomb": ("-", 1.3), "regularized": ("--", 1.0)}
+LAWS = {DEFAULT: ("-", 1.3), twin_of(DEFAULT): ("--", 1.0)}
 NORMALS = {"exact": "exact contact forms", "adams": "as Adams computes it"}
 V_EPS = 1e-4
 """The paper's, m/s."""
@@ -68,7 +69,7 @@ def _draw(axes: Any, model: str, p: Panel, normal: str, until: float) -> None:
         for i, (name, curve) in enumerate(p.curves.items()):
             label = " ".join(x for x in (name, law) if x)
             y = curve(result)[inside]
-            axes.plot(result.time[inside], y, ls=dashes, lw=width, color=color(2 * i + (law != "coulomb")), label=label)
+            axes.plot(result.time[inside], y, ls=dashes, lw=width, color=color(2 * i + (law != DEFAULT)), label=label)
     axes.set_title(f"Fig. {p.number}: {p.title}", size=9, loc="left", color=INK, pad=4)
     axes.set_xlabel("time, s", size=8, labelpad=1)
     axes.set_ylabel(p.label, size=8)
@@ -144,16 +145,16 @@ def pages() -> dict[str, tuple[str, list[Panel], float]]:
 
 def numbers() -> list[tuple[str, str, str]]:
     """(what the text says, text, ours)."""
-    adams = ran("spherical_pendulum", "coulomb", "adams", 10.0)
+    adams = ran("spherical_pendulum", DEFAULT, "adams", 10.0)
     stops = [e.time for e in adams.events if e.kind in ("reversal", "stop")]
-    exact = ran("spherical_pendulum", "coulomb", "exact", 10.0)
+    exact = ran("spherical_pendulum", DEFAULT, "exact", 10.0)
     ends = [e.time for e in exact.events if e.kind in ("reversal", "stop")]
     rows = [
         ("8.1, Adams’ law: speed and acceleration both close to zero", "7.7 s", f"{min(stops, key=lambda t: abs(t - 7.7)):.4f} s"),
         ("8.1: at rest, sticking", "close to 10 s", f"{ends[-1]:.4f} s"),
         ("8.1: normal force at rest does not vanish", "–", f"{exact['ball.contact[1].normal_force'][-1]:.2f} N"),
     ]
-    pin = ran("crank_slider", "coulomb", "exact", 2.0)
+    pin = ran("crank_slider", DEFAULT, "exact", 2.0)
     turns = [f"{np.degrees(e.turn[0]):.2f}° at {e.time:.4f} s" for e in pin.events[:2]]
     same = np.abs(pin["slider_pin.contact[1].normal_force"] - pin["slider_pin.contact[2].normal_force"]).max()
     rows += [

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import ContactElement
 from engine.joints import REGISTRY
 from engine.plots import meshes
 from engine.plots.meshes import Mesh
@@ -164,51 +166,39 @@ def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Dir
     return axis, own.reference if own and own.reference is not None else j.reference
 
 
-def _two(value: float | tuple[float, float] | None, default: float) -> tuple[float, float]:
-    if value is None:
-        return default, default
-    return (float(value[0]), float(value[1])) if isinstance(value, tuple) else (float(value), float(value))
+def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
+    """Sizes by label; those the scene does not give as parts of the mechanism's length."""
+    out: dict[str, float] = {}
+    for s in element.sizes:
+        value = getattr(f, s.name) if f is not None else None
+        values = value if isinstance(value, tuple) else (s.drawn * size if value is None else value,) * s.count
+        out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
+    return out
 
 
 def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
-    """The pin: true to size where friction gives one, else a small symbol. A cross has one on each part."""
-    f = j.friction
-    r, c = _two(f.radius if f else None, 0.025 * size), _two(f.half_length if f else None, 0.06 * size)
-    if j.type in ("fixed", "free"):
+    """The pin: true to size where friction gives one, else a small symbol. Joints whose type never rubs have a journal's."""
+    kind = REGISTRY[j.type]
+    if kind.nv in (0, 6):
         return
-    shapes = {m.side: meshes.cylinder(r[0], 2 * c[0], 0)}
-    if j.type == "spherical":
-        shapes = {m.side: meshes.sphere(r[0])}
-    elif j.type == "universal":
-        shapes = {0: meshes.cylinder(r[0], 2 * c[0], 0), 1: meshes.cylinder(r[1], 2 * c[1], 1)}
-    elif j.type == "prismatic":
-        a, b = (2 * float(x or 0.02 * size) for x in ((f.half_width, f.half_height) if f else (None, None)))
-        shapes = {m.side if f else 1: meshes.box(2 * c[0], a, b)}
-    for side, mesh in shapes.items():
+    element = CONTACTS[kind.friction] if kind.friction else next(iter(CONTACTS.values()))
+    for solid in element.pins(_sizes(element, j.friction, size)):
+        side = _side(m, solid.on if j.friction is not None or element.ideal == "pin" else element.ideal)
+        mesh = getattr(meshes, solid.shape)(*solid.sizes, *((solid.axis,) if solid.shape == "cylinder" else ()))
         yield m.parts[side], meshes.placed(mesh, m.frames[side], m.points[side])
 
 
+def _side(m: JointMark, on: str) -> int:
+    """0 for the inboard part, 1 for the outboard part."""
+    return m.side if on == "pin" else ("inboard", "outboard").index(on)
+
+
 def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
-    """Places of the contacts (NOTATION, "Reactions, friction and contacts"); the couple of a sleeve has none."""
-    f = j.friction
-    if f is None:
+    """Places of the contacts (NOTATION, "Reactions, friction and contacts")."""
+    if j.friction is None:
         return
-    element = REGISTRY[j.type].friction
-    r, c = _two(f.radius, 0.0), _two(f.half_length, 0.0)
-    wide, high = float(f.half_width or 0.0), float(f.half_height or 0.0)
-    pin = m.side  # rows below: side of the part, axis of the pin on it, distance along that, arm, sliding pair
-    rows = {
-        "ball": [(pin, 0, 0.0, r[0], 1)],
-        "journal": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],
-        "shaft": [(pin, 0, -c[0], r[0], 1), (pin, 0, c[0], r[0], 1)],
-        "universal": [(0, 0, -c[0], r[0], 1), (0, 0, c[0], r[0], 1), (1, 1, -c[1], r[1], 2), (1, 1, c[1], r[1], 2)],
-        "sleeve": [
-            (pin, 0, -c[0], wide, 1),
-            (pin, 0, c[0], wide, 1),
-            (pin, 0, -c[0], high, 1),
-            (pin, 0, c[0], high, 1),
-        ],
-    }.get(element, [])
-    for i, (side, axis, along, arm, pair) in enumerate(rows):
-        base = m.points[side] + along * m.frames[side][:, axis]
-        yield ContactMark(f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{pair}]", m.parts[side], base, arm)
+    element = CONTACTS[REGISTRY[j.type].friction]
+    for i, p in enumerate(element.places(_sizes(element, j.friction, 0.0))):
+        side = _side(m, p.on)
+        base = m.points[side] + p.along * m.frames[side][:, p.axis]
+        yield ContactMark(f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]", m.parts[side], base, p.arm)

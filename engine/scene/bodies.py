@@ -6,7 +6,7 @@ from dataclasses import field
 
 from pydantic.dataclasses import dataclass
 
-from engine.scene.quantities import Density, Inertia, Length, Mass
+from engine.scene.quantities import Density, Extent, Inertia, Mass
 from engine.scene.values import STRICT, AxisName, Position
 
 
@@ -14,9 +14,9 @@ from engine.scene.values import STRICT, AxisName, Position
 class Cylinder:
     """A solid cylinder."""
 
-    radius: Length
+    radius: Extent
     """Radius."""
-    length: Length
+    length: Extent
     """Length along its axis."""
     axis: AxisName = "x"
     """Body axis it lies along."""
@@ -30,11 +30,11 @@ class Body:
     over the shape, which is then for drawing only.
     """
 
-    box: Position | None = None
+    box: tuple[Extent, Extent, Extent] | None = None
     """Edges along x, y, z of a solid box."""
     cylinder: Cylinder | None = None
     """A solid cylinder."""
-    sphere: Length | None = None
+    sphere: Extent | None = None
     """Radius of a solid ball."""
     density: Density | None = None
     """Density of the shape."""

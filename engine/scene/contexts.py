@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+from engine.basics.numbers import Bound
 from engine.joints import REGISTRY, JointKind
 from engine.scene.finding import Path
 from engine.scene.model import Force, Scene
-from engine.scene.typed import unit_at
+from engine.scene.typed import bound_at, unit_at
 
 PLAIN = "1"
 
@@ -44,6 +45,11 @@ def unit_of(scene: Scene, path: Path) -> str:
     if path[0] == "forces":
         return "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m"
     return scene.inputs[str(path[1])].unit if path[0] == "inputs" else PLAIN
+
+
+def bound_of(path: Path) -> Bound:
+    """The values the number at a path may have, whatever the scene."""
+    return bound_at(_shape(path))
 
 
 def _shape(path: Path) -> Path:

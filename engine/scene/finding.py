@@ -41,6 +41,12 @@ def dotted(path: Path) -> str:
     return text or "scene"
 
 
+def called(path: Path) -> str:
+    """The last key of a path with the indices behind it: mu, radius[2]."""
+    at = max((i for i, step in enumerate(path) if isinstance(step, str)), default=0)
+    return dotted(path[at:])
+
+
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]", re.ASCII)
 _WHOLE = re.compile(r"[^.\[\]]+(?:\[\d{1,6}\])*(?:\.[^.\[\]]+(?:\[\d{1,6}\])*)*", re.ASCII)
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Strict, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.scene.quantities import Angle, Count, Length, Number, Per, Velocity
+from engine.basics.numbers import Bound
+from engine.friction import DEFAULT
+from engine.scene.quantities import Angle, AnyUnit, NotNegative, Number, Per, Positive
+from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
 from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, either
 
@@ -27,58 +30,38 @@ class Side:
     """Direction e2 leans to on this side, where it differs from the joint's."""
 
 
-Law = Literal["coulomb", "regularized", "viscous", "stribeck", "lugre"]
 NormalForce = Literal["exact", "adams"]
-OneOrTwo = Annotated[
-    Annotated[Length, SCALAR] | Annotated[tuple[Length, Length], LIST], either("a length (universal joint: one or two)")
-]
 
 
 @dataclass(frozen=True, config=STRICT)
+@with_fields(of_joints())
 class Friction:
     """The frictional contact of a joint: geometry of the pin, and the law between pin and bearing."""
 
-    mu: Count | None = None
-    """Coefficient of (sliding) friction; for the law ``viscous`` see ``viscosity``."""
-    mu_static: Count | None = None
-    """Coefficient of static friction, for laws that have one."""
-    radius: OneOrTwo | None = None
-    """Radius of ball, journal or shaft; universal: one number or two (journal 1 on u1, journal 2 on u2)."""
-    half_length: OneOrTwo | None = None
-    """c: the contact points of a journal sit at -c and +c from its centre (universal: one or two; prismatic:
-    sleeve)."""
-    half_width: Length | None = None
-    """a: half size of a prismatic guide along e2."""
-    half_height: Length | None = None
-    """b: half size of a prismatic guide along e3."""
-    viscosity: Annotated[float, Per("s/m")] | None = None
-    """Friction coefficient per sliding speed (law ``viscous``; a part of the laws ``stribeck`` and ``lugre``)."""
-    thrust_radius: Length | None = None
-    """Arm at which an axial thrust on a revolute journal rubs (the paper's end face has none)."""
-    law: Law | None = None
+    law: LawName | None = None
     """Friction law, where it differs from the scene's."""
-    v_eps: Velocity | None = None
-    """Sliding speed at which the law ``regularized`` saturates, where it differs from the scene's."""
-    v_stribeck: Velocity | None = None
-    """Sliding speed over which friction falls from ``mu_static`` to ``mu`` (laws ``stribeck`` and ``lugre``)."""
-    bristle_stiffness: Annotated[float, Per("1/m")] | None = None
-    """Friction coefficient per deflection of the bristles (law ``lugre``)."""
-    bristle_damping: Annotated[float, Per("s/m")] | None = None
-    """Friction coefficient per rate of deflection of the bristles (law ``lugre``)."""
     normal_force: NormalForce | None = None
     """How the normal force is found, where it differs from the scene's."""
 
+    if TYPE_CHECKING:
+
+        def __init__(self, **given: Any) -> None: ...
+        def __getattr__(self, name: str) -> Any: ...
+
 
 @dataclass(frozen=True, config=STRICT)
+@with_fields(of_scene())
 class FrictionDefaults:
     """What frictional joints use where they do not say otherwise."""
 
-    law: Law = "coulomb"
+    law: LawName = DEFAULT
     """Friction law."""
-    v_eps: Velocity = 1e-4
-    """Sliding speed at which the law ``regularized`` saturates."""
     normal_force: NormalForce = "exact"
     """exact: from the contact equations; adams: as that program approximates it."""
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -115,7 +98,7 @@ class Start:
 class Spring:
     """Torque or force -stiffness (q - rest) along one freedom of a joint."""
 
-    stiffness: Number
+    stiffness: NotNegative
     """N/m, or N*m/rad."""
     rest: Number = 0.0
     """Coordinate at which it is relaxed."""
@@ -125,13 +108,13 @@ class Spring:
 class Stops:
     """Compliant end stops: force stiffness*depth*(1 + damping*depth rate), never pulling (Hunt and Crossley)."""
 
-    stiffness: Number
+    stiffness: Positive
     """N/m, or N*m/rad."""
     lower: Number | None = None
     """Coordinate below which the lower stop presses."""
     upper: Number | None = None
     """Coordinate above which the upper stop presses."""
-    damping: Number = 0.0
+    damping: NotNegative = 0.0
     """s/m, or s/rad."""
 
 
@@ -146,8 +129,9 @@ Springs = Annotated[
     Annotated[Spring, GROUP] | Annotated[tuple[Spring | None, ...], LIST],
     either("a spring, or a list with one entry a freedom"),
 ]
+Resisting = Annotated[float, AnyUnit(bound=Bound(0.0, advice="it opposes the motion by itself"))]
 Dampings = Annotated[
-    Annotated[Number, SCALAR] | Annotated[tuple[Number | None, ...], LIST],
+    Annotated[Resisting, SCALAR] | Annotated[tuple[Resisting | None, ...], LIST],
     either("a number, or a list with one entry a freedom"),
 ]
 StopsOf = Annotated[
@@ -192,7 +176,7 @@ class Joint:
     """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
     pin: Literal["inboard", "outboard"] = "inboard"
     """Part that carries the pin (ball, journal, shaft)."""
-    pitch: Length | None = None
+    pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
     """Screw: travel a turn."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""

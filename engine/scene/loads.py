@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.scene.quantities import Damping, Length, Number, Per, Stiffness
+from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
+from engine.scene.quantities import Damping, Number, Per, Stiffness
 from engine.scene.signals import LoadVector
 from engine.scene.values import STRICT
 
@@ -52,7 +53,7 @@ class SpringDamper:
     """Force per lengthening."""
     damping: Damping = 0.0
     """Force per rate of lengthening."""
-    length: Length = 0.0
+    length: Annotated[float, Per("m", NOT_NEGATIVE)] = 0.0
     """Length at which it is relaxed."""
 
 
@@ -82,5 +83,5 @@ class Input:
     """Its unit (SI)."""
     description: str = ""
     """What it is."""
-    bandwidth: Annotated[float, Per("rad/s")] = 100.0
+    bandwidth: Annotated[float, Per("rad/s", POSITIVE)] = 100.0
     """Where it prescribes a motion: how fast the motion follows it (critically damped, rad/s)."""

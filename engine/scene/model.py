@@ -9,10 +9,11 @@ numbers, ``check`` finds the mistakes that need more than one field to see. The 
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic.dataclasses import dataclass
 
+from engine.basics.numbers import Bound
 from engine.scene.bodies import Body, Cylinder, Ground
 from engine.scene.jointed import (
     AxisAngle,
@@ -21,27 +22,29 @@ from engine.scene.jointed import (
     FrictionDefaults,
     Joint,
     JointType,
-    Law,
     Side,
     Spring,
     Start,
     Stops,
 )
 from engine.scene.loads import Applied, Force, Input, SpringDamper, Torque
-from engine.scene.quantities import Acceleration, Count, Time
+from engine.scene.quantities import Acceleration, Duration, Per
 from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Ramp, Signal, Table
 from engine.scene.values import STRICT, AxisName, Direction, Position, Vector
+
+RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
+"""Relative tolerances: below, steps drown in round-off; above, they are no approximation."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Simulation:
     """How ``simulate`` runs the scene when not told otherwise."""
 
-    until: Time = 10.0
+    until: Duration = 10.0
     """End of the run."""
-    every: Time | None = None
+    every: Duration | None = None
     """Interval of the output; left out, the solver's own steps."""
-    rtol: Count = 1e-6
+    rtol: Annotated[float, Per("1", RTOL)] = 1e-6
     """Relative tolerance of the integration."""
     method: str = "auto"
     """Integration method."""
@@ -84,6 +87,6 @@ class Scene:
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive",
     "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType",
-    "Law", "Load", "LoadVector", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
+    "Load", "LoadVector", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
     "SpringDamper", "Start", "Stops", "Table", "Torque", "Vector",
 ]  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic_core import core_schema
 
+from engine.basics.numbers import ANY, NOT_NEGATIVE, POSITIVE, Bound
 from engine.scene.dimensions import QUANTITIES, described, fits
 from engine.scene.suggest import shown
 from engine.scene.units import Dimension, UnitError, parse, parse_unit
@@ -66,10 +67,13 @@ def agree(value: float, unit: str) -> None:
         )
 
 
+@dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on where it stands (checked later, see ``contexts``)."""
+    """Marks a number whose dimension depends on where it stands (checked later, see ``contexts``); bound: the values it may have
+    (checked with the rest of the scene, see ``check.numbers``)."""
 
-    unit = ""
+    unit: str = ""
+    bound: Bound = ANY
 
     def __call__(self, value: Any) -> float:
         """Validate."""
@@ -86,8 +90,6 @@ class AnyUnit:
 class Per(AnyUnit):
     """Marks a number that is measured in ``unit`` (SI) and stored as a plain float."""
 
-    unit: str
-
     def __call__(self, value: Any) -> float:
         """Validate, convert, check the dimension."""
         if value.__class__ is float and math.isfinite(value):
@@ -99,15 +101,16 @@ class Per(AnyUnit):
 
 
 Number = Annotated[float, AnyUnit()]
-Count = Annotated[float, Per("1")]
+NotNegative = Annotated[float, AnyUnit(bound=NOT_NEGATIVE)]
+Positive = Annotated[float, AnyUnit(bound=POSITIVE)]
 Length = Annotated[float, Per("m")]
+Extent = Annotated[float, Per("m", POSITIVE)]
 Angle = Annotated[float, Per("rad")]
 Time = Annotated[float, Per("s")]
-Velocity = Annotated[float, Per("m/s")]
-AngularVelocity = Annotated[float, Per("rad/s")]
+Duration = Annotated[float, Per("s", POSITIVE)]
 Acceleration = Annotated[float, Per("m/s^2")]
-Mass = Annotated[float, Per("kg")]
-Density = Annotated[float, Per("kg/m^3")]
+Mass = Annotated[float, Per("kg", POSITIVE)]
+Density = Annotated[float, Per("kg/m^3", POSITIVE)]
 Inertia = Annotated[float, Per("kg*m^2")]
-Stiffness = Annotated[float, Per("N/m")]
-Damping = Annotated[float, Per("N*s/m")]
+Stiffness = Annotated[float, Per("N/m", NOT_NEGATIVE)]
+Damping = Annotated[float, Per("N*s/m", NOT_NEGATIVE)]

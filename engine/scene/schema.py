@@ -5,12 +5,14 @@ from __future__ import annotations
 import ast
 import inspect
 import json
+import math
 import sys
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
 from pathlib import Path as FilePath
 from typing import Any, Literal, get_args, get_origin
 
+from engine.basics.numbers import Bound
 from engine.scene.dimensions import QUANTITIES
 from engine.scene.model import Scene
 from engine.scene.quantities import AnyUnit
@@ -101,11 +103,22 @@ def _list(args: tuple[Any, ...], defs: dict[str, Any]) -> dict[str, Any]:
 def _number(unit: AnyUnit | None) -> dict[str, Any]:
     """A number in SI, or text with a unit."""
     out: dict[str, Any] = {"type": ["number", "string"]}
+    out |= _range(unit.bound) if unit is not None else {}
     if unit is not None and unit.unit:
         name, example = QUANTITIES[unit.unit]
         si = "" if unit.unit == "1" else f" in {unit.unit}"
         out["description"] = f'({name.removeprefix("a ").removeprefix("an ")}{si}, or text such as "{example}")'
     return out
+
+
+def _range(bound: Bound) -> dict[str, Any]:
+    """The values a plain number may have."""
+    out: dict[str, Any] = {}
+    if bound.least > -math.inf:
+        out["exclusiveMinimum" if bound.open else "minimum"] = bound.least
+    if bound.most < math.inf:
+        out["maximum"] = bound.most
+    return out | ({"not": {"const": 0}} if bound.nonzero else {})
 
 
 @cache
@@ -128,7 +141,8 @@ def _module_docs(module: str) -> dict[str, dict[str, str]]:
 
 
 def _field_docs(cls: type) -> dict[str, str]:
-    return _module_docs(cls.__module__).get(cls.__name__, {})
+    """Descriptions of a class's fields: in its source, or where it was declared."""
+    return _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
 
 
 def _line(text: str) -> str:

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.scene.quantities import Angle, Number, Per, Time
+from engine.basics.numbers import Bound
+from engine.scene.quantities import Angle, Duration, Number, Per, Time
 from engine.scene.values import SCALAR, STRICT
 
 
@@ -30,7 +31,7 @@ class Ramp:
     """Value (drives: rate) before ``begin``."""
     end: Number
     """Value (drives: rate) from ``begin + duration`` on."""
-    duration: Time
+    duration: Duration
     """How long the change takes."""
     begin: Time = 0.0
     """When the change begins."""
@@ -44,7 +45,7 @@ class Harmonic:
 
     amplitude: Number
     """Half the swing."""
-    frequency: Annotated[float, Per("Hz")]
+    frequency: Annotated[float, Per("Hz", Bound(0.0, advice="turn the phase instead"))]
     """Cycles per second."""
     phase: Angle = 0.0
     """Phase at t = 0."""

@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 
 from engine.basics.problems import Problem, SceneError
+from engine.friction import DEFAULT, twin_of
+from engine.friction import REGISTRY as LAWS
 
 SCENE = """\
 # A scene describes a mechanism: bodies, joints between them, loads.
@@ -53,7 +55,7 @@ joints:
 # inputs:
 #   motor: {{start: 0, unit: N*m, description: Torque of the motor}}
 
-# friction: {{law: regularized, v_eps: 0.1 mm/s}}    # else coulomb; also stribeck, lugre, viscous. A joint can have its own
+# friction: {{law: {smooth}, v_eps: 0.1 mm/s}}    # else {law}; also {others}. A joint can have its own
 
 # outputs: ["pendulum.*", "hinge.*"]                # patterns of the columns wanted; all of them when left out
 
@@ -80,7 +82,9 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 def starter_text(name: str) -> str:
     """The commented scene as YAML text."""
-    return SCENE.format(name=name)
+    smooth = twin_of(DEFAULT)
+    others = ", ".join(law for law in LAWS if law not in (DEFAULT, smooth))
+    return SCENE.format(name=name, law=DEFAULT, smooth=smooth, others=others)
 
 
 def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:

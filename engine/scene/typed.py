@@ -11,6 +11,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
+from engine.basics.numbers import ANY, Bound
 from engine.scene.finding import Path
 from engine.scene.model import Scene
 from engine.scene.quantities import AnyUnit
@@ -78,6 +79,12 @@ def required_at(path: Path) -> list[str]:
 def unit_at(path: Path) -> AnyUnit | None:
     """The unit marker of the number at a path, None when no number stands there."""
     return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)
+
+
+def bound_at(path: Path) -> Bound:
+    """The values the number at a path may have."""
+    mark = unit_at(path)
+    return mark.bound if mark is not None else ANY
 
 
 def length_at(path: Path) -> int | None:

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import math
-
+from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.basics.problems import Problem, SceneError
-from engine.scene.model import Scene
+from engine.friction import REGISTRY as LAWS
+from engine.scene.model import RTOL, Scene
 from engine.simulation import block as bl
 
 
 def check_settings(until: float, every: float, s: bl.Settings, scene: Scene) -> None:
     """SceneError with everything that is wrong with these for the scene."""
-    problems = []
-    if not 0.0 < until < math.inf:
-        problems.append(Problem("until", f"{until:g} s is not after the start", "give a positive end time"))
-    if not 0.0 <= every < math.inf:
-        problems.append(Problem("every", f"{every:g} s is no spacing of rows", "give a positive spacing, or 0 for every step"))
-    if not 1e-14 <= s.rtol <= 0.1:
-        problems.append(Problem("rtol", f"{s.rtol:g} is out of range", "between 1e-14 and 0.1; 1e-6 is a good start"))
+    asked = {
+        "until": (until, POSITIVE, "give a positive end time"),
+        "every": (every, NOT_NEGATIVE, "give a positive spacing, or 0 for every step"),
+        "rtol": (s.rtol, RTOL, RTOL.advice),
+        "step": (s.step, NOT_NEGATIVE, "a positive step, or 0 for error control"),
+    }
+    problems = [Problem(k, bound.refusal(k, value), hint) for k, (value, bound, hint) in asked.items() if not bound.holds(value)]
     if s.method not in bl.METHODS:
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
-    if not 0.0 <= s.step < math.inf:
-        problems.append(Problem("step", f"{s.step:g} s is no step", "a positive step, or 0 for error control"))
-    stiff = {j.friction.law or scene.friction.law for j in scene.joints.values() if j.friction} & {"regularized", "lugre"}
+    laws = {j.friction.law or scene.friction.law for j in scene.joints.values() if j.friction}
+    stiff = sorted(law for law in laws if not LAWS[law].steps)
     if s.method == "moreau" and stiff:
-        problems.append(Problem("method", f"moreau cannot step law {min(stiff)}", "use law coulomb or stribeck, or method auto"))
+        able = " or ".join(name for name, law in LAWS.items() if law.steps)
+        problems.append(Problem("method", f"moreau cannot step law {stiff[0]}", f"use law {able}, or method auto"))
     if problems:
         raise SceneError(problems)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from engine.basics.problems import SimulationError
-from engine.scene.model import Constant, Drive, Scene
+from engine.friction import REGISTRY as LAWS
+from engine.scene.model import Constant, Drive, Joint, Scene
 from engine.simulation import block as bl
 from engine.simulation.diagnosis import open_loop
 from engine.simulation.pairs import slider_names
@@ -21,8 +22,6 @@ STILL = 1e-9
 """A freedom without friction holds when its acceleration is below this, of length scale · rate scale² (round-off is 1e-13)."""
 EDGE = 1e-10
 """How far beyond its capacity a pair may be asked to hold: the tolerance at which sticking is released."""
-WITHOUT_REST = ("regularized", "lugre", "stribeck")
-"""Laws whose static question is that of dry friction with the same coefficients."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +79,14 @@ def hold(scene: Scene) -> HoldReport:
 
 def _dry(scene: Scene) -> tuple[Scene, list[str]]:
     """The scene with dry friction where its law has none at rest, and what was changed."""
-    joints, changed = dict(scene.joints), []
+    joints: dict[str, Joint] = dict(scene.joints)
+    changed: dict[str, list[str]] = {}
     for name, j in scene.joints.items():
-        if j.friction is not None and (j.friction.law or scene.friction.law) in WITHOUT_REST:
-            joints[name] = replace(j, friction=replace(j.friction, law="coulomb"))
-            changed.append(name)
-    notes = [f"asked of dry friction (law coulomb): {', '.join(changed)}"] if changed else []
+        dry = LAWS[j.friction.law or scene.friction.law].dry if j.friction is not None else ""
+        if j.friction is not None and dry:
+            joints[name] = replace(j, friction=replace(j.friction, law=dry))
+            changed.setdefault(dry, []).append(name)
+    notes = [f"asked of dry friction (law {dry}): {', '.join(names)}" for dry, names in changed.items()]
     for name, j in joints.items():
         if j.drive is not None:
             joints[name] = replace(j, drive=_stopped(j.drive))

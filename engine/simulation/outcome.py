@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from engine.abi import Status
+from engine.friction import DEFAULT, twin_of
 
 DONE = "done"
 NAMES: dict[int, str] = {
@@ -26,7 +27,7 @@ ADVICE = {
     "jammed": "friction grows without bound, so that the joint's sliding stops at once (an impact without a collision): "
     "lengthen the guide (half_length), lower mu or radius, bring the load closer, or go on with simulation.jams: impact",
     "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé, or a jam): lower mu or "
-    "radius, lengthen the guide, or continue with law regularized",
+    f"radius, lengthen the guide, or continue with law {twin_of(DEFAULT)}",
     "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on; check the "
     "lengths along the loop and how far its drives go (with a fixed step, try a smaller one)",
     "gimbal": "all free turning axes of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of its reach), "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, JointKind
 from engine.system.external import External
 from engine.system.leaves import Leaf, Leaves
@@ -76,8 +77,8 @@ class FrictionElement:
 
     @property
     def bristles(self) -> bool:
-        """Whether its law has a state of its own along every freedom (law ``lugre``)."""
-        return self.has("bristle_stiffness")
+        """Whether its law has a state of its own along every freedom."""
+        return LAWS[self.law].bristles
 
 
 @dataclass(frozen=True)

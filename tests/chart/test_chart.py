@@ -15,7 +15,8 @@ from engine.chart.curves import curves
 from engine.chart.measures import Measure, measure
 from engine.chart.points import Point, Variant, front
 from engine.chart.runs import variants, with_law
-from engine.scene import laws, load_scene
+from engine.friction import REGISTRY
+from engine.scene import load_scene
 from engine.scene.overrides import apply
 
 QUICK = Choice(methods=("rk5", "rk8"), rtols=(1e-4, 1e-7, 1e-10), repeats=1, samples=20, peers=False)
@@ -94,8 +95,8 @@ def test_a_run_that_fails_is_a_point_with_its_reason() -> None:
 
 def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
     found, notes = variants(load_scene("spherical_pendulum"))
-    left_out = {law for law in laws.AVAILABLE_LAWS if any(n.startswith(f"law {law} left out") for n in notes)}
-    assert {v.law for v in found} | left_out == laws.AVAILABLE_LAWS
+    left_out = {law for law in REGISTRY if any(n.startswith(f"law {law} left out") for n in notes)}
+    assert {v.law for v in found} | left_out == set(REGISTRY)
     assert {"coulomb", "regularized"} <= {v.law for v in found}
     assert any("viscous" in n and "viscosity" in n for n in notes)
     assert variants(load_scene("simple_pendulum")) == ([Variant()], [])

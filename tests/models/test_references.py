@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import pytest
 
+from engine.friction import REGISTRY as AVAILABLE_LAWS
 from engine.scene import load_scene
 from engine.scene.expected import columns_of, evaluate, expected
-from engine.scene.laws import AVAILABLE_LAWS
 from engine.scene.library import model_names
 from engine.scene.overrides import apply
 from engine.simulation.run import simulate

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from engine.scene import checked, problems, scene_from_dict
-from engine.scene.laws import AVAILABLE_LAWS
 from engine.scene.model import Body, Joint, Scene
 from engine.scene.reading import read
 
@@ -113,14 +112,3 @@ def test_scenes_made_in_python_are_checked_by_the_same_rules():
     assert [p.where for p in problems(scene)] == ["joints.j.outboard"]
     assert checked(scene_from_dict(VALID)).name == "one_of_everything"
 
-
-def test_the_laws_a_scene_may_name_are_those_the_engine_has():
-    registry = pytest.importorskip("engine.friction").REGISTRY
-    assert set(registry) == AVAILABLE_LAWS
-
-
-def test_the_sizes_checked_are_those_of_the_contact_elements():
-    from engine.joints import REGISTRY
-    from engine.scene.check.friction import GEOMETRY
-
-    assert {k.friction for k in REGISTRY.values() if k.friction} == set(GEOMETRY)

@@ -33,7 +33,7 @@ def test_every_key_of_every_group_has_a_description():
 
 KEYWORDS = {
     "$ref", "$defs", "$schema", "title", "description", "default", "type", "properties", "required", "enum", "const",
-    "additionalProperties", "anyOf", "items", "minItems", "maxItems",
+    "additionalProperties", "anyOf", "items", "minItems", "maxItems", "minimum", "exclusiveMinimum", "maximum", "not",
 }  # fmt: skip
 
 
@@ -54,6 +54,10 @@ def faults(value: Any, schema: dict[str, Any], path: str = "$") -> list[str]:
         out.append(f"{path}: not one of {schema['enum']}")
     if "type" in schema and not is_type(value, schema["type"]):
         return [*out, f"{path}: not {schema['type']}"]
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        low, above, high = (schema.get(k) for k in ("minimum", "exclusiveMinimum", "maximum"))
+        beyond = (low is not None and value < low) or (above is not None and value <= above) or (high is not None and value > high)
+        out += [f"{path}: out of range"] if beyond or ("not" in schema and not faults(value, schema["not"], path)) else []
     if isinstance(value, dict):
         extra = schema.get("additionalProperties", True)
         out += [f"{path}.{k}: missing" for k in schema.get("required", ()) if k not in value]
@@ -103,6 +107,9 @@ def test_the_schema_accepts_every_model(name):
         {"gravity": 9.81},
         {"schema": 2},
         {"title": 3},
+        {"joints.socket.friction.mu": -0.1},
+        {"bodies.arm.box": [1, 0, 1]},
+        {"simulation.rtol": 1},
     ],
 )
 def test_the_schema_refuses_what_the_loader_refuses(changes):

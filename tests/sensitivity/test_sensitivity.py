@@ -12,7 +12,7 @@ import pytest
 import engine
 from engine.basics.problems import SceneError
 from engine.cli import main
-from engine.scene import laws, load_scene
+from engine.scene import load_scene
 from engine.scene.model import Scene
 from engine.scene.overrides import apply, list_parameters
 
@@ -83,7 +83,6 @@ def test_kinks_of_the_regularised_law_cost_nothing() -> None:
     assert off(scene, names, ["pendulum.position[1]", "pendulum.position[3]", "ball.qd[2]"], 3.1) < ACROSS
 
 
-@pytest.mark.skipif("coulomb" not in laws.AVAILABLE_LAWS, reason="law coulomb is not built in this version")
 class TestCoulomb:
     """Set-valued friction: ẏ jumps at every reversal, whose time depends on the parameters."""
 

@@ -34,7 +34,7 @@ class BallPendulum(Closed):
         self.m, center, inertia = mass_properties(body)
         self.l, self.g = float(center[0]), -float(scene.gravity[2])
         self.inertia = inertia[1][1] + self.m * self.l**2
-        friction = scene.joints["ball"].friction
+        friction = next(iter(scene.joints.values())).friction
         assert friction is not None
         self.mu, self.r = float(friction.mu or 0.0), float(friction.radius)  # type: ignore[arg-type]
         self.limit = variant.v_eps / self.r

@@ -30,13 +30,6 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
     given = [s for s in SHAPES if getattr(b, s) is not None]
     for extra in given[1:]:
         yield Finding((*path, extra), f"two shapes: {given[0]} and {extra}", "a body has one shape at most")
-    sizes = {
-        "box": b.box or (), "cylinder": (b.cylinder.radius, b.cylinder.length) if b.cylinder else (),
-        "sphere": (b.sphere,) if b.sphere is not None else (),
-    }  # fmt: skip
-    for shape, values in sizes.items():
-        if any(v <= 0 for v in values):
-            yield Finding((*path, shape), "sizes of a shape must be positive")
 
 
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:
@@ -59,10 +52,6 @@ def _amounts(path: Path, b: Body) -> Iterator[Finding]:
     elif not shaped and b.inertia is None:
         hint = "inertia: [0, 0, 0] makes it a point mass"
         yield Finding(path, "mass without shape needs an inertia", hint, about=keys)
-    for key in ("density", "mass"):
-        value = getattr(b, key)
-        if value is not None and value <= 0:
-            yield Finding((*path, key), f"the {key} must be positive, not {value:g}")
 
 
 def _inertia(path: Path, b: Body) -> Iterator[Finding]:

@@ -24,9 +24,6 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _rotations(name, j, kind)
         for path, stops in entries(j.stops, ("joints", name, "stops")):
             yield from _stops(path, stops)
-        for path, c in entries(j.damping, ("joints", name, "damping")):
-            if c < 0:
-                yield Finding(path, "a damping must not be negative", "it opposes the motion by itself")
     for path, s in signals(scene):
         yield from _signal(path, s)
 
@@ -60,10 +57,6 @@ def _stops(path: Path, s: Stops) -> Iterator[Finding]:
         yield Finding(path, "stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
     if s.lower is not None and s.upper is not None and not s.lower < s.upper:
         yield Finding((*path, "lower"), f"the lower stop ({s.lower:g}) is not below the upper one ({s.upper:g})")
-    if s.stiffness <= 0:
-        yield Finding((*path, "stiffness"), "the stiffness of a stop must be positive")
-    if s.damping < 0:
-        yield Finding((*path, "damping"), "the damping of a stop must not be negative")
 
 
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
@@ -74,12 +67,8 @@ def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
         yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
     for extra in kinds[1:]:
         yield Finding((*path, extra), f"a {what} is one thing: {kinds[0]} or {extra}, not both")
-    if s.ramp is not None and s.ramp.duration <= 0:
-        yield Finding((*path, "ramp", "duration"), "the duration of a ramp must be positive")
     if s.ramp is not None and s.ramp.origin and isinstance(s, Signal):
         yield Finding((*path, "ramp", "origin"), "origin is for drives: a load has no coordinate", "remove it")
-    if s.harmonic is not None and s.harmonic.frequency < 0:
-        yield Finding((*path, "harmonic", "frequency"), "the frequency must not be negative", "turn the phase instead")
     if s.table is not None:
         yield from _table((*path, "table"), s.table)
 

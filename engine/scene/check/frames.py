@@ -85,7 +85,7 @@ def _scaled(a: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def _pitch(path: Path, j: Joint) -> Iterator[Finding]:
-    if j.type == "screw" and not j.pitch:
+    if j.type == "screw" and j.pitch is None:
         yield Finding(
             (*path, "pitch"), "a screw needs a pitch (travel a turn) that is not zero", 'for example pitch: "5 mm"'
         )

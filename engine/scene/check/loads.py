@@ -1,4 +1,4 @@
-"""Applied loads: springs between two different places, lengths and dampings that make sense."""
+"""Applied loads: springs between two different places."""
 
 from __future__ import annotations
 
@@ -21,6 +21,3 @@ def _spring(path: Path, f: SpringDamper) -> Iterator[Finding]:
     a, b = (split(end)[0] for end in f.between)
     if a == b:
         yield Finding((*path, "between"), f"both ends are on {shown(a)}", "a spring joins two different bodies")
-    for key in ("damping", "length"):
-        if getattr(f, key) < 0:
-            yield Finding((*path, key), f"{key} must not be negative")

@@ -26,8 +26,6 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _reference(scene, r)
     for name, given in scene.inputs.items():
         yield from _input_unit(("inputs", name, "unit"), given)
-        if not given.bandwidth > 0.0:
-            yield Finding(("inputs", name, "bandwidth"), "the bandwidth must be positive", "for example 100 rad/s")
     for path, load in loads(scene):
         if isinstance(load, FromInput):
             yield from _from_input(scene, path, load)

@@ -1,4 +1,4 @@
-"""Settings of a run, outputs wanted, tunable numbers."""
+"""Outputs wanted, tunable numbers."""
 
 from __future__ import annotations
 
@@ -14,14 +14,6 @@ SECTIONS = ("bodies", "joints", "forces", "gravity", "friction", GROUND)
 
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about the run."""
-    s = scene.simulation
-    at: Path = ("simulation",)
-    if s.until <= 0:
-        yield Finding((*at, "until"), f"the end of the run must be after its start at 0, not {s.until:g} s")
-    if s.every is not None and s.every <= 0:
-        yield Finding((*at, "every"), f"the output interval must be positive, not {s.every:g} s")
-    if not 0 < s.rtol < 1:
-        yield Finding((*at, "rtol"), f"the tolerance must lie between 0 and 1, not {s.rtol:g}", "for example 1e-6")
     owners = (*scene.bodies, *scene.joints, *scene.forces, *scene.inputs, GROUND, "time", "energy", "audit", "events")
     yield from _patterns(("outputs",), scene.outputs, owners, "nothing has the name")
     yield from _patterns(("tunable",), scene.tunable, SECTIONS, "no part of a scene is called")

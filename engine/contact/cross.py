@@ -1,4 +1,4 @@
-"""Universal joint (paper §7.4): two journals on a massless cross.
+"""The cross of a universal joint (paper §7.4): two journals on a massless cross.
 
 Journal 1 about u1: (143) in (u1, u2, u3). Journal 2 about u2: (147), the forms applied to (−f_c, −m_c) with axes (u2, u3, u1) and
 k2 = −μ_e sign(q̇2), the sign that dissipates (METHOD, "Universal joint"). The wrench is always the one on the inboard part; with the
@@ -8,11 +8,11 @@ pins on the cross the forms are applied to the opposite forces with every k of o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-import casadi as ca
-
-from engine.contact.base import SX, Contact, ContactElement, Hold, Wrench, ratio_held, signum
-from engine.contact.journal import length, split
+from engine.basics.symbolic import SX, ca
+from engine.contact.base import Contact, ContactElement, Hold, Place, Solid, Wrench, ratio_held, signum
+from engine.contact.journal import HALF_LENGTH, RADIUS, length, split
 from engine.friction import Law
 
 TINY = 1e-300
@@ -36,8 +36,8 @@ def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, .
     """(a, b) components of both journals' contacts."""
     p = w.pin
     c1, c2 = g["half_length[1]"], g["half_length[2]"]
-    first = split(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, SX(0), SX(0), c1)
-    second = split(-p * w["f3"], -p * w["f1"], -p * w["m3"], -p * w["m1"], k2, SX(0), SX(0), c2)
+    first = split(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, ca.SX(0), ca.SX(0), c1)
+    second = split(-p * w["f3"], -p * w["f1"], -p * w["m3"], -p * w["m1"], k2, ca.SX(0), ca.SX(0), c2)
     return first, second
 
 
@@ -82,8 +82,23 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     if laws[0].sets:
         k = [ca.if_else(law.stuck, _still(w, laws, g, eta, i), k[i]) for i, law in enumerate(laws)]
     first, second = _splits(w, k[0], k[1], g)
-    out = [Contact(length(a, b), (SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
-    return out + [Contact(length(a, b), (a, SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
+    out = [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
+    return out + [Contact(length(a, b), (a, ca.SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
 
 
-UNIVERSAL = ContactElement("universal", _needs, _friction, _speeds, _held, _contacts, _velocity, 4, frame="cross")
+def _places(g: Mapping[str, float]) -> list[Place]:
+    """Journal 1 about the inboard e1, journal 2 about the outboard e2."""
+    ends = [(k, side * g[f"half_length[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
+    return [Place(("inboard", "outboard")[k], k, along, g[f"radius[{k + 1}]"], k) for k, along in ends]
+
+
+def _pins(g: Mapping[str, float]) -> list[Solid]:
+    return [
+        Solid("cylinder", (g[f"radius[{k + 1}]"], 2 * g[f"half_length[{k + 1}]"]), ("inboard", "outboard")[k], k) for k in (0, 1)
+    ]
+
+
+CROSS = ContactElement(
+    "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, 4,
+    sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="cross",
+)  # fmt: skip

@@ -1,0 +1,49 @@
+"""The laws there are, and the questions the rest of the product asks about them by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from engine.basics.numbers import Number, merged
+from engine.friction.base import Law
+from engine.friction.coulomb import Coulomb
+from engine.friction.lugre import LuGre
+from engine.friction.regularized import Regularized
+from engine.friction.stribeck import Stribeck
+from engine.friction.viscous import Viscous
+
+
+def registered(laws: Iterable[type[Law]]) -> dict[str, type[Law]]:
+    """Laws by name. ValueError when two have one name, mean different things by one number, or refer to a law there is not."""
+    out: dict[str, type[Law]] = {}
+    for law in laws:
+        if law.name in out:
+            raise ValueError(f"two laws are called {law.name}")
+        out[law.name] = law
+    merged({name: law.numbers for name, law in out.items()})
+    for law in out.values():
+        for role in ("exact", "dry"):
+            other = getattr(law, role)
+            if other and not (other in out and out[other].sets):
+                raise ValueError(f"law {law.name}: {role} = {other!r} is no set-valued law there is")
+    return out
+
+
+REGISTRY = registered((Coulomb, LuGre, Regularized, Stribeck, Viscous))
+DEFAULT = Coulomb.name
+"""The law of a scene that names none: the most accurate and the least stiff."""
+
+
+def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
+    """Every number a law has, by name, each with the laws that have it."""
+    return merged({name: law.numbers for name, law in REGISTRY.items()})
+
+
+def exact_of(law: str) -> str:
+    """The law that errors of this one are measured against: itself, or the set-valued one it smooths."""
+    return REGISTRY[law].exact or law
+
+
+def twin_of(law: str) -> str:
+    """The law that smooths this one; "" when none does."""
+    return next((name for name, other in REGISTRY.items() if other.exact == law), "")

@@ -1,0 +1,91 @@
+"""The keys of a scene that friction laws and contact elements declare, as fields of the scene classes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from engine.basics.numbers import Number
+from engine.contact import sizes
+from engine.friction import REGISTRY as LAWS
+from engine.friction import numbers as law_numbers
+from engine.joints import REGISTRY as JOINTS
+from engine.scene.dimensions import QUANTITIES
+from engine.scene.quantities import Per
+from engine.scene.values import LIST, SCALAR, either
+
+if TYPE_CHECKING:
+    LawName = str
+else:
+    LawName = Literal[tuple(LAWS)]
+
+T = TypeVar("T", bound=type)
+Field = tuple[str, Any, float | None, str]
+"""Key, type, default, description."""
+
+
+def annotation(number: Number, count: int) -> Any:
+    """Type of a number's field: SI or text with a unit; where it may stand for several, also a list of them."""
+    if number.unit not in QUANTITIES:
+        raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
+    one = Annotated[float, Per(number.unit, number.bound)]
+    if count == 1:
+        return one
+    several: Any = tuple.__class_getitem__((one,) * count)
+    wanted = f"{QUANTITIES[number.unit][0]} (some joints: or a list of {count})"
+    return Annotated[Annotated[one, SCALAR] | Annotated[several, LIST], either(wanted)]
+
+
+def of_joints() -> list[Field]:
+    """Numbers of laws, then sizes of contact elements: all may be left out as far as the format goes."""
+    out: list[Field] = []
+    for name, (n, laws) in law_numbers().items():
+        own = ", where it differs from the scene's" if n.default is not None else ""
+        out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
+    for name, (n, elements) in sizes().items():
+        rubbing = [j for j in JOINTS.values() if j.friction in elements]
+        each = {j.name: next(s for s in sized(j.friction) if s.name == name) for j in rubbing}
+        who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
+        count = max(s.count for s in each.values())
+        out.append((name, annotation(n, count) | None, None, f"{sentence(n.text)} ({who})."))
+    return out
+
+
+def of_scene() -> list[Field]:
+    """Numbers for which a scene can say what joints use that say nothing."""
+    return [
+        (name, annotation(n, 1), n.default, f"{sentence(n.text)} ({plural('law', laws)}).")
+        for name, (n, laws) in law_numbers().items()
+        if n.default is not None
+    ]
+
+
+def sized(element: str) -> tuple[Number, ...]:
+    """Sizes of a contact element."""
+    from engine.contact import REGISTRY
+
+    return REGISTRY[element].sizes
+
+
+def plural(word: str, names: Iterable[str]) -> str:
+    """``law a`` or ``laws a, b``."""
+    listed = [f"``{n}``" for n in names]
+    return f"{word}{'s' if len(listed) > 1 else ''} {', '.join(listed)}"
+
+
+def sentence(text: str) -> str:
+    """With a capital first letter, unless it begins with the letter of a formula."""
+    return text if text[1:2] == ":" else text[0].upper() + text[1:]
+
+
+def with_fields(declared: list[Field]) -> Callable[[T], T]:
+    """Class decorator (below ``dataclass``): these fields before the class's own; their descriptions in ``__field_docs__``."""
+
+    def put(cls: T) -> T:
+        cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__
+        for name, _, default, _ in declared:
+            setattr(cls, name, default)
+        setattr(cls, "__field_docs__", {name: doc for name, _, _, doc in declared})  # noqa: B010
+        return cls
+
+    return put
