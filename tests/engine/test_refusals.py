@@ -14,7 +14,7 @@ from engine.simulation.run import Model, simulate
 def test_every_wrong_setting_is_said_at_once() -> None:
     with pytest.raises(SceneError) as caught:
         simulate("simple_pendulum", until=-1.0, every=-0.1, rtol=1.0, method="euler", step=-1e-3)
-    assert [p.where for p in caught.value.problems] == ["until", "every", "rtol", "method", "step"]
+    assert [p.where for p in caught.value.problems] == ["until", "every", "rtol", "step", "method"]
     assert all(p.what and p.hint for p in caught.value.problems)
 
 
