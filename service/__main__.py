@@ -5,6 +5,7 @@ import sys
 import typer
 
 from engine.basics.problems import SceneError, SimulationError
+from engine.cli.extensions import lacking
 from engine.cli.running import FAILED, failure_end, problems_end
 from service.cli import serve
 
@@ -24,6 +25,11 @@ def main(arguments: list[str] | None = None) -> int:
         return problems_end(e.problems, False)
     except SimulationError as e:
         return failure_end(str(e), False)
+    except ImportError as e:
+        problem = lacking(e, ["serve"])
+        if problem is None:
+            raise
+        return problems_end([problem], False)
     except typer.Exit as e:
         return int(e.exit_code)
     except typer.Abort:

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from engine.basics.extras import absent
 from engine.basics.problems import Problem, SceneError, SimulationError
 from service.settings import Limits, Settings
 
@@ -76,6 +77,8 @@ def serve(
     chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 2.0,
 ) -> None:
     """Serve batches over HTTP, with a web page at /."""
+    if problems := absent("service", "trunnion serve"):
+        raise SceneError(problems)
     from service.store.database import Unreachable
 
     limits = limits_of(rate, limit or [])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.interrupts import Held, held
 from engine.batch.plan import Plan, Run, Runner, Stopped, plan
@@ -52,6 +53,7 @@ class Sweep:
 
     def to_pandas(self) -> pandas.DataFrame:
         """A frame indexed by case; units in ``frame.attrs["units"]``."""
+        brought("pandas", "pandas", "to_pandas()")
         frame = self.table.to_pandas().set_index("case")
         frame.attrs["units"] = {f.name: f.metadata[b"unit"].decode() for f in self.table.schema}
         return frame

@@ -9,6 +9,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from engine.basics.extras import extra_of, remedy
 from engine.basics.problems import Problem, SceneError
 
 GROUP = "trunnion.commands"
@@ -57,7 +58,17 @@ class Commands(TyperGroup):
 def missing(name: str) -> Problem:
     """What to say about a command whose extra is not installed."""
     extra, what = EXTRAS[name]
-    return Problem(f"trunnion {name}", f"is not installed (it would {what})", f"pip install 'trunnion[{extra}]'")
+    return Problem(f"trunnion {name}", f"is not installed (it would {what})", remedy(extra))
+
+
+def lacking(error: ImportError, words: list[str]) -> Problem | None:
+    """What to say when a command finds a package missing that an extra would bring; None when none would: then it is a defect."""
+    command = next((w for w in words if not w.startswith("-")), "")
+    extra = extra_of(error.name or "") if error.name else ""
+    if not extra:
+        return None
+    package = (error.name or "").partition(".")[0]
+    return Problem(f"trunnion {command}".rstrip(), f"needs the package {package}, which is not installed", remedy(extra))
 
 
 def loaded(name: str) -> Any:

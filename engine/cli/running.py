@@ -21,7 +21,7 @@ FLAGS = {"json": ("--json",), "verbose": ("-v", "--verbose")}
 
 def run(arguments: list[str]) -> int:
     """Run the command that the arguments name; its exit code."""
-    from engine.cli import measuring  # noqa: F401  # adds its commands
+    from engine.cli import extensions, measuring  # noqa: F401  # measuring adds its commands
     from engine.cli.app import app
 
     given = arguments[: arguments.index("--")] if "--" in arguments else arguments
@@ -36,6 +36,9 @@ def run(arguments: list[str]) -> int:
         return problems_end([usage_problem(e)], as_json)
     except SimulationError as e:
         return failure_end(str(e), as_json)
+    except ImportError as e:
+        problem = extensions.lacking(e, arguments)
+        return problems_end([problem], as_json) if problem else failure_end(defect_text(e, verbose), as_json)
     except (KeyboardInterrupt, typer.Abort):
         return failure_end("stopped: interrupted before there were results", as_json)
     except BrokenPipeError:

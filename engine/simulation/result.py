@@ -121,8 +121,9 @@ class Result:
 
     def to_pandas(self) -> pandas.DataFrame:
         """A pandas frame indexed by time, units in ``frame.attrs["units"]``."""
-        import pandas as pd
+        from engine.basics.extras import brought
 
+        pd = brought("pandas", "pandas", "to_pandas()")
         frame = pd.DataFrame(self.data[:, 1:], columns=self.names[1:], index=pd.Index(self.time, name="time"))
         frame.attrs["units"] = self.units
         return frame

@@ -5,10 +5,12 @@ from __future__ import annotations
 import sys
 import types
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 import typer
 
+import engine
 from engine.cli import extensions, main
 
 
@@ -76,3 +78,41 @@ def test_a_command_that_is_not_installed_prints_its_pip_line(
     monkeypatch.setattr(extensions, "registered", dict)
     assert main([name, "anything"]) == 2
     assert f"pip install 'trunnion[{extensions.EXTRAS[name][0]}]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("package", ["sqlalchemy", "fastapi", "uvicorn", "distributed"])
+def test_a_server_without_its_packages_says_which_line_brings_them(
+    package: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command is there with the plain installation; the packages it needs come with the extra."""
+    for name in [m for m in sys.modules if m.partition(".")[0] in ("service", package)]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setattr(extensions, "registered", lambda: {"serve": EntryPoint("serve", "service.cli:serve", extensions.GROUP)})
+    assert main(["serve", "--port", "0", "--data", str(tmp_path)]) == 2
+    err = capsys.readouterr().err
+    assert f"needs {package}, which is not installed" in err
+    assert "pip install 'trunnion[service]'" in err
+    assert "defect" not in err
+
+
+def test_to_pandas_without_pandas_says_which_line_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = engine.simulate("spherical_pendulum", until=0.1)
+    swept = engine.sweep("spherical_pendulum", {"joints.ball.friction.mu": [0.2]}, until=0.1)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    for table in (run, swept):
+        with pytest.raises(ImportError, match=r"pip install 'trunnion\[pandas\]'"):
+            table.to_pandas()
+
+
+def test_a_package_that_no_extra_brings_is_a_defect(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(extensions, "registered", lambda: {"greet": EntryPoint("greet", "guest_with_a_gap:go", extensions.GROUP)})
+    module = types.ModuleType("guest_with_a_gap")
+
+    def go() -> None:
+        import package_nobody_has  # type: ignore[import-not-found]  # noqa: F401
+
+    module.go = go  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "guest_with_a_gap", module)
+    assert main(["greet"]) == 1
+    assert "defect of Trunnion" in capsys.readouterr().err
