@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.powers import powers
 from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import (

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import casadi as ca
 
+from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.jacobian_unit import residuals
-from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.output_unit import Outputs
 from engine.recursion.accelerations import outward
 from engine.recursion.elements import bristle_rates

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from engine.kernel.calling import CONST, STATE
 from engine.kernel.classes import HANDED, MOTION, BodyCode, Classes, Shape, classify, outward_step
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.recursion.elements import any_sets, elements
@@ -20,8 +21,6 @@ from engine.system.structure import System
 MIN_BODIES = 12
 REUSE = 3
 """Bodies per distinct shape from which loops pay."""
-CONST = "const double*restrict "
-STATE = f"{CONST}x,{CONST}y,{CONST}c"
 
 
 def loops_pay(system: System, quadratures: bool) -> bool:

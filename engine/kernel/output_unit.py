@@ -12,9 +12,9 @@ from engine.abi.runs import EXTRA, LAST
 from engine.friction import REGISTRY as LAWS
 from engine.joints.base import to_quaternion
 from engine.kernel import expressions as ex
+from engine.kernel.calling import CONST, STATE, combination, inputs
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.kernel.main_unit import CONST, STATE, combination, inputs
 from engine.kernel.powers import powers
 from engine.recursion.accelerations import Accelerations, given
 from engine.recursion.reduction import Model

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.jacobian_unit import residuals, time_direction
-from engine.kernel.main_unit import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.output_unit import Outputs
 from engine.kernel.powers import powers
 from engine.recursion.accelerations import Accelerations, outward

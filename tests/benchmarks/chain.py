@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from engine.kernel import cache, compiler
+from engine.kernel.calling import CONST, STATE, inputs
 from engine.kernel.emit import Output, Stage, emit
 from engine.kernel.looped import Looped, loops_pay
-from engine.kernel.main_unit import CONST, STATE, inputs
 from engine.recursion.accelerations import outward
 from engine.recursion.reduction import model
 from engine.recursion.symbols import Symbols

@@ -10,8 +10,8 @@ import numpy as np
 from engine.chart.peers.base import TOLERANCES, Peer, Setting, Unable
 from engine.chart.peers.snapshot import Snapshot
 from engine.chart.runs import Prepared
+from engine.kernel.calling import active_rows, combination, qdot
 from engine.kernel.jacobian_unit import residuals
-from engine.kernel.main_unit import active_rows, combination, qdot
 from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import elements, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.reduction import Model, model

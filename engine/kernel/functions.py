@@ -1,0 +1,121 @@
+"""The functions of the stepping unit beside its stages: closure of loops, depths of stops, friction laws, what pairs at rest hold,
+coordinate rates; and the one that computes the constants of all."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from engine.kernel.calling import CONST, STATE, inputs, qdot
+from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.kernel.powers import coordinates_of
+from engine.recursion.elements import Element, laws, numbers, wrench
+from engine.recursion.reduction import Model
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX
+
+
+def closure_function(sym: Symbols, m: Model | None) -> Code:
+    """C function of the residuals φ of all rows of cut joints, and of their rates."""
+    rows = [row for c in m.cuts for row in c.rows] if m else []
+    stages = [
+        Stage("k_prepare_closure", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_closure", f"{STATE},double*restrict h", ""),
+    ]
+    values = [r.phi for r in rows] + [r.rate for r in rows]
+    return emit(inputs(sym), [Output("h", 0, values or [SX(0, 1)], 1)], stages)
+
+
+def stops_function(sym: Symbols, m: Model | None) -> Code:
+    """C function of the depth by which every stop is pressed, negative while it is not."""
+    depths: list[SX] = [SX(0)] * sym.system.stops
+    for j in sym.system.joints:
+        q = [] if not j.kind.nv else coordinates_of(m, j) if m else sym.coordinates(j)
+        for k, d in enumerate(j.devices):
+            if d.stop is None:
+                continue
+            for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
+                if bound is not None:
+                    depths[flag] = sign * (sym.leaf(bound) - q[j.kind.coordinate_of(k)])
+    stages = [
+        Stage("k_prepare_events", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_events", f"{STATE},double*restrict g", ""),
+    ]
+    return emit(inputs(sym), [Output("g", 0, depths or [SX(0, 1)], 1)], stages)
+
+
+def laws_function(sym: Symbols, parts: list[Element]) -> Code:
+    """η = law(N, rates), its derivative with N (dense block per element, column-major), sliding speeds and kink speeds."""
+    nn = sum(len(e.needs) for e in parts)
+    nr = sum(e.joint.kind.nv for e in parts)
+    N, rates = SX.sym("N", nn), SX.sym("r", nr + sym.b.numel())
+    eta: list[SX] = [SX(0)] * sym.system.neta
+    derivative: list[SX] = []
+    speeds: list[SX] = [SX(0)] * (2 * len(sym.system.sliders))
+    for e in parts:
+        mine, ls, g = N[e.n0 : e.n0 + len(e.needs)], laws(sym, e, rates[nr:]), numbers(sym, e)
+        r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
+        w = wrench(e, mine)
+        values = ca.vertcat(*e.contact.friction(w, r, ls, g, e.friction.adams))
+        for k, i in enumerate(e.eta):
+            eta[i] = values[k]
+        derivative.append(ca.vec(ca.densify(ca.jacobian(values, mine))))
+        for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g, e.friction.adams), ls, strict=True):
+            speeds[2 * s.flag], speeds[2 * s.flag + 1] = speed, law.kink
+        if e.sets:
+            cone = e.contact.cone(w, r, ls, g, e.friction.adams) if e.contact.cone else [SX(1)] * len(ls)
+            for s, measure in zip(e.friction.sliders, cone, strict=True):
+                speeds[2 * s.flag + 1] = measure
+    args = f"{CONST}N,{CONST}r,{CONST}x,{CONST}c"
+    stages = [
+        Stage("k_prepare_laws", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_laws", f"{args},double*restrict eta,double*restrict dN,double*restrict speed", ""),
+    ]
+    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
+    outs = [Output("eta", 0, eta, 1), Output("dN", 0, derivative, 1), Output("speed", 0, speeds, 1)]
+    return emit(ins, [o for o in outs if o.values], stages)
+
+
+def held_function(sym: Symbols, parts: list[Element]) -> Code:
+    """What pairs at rest hold, 3 numbers a pair: capacity, size of the friction u and what no friction carries (see ``Hold``), and
+    the derivative of the capacity by N (a row per pair, in order, of its element's components)."""
+    nn = sum(len(e.needs) for e in parts)
+    N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
+    values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))
+    rows: list[SX] = []
+    for e in parts:
+        mine, found = N[e.n0 : e.n0 + len(e.needs)], []
+        if e.sets:
+            asked, adams = [u[i] for i in e.eta], e.friction.adams
+            found = e.contact.held(wrench(e, mine), asked, laws(sym, e), numbers(sym, e), adams)
+        for n, s in enumerate(e.friction.sliders):
+            capacity = found[n].capacity if found else SX(0)
+            if found:
+                values[3 * s.flag : 3 * s.flag + 3] = [capacity, found[n].size, SX(found[n].beyond)]
+            rows.append(ca.vec(ca.densify(ca.jacobian(capacity, mine))))
+    stages = [
+        Stage("k_prepare_held", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_held", f"{CONST}N,{CONST}u,{CONST}x,{CONST}c,double*restrict hold,double*restrict dN", ""),
+    ]
+    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("u", u, 1)]
+    return emit(ins, [o for o in (Output("hold", 0, values, 1), Output("dN", 0, rows, 1)) if o.values], stages)
+
+
+def coordinate_rates_function(sym: Symbols) -> Code:
+    """C function of q̇ for any rates v, by which corrections of positions move along quaternions too."""
+    stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,double*restrict dq", "")]
+    v = SX.sym("v", sym.system.nv)
+    values = qdot(sym, v)
+    code = emit([Input("y", sym.q, 1), Input("v", v, 1)], [Output("dq", 0, values or [SX(0, 1)], 1)], stages)
+    code.text = code.text[code.text.index("void k_qdot") :]
+    return code
+
+
+def prepare_all(codes: list[Code]) -> str:
+    """One function that fills the constants of all parts, and where each part's constants start."""
+    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events", "k_prepare_held"]
+    starts = [sum(c.kept[0] for c in codes[:i]) for i in range(len(codes))]
+    calls = "".join(f"{n}(p,c+{at});" for n, at in zip(names, starts, strict=True))
+    return (
+        f"enum {{K_C_CLOSURE={starts[1]},K_C_LAWS={starts[2]},K_C_EVENTS={starts[3]},K_C_HELD={starts[4]}}};\n"
+        f"void k_prepare_all({CONST}p,double*restrict c){{{calls}}}\n"
+    )
