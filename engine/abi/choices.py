@@ -22,6 +22,7 @@ class Status(Named):
     FAIL_MAX_STEPS = 14
     FAIL_GIMBAL = 15, "the turning axes of a loop lie in one plane, and it cannot turn on"
     FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
+    FAIL_METHOD = 17, "there is no method of this number"
     CASE_FAILED = 20, "of a batch: a case ended early; the host may look at its block, then call again"
 
 

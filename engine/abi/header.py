@@ -33,15 +33,10 @@ def sizes() -> str:
     return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n"
 
 
-def methods() -> str:
-    """The numbers of the methods."""
-    return "enum {" + ", ".join(f"TR_{m.upper()} = {i}" for i, m in enumerate(METHODS)) + "};\n"
-
-
 @lru_cache(maxsize=1)
 def body() -> str:
     """The header without its frame."""
-    return "\n".join([sizes(), methods(), *(e.c_text() for e in ENUMERATIONS), *(r.c_text() for r in records())])
+    return "\n".join([sizes(), *(e.c_text() for e in ENUMERATIONS), *(r.c_text() for r in records())])
 
 
 @lru_cache(maxsize=1)

@@ -73,7 +73,7 @@ double hfixed : fixed steps of this size without error control, s; 0: error cont
 double length : scale of lengths, m
 double rate : scale of rates, 1/s
 double energy : what works asked for are compared with, J; 0: they are not under error control
-int method : its number
+int method : its number among engine.integrators.METHODS
 int project : whether loops are closed after each step
 int locate : whether events are located
 int max_steps : give up after so many; 0: never

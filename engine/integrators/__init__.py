@@ -1,13 +1,40 @@
-"""Integrators as tables. A new method is a new file and one line here; the C code follows from the table."""
+"""Integrators as data. A new method is a new file and a line in ``REGISTRY``: schema, settings, help, statistics, the C runtime,
+FMUs and charts follow from it."""
 
+from dataclasses import dataclass
+
+from engine.integrators.impulses import MOREAU, Impulses
 from engine.integrators.rk5 import RK5
 from engine.integrators.rk8 import RK8
 from engine.integrators.rodas5p import RODAS5P
+from engine.integrators.rosenbrock import Rosenbrock
+from engine.integrators.tableau import Tableau
 
-EXPLICIT = (RK5, RK8)
-STIFF = RODAS5P
+Method = Tableau | Rosenbrock | Impulses
+REGISTRY: tuple[Method, ...] = (
+    RK5,
+    RK8,
+    RODAS5P,
+    MOREAU,
+)
 
-METHODS = ("auto", *(m.name for m in EXPLICIT), "rosenbrock", "moreau")
+
+@dataclass(frozen=True)
+class Auto:
+    """What method ``auto`` chooses from: an explicit method for tolerances above ``loose_above`` and one for the others, one for
+    stiff motions, one for events that accumulate."""
+
+    loose: Tableau
+    tight: Tableau
+    loose_above: float
+    stiff: Rosenbrock
+    accumulating: Impulses
+
+
+AUTO = Auto(RK5, RK8, 2e-4, RODAS5P, MOREAU)
+METHODS = ("auto", *(m.name for m in REGISTRY))
 """Names of all methods; a method's place is its number in C."""
+if len(set(METHODS)) < len(METHODS):
+    raise ValueError(f"two methods have one name: {', '.join(METHODS)}")
 
-__all__ = ["EXPLICIT", "METHODS", "RK5", "RK8", "RODAS5P", "STIFF"]
+__all__ = ["AUTO", "METHODS", "REGISTRY", "RK5", "RK8", "RODAS5P", "Impulses", "Method", "Rosenbrock", "Tableau"]

@@ -1,78 +1,97 @@
 """C code of the methods: explicit ones as one unrolled function per stage sum, vectorised over the state (rows padded to whole
-vectors); the Rosenbrock method as tables."""
+vectors), Rosenbrock methods as tables of numbers; and the table by which the runtime finds them all (``runtime/methods.h``)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engine.integrators import EXPLICIT, STIFF
-from engine.integrators.rosenbrock import Rosenbrock
-from engine.integrators.tableau import Tableau
+from engine.integrators import AUTO, METHODS, REGISTRY, Impulses, Method, Rosenbrock, Tableau
+
+HERMITE = 3
+"""Rows of a dense output that are the same for every explicit method."""
+ROWS = "const tr_vec*restrict K"
 
 
 def header() -> str:
     """Text of the generated header ``tr_tables.h``."""
-    return "#include \"vec.h\"\n" + "\n".join([*(_method(t) for t in EXPLICIT), _rosenbrock(STIFF)])
+    texts = [_explicit(m) if isinstance(m, Tableau) else _rosenbrock(m) for m in REGISTRY if not isinstance(m, Impulses)]
+    return '#include "methods.h"\n' + "\n".join([*texts, _table(), _choices()])
 
 
-def _sum(coefficients: Sequence[float], rows: Sequence[int] | None = None) -> str:
+def _sum(coefficients: Sequence[float]) -> str:
     """Σ c_i K[i] over the non-zero coefficients, as vector expressions."""
-    rows = rows or range(len(coefficients))
-    terms = [f"{float(c)!r}*K[{i}*n+j]" for c, i in zip(coefficients, rows, strict=True) if c != 0]
-    return "+".join(f"({t})" for t in terms) or "v0"
+    terms = [f"({float(c)!r}*K[{i}*n+j])" for i, c in enumerate(coefficients) if c != 0]
+    return "+".join(terms) or "v0"
 
 
-def _method(t: Tableau) -> str:
-    """Stage argument, solution, error and dense rows of one method. K: rows of n vectors."""
-    s = t.stages
-    parts = []
+def _loop(target: str) -> str:
+    return f"const tr_vec v0={{0}};(void)v0;for(int j=0;j<n;++j) out[j]={target};"
+
+
+def _explicit(t: Tableau) -> str:
+    """Stage argument, solution, errors and dense rows of one method. K: rows of n vectors."""
+    s, name = t.stages, t.name
     loops = {i: _sum(row) for i, row in enumerate(t.A) if i}
     loops |= {s + 1 + i: _sum(row) for i, row in enumerate(t.A_dense)}
-    cases = "\n".join(
-        f"case {i}: for(int j=0;j<n;++j) out[j]=y[j]+h*({e}); break;" for i, e in loops.items()
-    )
+    cases = "\n".join(f"case {i}: for(int j=0;j<n;++j) out[j]=y[j]+h*({e}); break;" for i, e in loops.items())
+    y = "const tr_vec*restrict y"
+    parts = [
+        f"static void {name}_argument(int stage,int n,double h,{y},{ROWS},tr_vec*restrict out)"
+        f"{{\nswitch(stage){{\n{cases}\n}}\n}}",
+        f"static void {name}_solution(int n,double h,{y},{ROWS},tr_vec*restrict out){{{_loop(f'y[j]+h*({_sum(t.B)})')}}}",
+    ]
+    for kind, rows in (("error", t.E), ("dense", t.D)):
+        for i, row in enumerate(rows):
+            parts.append(f"static void {name}_{kind}{i}(int n,double h,{ROWS},tr_vec*restrict out){{{_loop(f'h*({_sum(row)})')}}}")
+        names = ",".join(f"{name}_{kind}{i}" for i in range(len(rows))) or "0"
+        parts.append(f"static const tr_combination {name}_{kind}s[]={{{names}}};")
+    parts.append(f"static const double {name}_c[]={_numbers([*t.C, 1.0, *t.C_dense])};")
     parts.append(
-        f"static void {t.name}_argument(int stage,int n,double h,const tr_vec*restrict y,const tr_vec*restrict K,"
-        "tr_vec*restrict out)"
-        f"{{\nswitch(stage){{\n{cases}\n}}\n}}"
+        f"static const tr_explicit {name}_method={{.stages={s},.extra={len(t.C_dense)},.errors={len(t.E)},.dense={len(t.D)},"
+        f".ends_in_error={int(t.first_same_as_last)},.stiff_at={t.stiff_at!r},.c={name}_c,.argument={name}_argument,"
+        f".solution={name}_solution,.error={name}_errors,.dense_row={name}_denses}};\n"
     )
-    parts.append(
-        f"static void {t.name}_solution(int n,double h,const tr_vec*restrict y,const tr_vec*restrict K,tr_vec*restrict out)"
-        f"{{for(int j=0;j<n;++j) out[j]=y[j]+h*({_sum(t.B)});}}"
-    )
-    for i, e in enumerate(t.E):
-        parts.append(
-            f"static void {t.name}_error{i}(int n,double h,const tr_vec*restrict K,tr_vec*restrict out)"
-            f"{{const tr_vec v0={{0}};(void)v0;for(int j=0;j<n;++j) out[j]=h*({_sum(e)});}}"
-        )
-    for i, d in enumerate(t.D):
-        parts.append(
-            f"static void {t.name}_dense{i}(int n,double h,const tr_vec*restrict K,tr_vec*restrict out)"
-            f"{{for(int j=0;j<n;++j) out[j]=h*({_sum(d)});}}"
-        )
-    nodes = [*t.C, 1.0, *t.C_dense]
-    parts.append(f"static const double {t.name}_c[]={{{','.join(repr(float(c)) for c in nodes)}}};")
-    extra = len(t.C_dense)
-    parts.append(f"enum {{{t.name.upper()}_STAGES={s},{t.name.upper()}_EXTRA={extra},{t.name.upper()}_DENSE={len(t.D)}}};")
     return "\n".join(parts)
 
 
 def _rosenbrock(t: Rosenbrock) -> str:
     """Tables of a Rosenbrock method (square, zero padded)."""
-    n = t.stages
+    n, name = t.stages, t.name
 
-    def square(rows: Sequence[Sequence[float]]) -> str:
-        return ",".join("{" + ",".join(repr(float(v)) for v in [*row, *([0.0] * (n - len(row)))]) + "}" for row in rows)
+    def square(rows: Sequence[Sequence[float]]) -> list[float]:
+        return [v for row in rows for v in [*row, *([0.0] * (n - len(row)))]]
 
-    def line(row: Sequence[float]) -> str:
-        return ",".join(repr(float(v)) for v in row)
+    tables = {"A": square(t.A), "C": square(t.C), "c": t.c, "d": t.d, "b": list(t.weights()), "H": square(t.H)}
+    texts = [f"static const double {name}_{k}[]={_numbers(v)};" for k, v in tables.items()]
+    fields = ",".join(f".{k}={name}_{k}" for k in tables)
+    return "\n".join([*texts, f"static const tr_rosenbrock {name}_method={{.stages={n},.gamma={t.gamma!r},{fields}}};\n"])
 
+
+def _numbers(values: Sequence[float]) -> str:
+    return "{" + ",".join(repr(float(v)) for v in values) + "}"
+
+
+def _kind(m: Method) -> str:
+    if isinstance(m, Tableau):
+        return f".kind=TR_EXPLICIT,.order={m.order},.end={m.end},.explicit=&{m.name}_method"
+    if isinstance(m, Rosenbrock):
+        return f".kind=TR_IMPLICIT,.order={m.order},.end={m.end},.rosenbrock=&{m.name}_method"
+    return f".kind=TR_IMPULSES,.order={m.order}"
+
+
+def _table() -> str:
+    """What the runtime knows of every method, by number."""
+    rows = ",\n".join("{" + _kind(m) + "}" for m in REGISTRY)
+    return f"static const tr_method tr_methods[TR_METHODS]={{\n{{.kind=TR_CHOSEN}},\n{rows}}};\n"
+
+
+def _choices() -> str:
+    """What method auto chooses from, and the largest sizes."""
+    of: dict[str, Method] = {"LOOSE": AUTO.loose, "TIGHT": AUTO.tight, "STIFF": AUTO.stiff, "ACCUMULATING": AUTO.accumulating}
+    numbers = ", ".join(f"TR_AUTO_{k} = {METHODS.index(m.name)}" for k, m in of.items())
+    with_rows = [m for m in REGISTRY if isinstance(m, Tableau | Rosenbrock)]
+    dense = max(HERMITE + len(m.D) if isinstance(m, Tableau) else 1 + len(m.H) for m in with_rows)
     return (
-        f"enum {{TR_ROS_STAGES={n},TR_ROS_END={n + 1},TR_ROS_ORDER={t.order}}};\n"
-        f"static const double tr_ros_gamma={t.gamma!r};\n"
-        f"static const double tr_ros_a[{n}][{n}]={{{square(t.A)}}};\n"
-        f"static const double tr_ros_C[{n}][{n}]={{{square(t.C)}}};\n"
-        f"static const double tr_ros_c[{n}]={{{line(t.c)}}},tr_ros_d[{n}]={{{line(t.d)}}};\n"
-        f"static const double tr_ros_b[{n}]={{{line(list(t.weights()))}}};\n"
-        f"static const double tr_ros_H[3][{n}]={{{square(t.H)}}};\n"
+        f"enum {{{numbers}}};\n#define TR_AUTO_LOOSE_ABOVE {AUTO.loose_above!r}\n"
+        f"enum {{TR_STAGES = {max(m.rows for m in with_rows)}, TR_DENSE_ROWS = {dense}}};\n"
     )

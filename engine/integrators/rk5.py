@@ -20,4 +20,7 @@ D = (
     ),
 )
 
-RK5 = Tableau("rk5", 5, A, B, C, (E,), (), (), D)
+RK5 = Tableau(
+    "rk5", "Dormand and Prince, order 5(4)", order=5, error_orders=(4,), dense_order=4, first_same_as_last=True,
+    A=A, B=B, C=C, E=(E,), D=D,
+)  # fmt: skip

@@ -54,4 +54,7 @@ D = (
 )
 """Rows of the dense output beyond cubic Hermite, over all 16 stages (13 is the derivative at the end of the step)."""
 
-RK8 = Tableau("rk8", 8, A[:12], B, C[:12], (E5, E3), A[13:], C[13:], D)
+RK8 = Tableau(
+    "rk8", "Dormand and Prince, order 8(5,3)", order=8, error_orders=(5, 3), dense_order=7, first_same_as_last=False,
+    A=A[:12], B=B, C=C[:12], E=(E5, E3), A_dense=A[13:], C_dense=C[13:], D=D,
+)  # fmt: skip

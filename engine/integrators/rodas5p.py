@@ -44,4 +44,7 @@ H = (
     ),
 )
 
-RODAS5P = Rosenbrock("rodas5p", 5, 0.21193756319429014, A, C, NODES, D, H)
+RODAS5P = Rosenbrock(
+    "rosenbrock", "Rodas5P, L-stable, order 5(4), for stiff motions", order=5, error_order=4, dense_order=4,
+    gamma=0.21193756319429014, A=A, C=C, c=NODES, d=D, H=H,
+)  # fmt: skip

@@ -9,15 +9,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
+from engine.integrators.conditions import PARTS, Elementary, Matrix, carried
+
+ROUND_OFF = 1e-11
+"""Of nodes, derivatives with time and stability at infinity, which go through an inverse."""
+HERMITE = 3
+"""Rows of H."""
 
 
 @dataclass(frozen=True)
 class Rosenbrock:
-    """A stiffly accurate method. It checks itself: order conditions to 5 on its classical form, and R(∞) = 0."""
+    """A stiffly accurate method.
+
+    Declared, and refused with ValueError unless the coefficients say the same: order, error_order (of the estimator), dense_order;
+    nodes c and d must follow from A, C and γ, and R(∞) must be 0.
+    """
 
     name: str
+    about: str
     order: int
+    error_order: int
+    dense_order: int
     gamma: float
     A: Sequence[Sequence[float]]
     C: Sequence[Sequence[float]]
@@ -27,39 +39,74 @@ class Rosenbrock:
 
     def __post_init__(self) -> None:
         problem = self.defect()
-        if problem > 1e-11:
+        if problem > ROUND_OFF:
             raise ValueError(f"method {self.name}: conditions violated by {problem:.1e}")
+        for what, value in self._derived().items():
+            if getattr(self, what) != value:
+                raise ValueError(f"method {self.name}: its coefficients say {what} = {value}, not {getattr(self, what)}")
 
     @property
     def stages(self) -> int:
         """Number of stages."""
         return len(self.c)
 
-    def weights(self) -> np.ndarray:
-        """b: the last row of A, and 1 for the last stage."""
-        return np.array([*self.A[-1], 1.0])
+    @property
+    def end(self) -> int:
+        """Row of K with the derivative at the end of the step; behind f(t, y) and the stages."""
+        return self.stages + 1
 
-    def classical(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(α, β = α + Γ, b) of the classical form, from Γ = (E/γ − C)⁻¹."""
-        s = self.stages
-        a, c = np.zeros((s, s)), np.zeros((s, s))
-        for i, (ra, rc) in enumerate(zip(self.A, self.C, strict=True)):
-            a[i, : len(ra)], c[i, : len(rc)] = ra, rc
-        gamma = np.linalg.inv(np.eye(s) / self.gamma - c)
-        alpha = a @ gamma
-        return alpha, alpha + gamma, self.weights() @ gamma
+    @property
+    def rows(self) -> int:
+        """Rows of K."""
+        return self.stages + 2
+
+    def weights(self) -> list[float]:
+        """b: the last row of A, and 1 for the last stage."""
+        return [*self.A[-1], 1.0]
+
+    def classical(self) -> tuple[Matrix, Matrix, list[float], Matrix]:
+        """(α, β = α + Γ, b, Γ) of the classical form, Γ = (E/γ − C)⁻¹."""
+        gamma = inverse(self.gamma, self.C)
+        alpha = [by(row, gamma) for row in self.A]
+        beta = [[a + g for a, g in zip(x, y, strict=True)] for x, y in zip(alpha, gamma, strict=True)]
+        return alpha, beta, by(self.weights(), gamma), gamma
 
     def defect(self) -> float:
-        """Largest violation of: nodes, d, quadrature order, Σ b β c̃ conditions, stability at infinity."""
-        alpha, beta, b = self.classical()
-        ones = np.ones(self.stages)
-        node, gam = alpha @ ones, (beta - alpha) @ ones
-        worst = max(np.abs(node - self.c).max(), np.abs(gam - self.d).max())
-        for k in range(1, self.order + 1):
-            worst = max(worst, abs(b @ node ** (k - 1) - 1 / k))
-        power = ones
-        for k in range(1, self.order + 1):
-            worst = max(worst, abs(b @ power - 1 / np.prod(np.arange(1, k + 1))))
-            power = beta @ power
-        worst = max(worst, abs(1 - b @ np.linalg.solve(beta, ones)))
-        return float(worst)
+        """Largest violation of: nodes, d, stability at infinity (b β⁻¹ 1 = 1)."""
+        alpha, beta, b, gamma = self.classical()
+        ones = [1.0] * self.stages
+        worst = max(abs(x - c) for x, c in zip(carried(alpha, ones), self.c, strict=True))
+        worst = max(worst, *(abs(x - d) for x, d in zip(carried(gamma, ones), self.d, strict=True)))
+        u: list[float] = []  # β u = 1, β lower triangular
+        for i, row in enumerate(beta):
+            u.append((1.0 - sum(r * x for r, x in zip(row, u, strict=False))) / row[i])
+        return max(worst, abs(1.0 - sum(w * x for w, x in zip(b, u, strict=True))))
+
+    def _derived(self) -> dict[str, int]:
+        """Orders of the solution, the error estimator and the dense output."""
+        alpha, beta, b, gamma = self.classical()
+        phi = Elementary(beta, alpha)
+
+        def dense(theta: float) -> list[float]:
+            rows = zip(self.weights(), *self.H, strict=True)
+            return by([theta * (w + (1 - theta) * (p + theta * (q + theta * r))) for w, p, q, r in rows], gamma)
+
+        return {
+            "order": phi.order(lambda _: b),
+            "error_order": phi.order(lambda _: gamma[-1], exact=False),
+            "dense_order": phi.order(dense, PARTS),
+        }
+
+
+def by(row: Sequence[float], matrix: Matrix) -> list[float]:
+    """Row times matrix; the row may be shorter than the matrix is high."""
+    return [sum(a * m[k] for a, m in zip(row, matrix, strict=False)) for k in range(len(matrix))]
+
+
+def inverse(gamma: float, C: Matrix) -> list[list[float]]:
+    """(E/γ − C)⁻¹ for strictly lower triangular C."""
+    out: list[list[float]] = []
+    for i, row in enumerate(C):
+        unit = [float(k == i) for k in range(len(C))]
+        out.append([gamma * (e + sum(c * x[k] for c, x in zip(row, out, strict=False))) for k, e in enumerate(unit)])
+    return out

@@ -1,50 +1,129 @@
-"""Explicit Runge–Kutta methods as data. A tableau checks its own order conditions when it is made; C code is written from it."""
+"""Explicit Runge–Kutta methods as data. What a tableau says of itself is derived from its coefficients when it is made; C code is
+written from it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from engine.integrators.conditions import PARTS, Elementary, carried
+
+Rows = Sequence[Sequence[float]]
+LONGEST = 40.0
+"""Real stability intervals are looked for up to here."""
+MARGIN = 0.7
+"""Of the real stability interval: steps beyond that part of it are limited by stability, not by accuracy."""
 
 
 @dataclass(frozen=True)
 class Tableau:
     """An explicit pair with dense output.
 
-    A: rows of the stages (row i has i entries), B: weights, C: nodes; E: one or two error estimators over the stages (the first
-    may have one entry more, for the derivative at the end of the step); A_dense, C_dense: extra stages of the dense output;
-    D: rows of dense output beyond cubic Hermite, over stages, end derivative and extra stages.
+    A: rows of the stages (row i has i entries), B: weights, C: nodes; E: one or two error estimators over the stages (they may have
+    one entry more, for the derivative at the end of the step); A_dense, C_dense: extra stages of the dense output, over the stages,
+    the derivative at the end and one another; D: rows of dense output beyond cubic Hermite, over all of these:
+    y(θ) = y₀ + θ(R₀ + (1−θ)(R₁ + θ(R₂ + (1−θ)(D₀ + θ(D₁ + …))))). The last stage is not the derivative at the end, which every
+    step has anyway.
+
+    Declared, and refused with ValueError unless the coefficients say the same: order; error_orders: up to which order each
+    estimator vanishes; dense_order; first_same_as_last: whether an estimator uses the derivative at the end, which is the next
+    step's first.
     """
 
     name: str
+    about: str
     order: int
-    A: Sequence[Sequence[float]]
+    error_orders: tuple[int, ...]
+    dense_order: int
+    first_same_as_last: bool
+    A: Rows
     B: Sequence[float]
     C: Sequence[float]
-    E: Sequence[Sequence[float]]
-    A_dense: Sequence[Sequence[float]]
-    C_dense: Sequence[float]
-    D: Sequence[Sequence[float]]
+    E: Rows
+    A_dense: Rows = ()
+    C_dense: Sequence[float] = ()
+    D: Rows = ()
+    stiff_at: float = field(init=False)
+    """Estimate of h|λ| beyond which stability limits the steps: a part of the real stability interval, to the nearest half."""
 
     def __post_init__(self) -> None:
-        problem = self.defect()
-        if problem > 1e-13:
-            raise ValueError(f"tableau {self.name}: order conditions violated by {problem:.1e}")
+        self._shapes()
+        found = self._derived()
+        for what, value in found.items():
+            if getattr(self, what) != value:
+                raise ValueError(f"tableau {self.name}: its coefficients say {what} = {value}, not {getattr(self, what)}")
+        object.__setattr__(self, "stiff_at", round(2 * MARGIN * self.real_interval()) / 2)
 
     @property
     def stages(self) -> int:
         """Number of stages of a step."""
         return len(self.B)
 
-    def defect(self) -> float:
-        """Largest violation of: row sums, quadrature conditions Σ b c^(k−1) = 1/k to the order, Σ E = 0, and the conditions
-        Σ b_i a_ij c_j^(k−1) = 1/(k (k+1))."""
-        c, b = self.C, self.B
-        worst = max(abs(sum(row) - ci) for row, ci in zip(self.A, c, strict=True))
-        for k in range(1, self.order + 1):
-            worst = max(worst, abs(sum(bi * ci ** (k - 1) for bi, ci in zip(b, c, strict=True)) - 1 / k))
-        for k in range(1, self.order):
-            inner = [sum(a * cj ** (k - 1) for a, cj in zip(row, c, strict=False)) for row in self.A]
-            total = sum(bi * x for bi, x in zip(b, inner, strict=True))
-            worst = max(worst, abs(total - 1 / (k * (k + 1))))
-        dense = [abs(sum(row) - ci) for row, ci in zip(self.A_dense, self.C_dense, strict=True)]
-        return max([worst, *(abs(sum(e)) for e in self.E), *dense])
+    @property
+    def end(self) -> int:
+        """Row of K with the derivative at the end of the step."""
+        return self.stages
+
+    @property
+    def rows(self) -> int:
+        """Rows of K: stages, the derivative at the end, extra stages."""
+        return self.stages + 1 + len(self.A_dense)
+
+    def _shapes(self) -> None:
+        """ValueError for coefficients that do not fit each other."""
+
+        def refuse(what: str) -> None:
+            raise ValueError(f"tableau {self.name}: {what}")
+
+        s = self.stages
+        if [len(r) for r in self.A] != list(range(s)) or len(self.C) != s:
+            refuse(f"row i of A has i entries, and B and C have one a stage ({s})")
+        extra = len(self.C_dense)
+        if [len(r) for r in self.A_dense] != [s + 1 + i for i in range(extra)]:
+            refuse("an extra stage is over all stages before it and the derivative at the end, and has a node")
+        if len(self.E) not in (1, 2) or any(len(e) not in (s, s + 1) for e in self.E):
+            refuse("one or two error estimators, over the stages and perhaps the derivative at the end")
+        if any(len(d) > self.rows for d in self.D):
+            refuse(f"a row of the dense output has at most {self.rows} entries")
+        if s > 1 and tuple(self.A[-1]) == tuple(self.B[:-1]) and self.B[-1] == 0:
+            refuse("its last stage is the derivative at the end of the step: leave it out")
+        nodes = max(abs(sum(row) - c) for row, c in zip((*self.A, *self.A_dense), (*self.C, *self.C_dense), strict=True))
+        if nodes > 1e-13:
+            refuse(f"a node is not the sum of its row, by {nodes:.1e}")
+
+    def _derived(self) -> dict[str, object]:
+        """What the coefficients say of the declared properties."""
+        n, s = self.rows, self.stages
+        full = (*self.A, self.B, *self.A_dense)
+        phi = Elementary(full, full)
+
+        def over(row: Sequence[float]) -> list[float]:
+            return [*map(float, row), *[0.0] * (n - len(row))]
+
+        b, first, last = over(self.B), over([1.0]), over([0.0] * s + [1.0])
+        hermite = zip(b, first, last, strict=True)
+        rows = [b, *zip(*((f - w, 2 * w - e - f) for w, f, e in hermite), strict=True), *map(over, self.D)]
+
+        def dense(theta: float) -> list[float]:
+            out = [0.0] * n
+            for r, row in reversed(list(enumerate(rows))):
+                out = [(a + x) * (1 - theta if r % 2 else theta) for a, x in zip(out, row, strict=True)]
+            return out
+
+        return {
+            "order": phi.order(lambda _: b),
+            "error_orders": tuple(phi.order(lambda _, e=e: over(e), exact=False) for e in self.E),  # type: ignore[misc]
+            "dense_order": phi.order(dense, PARTS),
+            "first_same_as_last": any(len(e) > s and e[s] != 0 for e in self.E),
+        }
+
+    def real_interval(self) -> float:
+        """Largest x for which |R(−x')| ≤ 1 for all x' ≤ x, R the stability polynomial."""
+        power, coefficients = [1.0] * self.stages, [1.0]
+        for _ in range(self.stages):
+            coefficients.append(sum(b * p for b, p in zip(self.B, power, strict=True)))
+            power = carried(self.A, power)
+        x = 0.0
+        while abs(sum(c * (-x) ** k for k, c in enumerate(coefficients))) <= 1.0 + 1e-9 and x < LONGEST:
+            x += 0.02
+        return x

@@ -1,5 +1,5 @@
 /* The stepping loop: step sizes, error control, events, output rows, outcomes. */
-#include "tr.h"
+#include "modes.h"
 
 #define SAFETY 0.9
 #define PI_NOW 0.8 /* weights of this and the last error in the step size: a third fewer rejections than 1, 0 at the same accuracy */
@@ -7,15 +7,8 @@
 #define CHATTER_MAX 12
 
 static int tr_prepare_dense(tr_sim *s) {
-  int ok;
-  if (s->step.method == TR_ROSENBROCK) {
-    ok = tr_dense_rosenbrock(s);
-  } else {
-    const tr_erk *m = tr_erk_of(s->step.method);
-    s->step.dense_rows = 3 + m->dense;
-    ok = tr_dense_explicit(s, m);
-  }
-  return ok;
+  const tr_method *m = tr_method_of(s);
+  return m->kind == TR_IMPLICIT ? tr_dense_rosenbrock(s, m->rosenbrock) : tr_dense_explicit(s, m->explicit);
 }
 
 static double tr_limit_time(const tr_sim *s, double target) {
@@ -169,13 +162,13 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
  * fast) or groups share their load: such steps are made explicitly. */
 static void tr_step_aside(tr_sim *s) {
   const tr_kernel *k = s->k;
-  if (!k->sets || (s->step.method != TR_ROSENBROCK && !s->step.aside)) return;
+  if (!k->sets || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.aside)) return;
   int slow = s->friction.shares;
   for (int i = 0; i < k->nsliders && !slow; ++i)
     slow = tr_is_set(s, i) && !tr_is_stuck(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_keeps_direction(s, i, tr_speed_of_state(s, i));
   if (slow != s->step.aside) s->step.have_jac = 0;
   s->step.aside = slow;
-  s->step.method = slow ? TR_RK8 : TR_ROSENBROCK;
+  s->step.method = slow ? TR_AUTO_TIGHT : tr_chooses(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
 /* Why the last trial step towards ynew was refused. */
@@ -192,11 +185,10 @@ static int tr_fault(const tr_sim *s, double err, const double *ynew) {
 /* Make one acceptable trial step towards `limit`; the result waits as `pending`. */
 static int tr_attempt(tr_sim *s, double limit) {
   const tr_kernel *k = s->k;
-  if (s->step.method == TR_MOREAU) return tr_attempt_moreau(s, limit);
+  if (tr_method_of(s)->kind == TR_IMPULSES) return tr_attempt_moreau(s, limit);
   tr_step_aside(s);
-  const int ros = s->step.method == TR_ROSENBROCK, n = tr_width(s), nz = k->active + k->neta, live = s->ny + k->nquad;
-  const tr_erk *m = tr_erk_of(s->step.method);
-  const int order = ros ? TR_ROS_ORDER : m->order, end = ros ? TR_ROS_END : m->stages;
+  const tr_method *m = tr_method_of(s);
+  const int order = m->order, end = m->end, n = tr_width(s), nz = k->active + k->neta, live = s->ny + k->nquad;
   int code = tr_begin_step(s, limit, order), rejected = 0;
   if (code != TR_OK) return code;
   if (s->friction.capture >= 0 && s->clock.t + s->friction.capture_h < limit && tr_step_capture(s)) {
@@ -212,7 +204,7 @@ static int tr_attempt(tr_sim *s, double limit) {
     tr_moment_of(s)->inside = s->clock.t + 0.5 * h;
     s->step.watch = s->set.locate && k->nsliders > 0;
     s->step.trouble = TR_OK;
-    double err = ros ? tr_step_rosenbrock(s, h) : tr_step_explicit(s, m, h), theta = 1.0, t1 = last ? limit : s->clock.t + h;
+    double err = m->kind == TR_IMPLICIT ? tr_step_rosenbrock(s, m->rosenbrock, h) : tr_step_explicit(s, m->explicit, h), theta = 1.0, t1 = last ? limit : s->clock.t + h;
     int which = -1, found = TR_NO_EVENT;
     if (s->clock.status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
     if (err <= 1.0) {
@@ -250,11 +242,11 @@ static int tr_attempt(tr_sim *s, double limit) {
 /* Complete a whole step: it becomes the start of the next. */
 static void tr_finish_whole(tr_sim *s) {
   const tr_kernel *k = s->k;
-  const int ros = s->step.method == TR_ROSENBROCK, n = tr_width(s), end = ros ? TR_ROS_END : tr_erk_of(s->step.method)->stages;
+  const int n = tr_width(s), end = tr_method_of(s)->end;
   s->events.chatter = 0;
   s->stats.of_method[s->step.method]++;
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
-  if (s->set.method == TR_AUTO && !s->step.aside) tr_choose(s);
+  if (tr_chooses(s) && !s->step.aside) tr_choose(s);
   memcpy(TR_A(s, K), TR_A(s, K) + end * n, sizeof(double) * n);
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
@@ -304,7 +296,7 @@ static int tr_finish_event(tr_sim *s) {
   s->events.chatter = te - s->events.chatter_t < 1e-12 * fmax(1.0, fabs(te)) ? s->events.chatter + 1 : 0;
   s->events.chatter_t = te;
   int entering = pair && tr_slides(s, i);
-  if (pair && s->set.method == TR_AUTO) tr_kink_passed(s);
+  if (pair && tr_chooses(s)) tr_kink_passed(s);
   tr_switch(s, i, te, ye);
   tr_shift(s, te, ye);
   s->step.have_k1 = s->step.have_jac = 0;

@@ -1,7 +1,7 @@
 /* Entry points for hosts: size and layout of a simulation block, start, parameters, single evaluations. One translation unit. */
 #include <math.h>
 #include <string.h>
-#include "tr.h"
+#include "modes.h"
 #include "linalg.h"
 #include "least.c"
 #include "multipliers.c"
@@ -43,7 +43,7 @@ static int tr_layout(tr_sim *s, int ntable) {
 #define TR_PLACE(field, count) (s->at.field = at, at += TR_PAD((count) + 1))
   TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
   TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
-  TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * 8);
+  TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * TR_DENSE_ROWS);
   TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(scale, n);
   TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * k->nsliders); TR_PLACE(lu, e * e); TR_PLACE(r, e);
@@ -78,7 +78,7 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
   s->ny = k->nq + k->nv + k->nb;
   s->clock.width = 1 + (o ? o->nout : 0);
   s->set.rtol = 1e-6, s->set.hmax = INFINITY, s->set.hmin = 0.0, s->set.length = 1.0, s->set.rate = 1.0, s->set.project = 1, s->set.locate = 1;
-  s->set.method = TR_AUTO, s->step.method = TR_RK8;
+  s->step.method = TR_AUTO_TIGHT; /* and set.method, 0, is auto */
   for (int i = 0; i < k->active; ++i) TR_A(s, d)[i] = 1.0;
   return 1;
 }
@@ -122,6 +122,7 @@ static void tr_units(tr_sim *s) {
 /* Begin a run at (t, y) already assembled: scales, ranks, modes, energy reference, first row. */
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const tr_kernel *k = s->k;
+  if (s->set.method < 0 || s->set.method >= TR_METHODS) return s->clock.status = TR_FAIL_METHOD;
   s->clock.t = s->clock.start = t, s->clock.stop = t_stop, s->clock.every = every, s->clock.row_index = 0, s->clock.row_next = t;
   s->step.h = s->set.hfixed, s->step.h_slip = 0.0, s->step.have_k1 = s->step.have_dense = s->step.have_jac = 0;
   s->pending.kind = TR_NOTHING, s->events.chatter = s->events.count = 0, s->clock.status = TR_OK;
@@ -131,7 +132,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   memset(&s->events.last, 0, sizeof s->events.last);
   s->moreau.h = 0.0, s->moreau.burst_t = t, s->moreau.first_t = -1.0, s->moreau.burst_events = 0, s->moreau.steps = s->moreau.calm = 0;
   s->audit.contraction = s->audit.complement = 0.0, s->audit.open_t = -1.0, s->audit.open_pair = -1;
-  s->step.method = s->set.method == TR_AUTO ? (s->set.rtol > 2e-4 ? TR_RK5 : TR_RK8) : s->set.method;
+  s->step.method = tr_chooses(s) ? tr_first_choice(s) : s->set.method;
   while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t) s->clock.next_break++;
   tr_moment_of(s)->inside = t + 1e-12;
   memset(TR_A(s, z), 0, sizeof(double) * (k->active + k->neta));

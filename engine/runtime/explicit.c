@@ -1,24 +1,11 @@
 /* Explicit Runge–Kutta steps from the generated tables. */
-#include "tr.h"
-#include "tr_tables.h"
+#include "modes.h"
 
 /* A work is measured by itself, but not by less than these shares of the largest work and of the energy scale of the scene, nor finer
  * than its round-off (1e-14 of that scale). */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
 #define NOISE_ENERGY 1e-14
-
-typedef struct tr_erk {
-  int stages, extra, dense, order, end_in_error;
-  const double *c;
-  void (*argument)(int, int, double, const tr_vec *, const tr_vec *, tr_vec *);
-  void (*solution)(int, double, const tr_vec *, const tr_vec *, tr_vec *);
-} tr_erk;
-
-static const tr_erk TR_ERK5 = {RK5_STAGES, RK5_EXTRA, RK5_DENSE, 5, 1, rk5_c, rk5_argument, rk5_solution};
-static const tr_erk TR_ERK8 = {RK8_STAGES, RK8_EXTRA, RK8_DENSE, 8, 0, rk8_c, rk8_argument, rk8_solution};
-
-static const tr_erk *tr_erk_of(int method) { return method == TR_RK5 ? &TR_ERK5 : &TR_ERK8; }
 
 static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
 
@@ -71,8 +58,8 @@ static double tr_norm2(const tr_sim *s, const double *e, const double *y, const 
 }
 
 /* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
- * not be evaluated). With end_in_error the end derivative is left in K[stages]. */
-static double tr_step_explicit(tr_sim *s, const tr_erk *m, double h) {
+ * not be evaluated). With ends_in_error the end derivative is left in K[stages]. */
+static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), nv = n / 4;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   int e = s->k->neta;
@@ -89,23 +76,20 @@ static double tr_step_explicit(tr_sim *s, const tr_erk *m, double h) {
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
-  if (m->end_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
+  if (m->ends_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
   if (s->set.hfixed > 0.0) return 0.0;
   double work = tr_work_unit(s, h, y);
-  if (m == &TR_ERK5) {
-    rk5_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
-    return sqrt(tr_norm2(s, tmp, y, ynew, work));
-  }
-  double *tmp2 = TR_A(s, yout);
-  rk8_error0(nv, h, (tr_vec *)K, (tr_vec *)tmp);
-  rk8_error1(nv, h, (tr_vec *)K, (tr_vec *)tmp2);
-  double e5 = tr_norm2(s, tmp, y, ynew, work), e3 = tr_norm2(s, tmp2, y, ynew, work);
-  double den = e5 + 0.01 * e3;
-  return den > 0.0 ? e5 / sqrt(den) : (e5 == 0.0 ? 0.0 : NAN);
+  m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
+  double first = tr_norm2(s, tmp, y, ynew, work);
+  if (m->errors == 1) return sqrt(first);
+  double *other = TR_A(s, yout); /* two estimators together are of a higher order than either (Hairer, Nørsett, Wanner I, II.10) */
+  m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
+  double den = first + 0.01 * tr_norm2(s, other, y, ynew, work);
+  return den > 0.0 ? first / sqrt(den) : (first == 0.0 ? 0.0 : NAN);
 }
 
-/* Spectral radius estimate h|λ| from the last stage and the end (Hairer): > about 3 (order 5), 6 (order 8) means stiff. */
-static double tr_stiffness(tr_sim *s, const tr_erk *m, double h) {
+/* Spectral radius estimate h|λ| from the last stage and the end (Hairer, Wanner II, IV.2). */
+static double tr_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), last = m->stages - 1;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const double *unit = TR_A(s, scale);
@@ -120,7 +104,7 @@ static double tr_stiffness(tr_sim *s, const tr_erk *m, double h) {
 }
 
 /* Rows of the dense output, from yold, y(end of step), K. Layout of kstep: rows r0 … of width n. */
-static int tr_dense_explicit(tr_sim *s, const tr_erk *m) {
+static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
   int n = tr_width(s), nv = n / 4;
   double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
   int watch = s->step.watch;
@@ -138,14 +122,8 @@ static int tr_dense_explicit(tr_sim *s, const tr_erk *m) {
     R[2 * n + i] = 2.0 * dy - h * (f1[i] + f0[i]);
   }
   const tr_vec *Kv = (tr_vec *)K;
-  if (m == &TR_ERK5) {
-    rk5_dense0(nv, h, Kv, (tr_vec *)(R + 3 * n));
-  } else {
-    rk8_dense0(nv, h, Kv, (tr_vec *)(R + 3 * n));
-    rk8_dense1(nv, h, Kv, (tr_vec *)(R + 4 * n));
-    rk8_dense2(nv, h, Kv, (tr_vec *)(R + 5 * n));
-    rk8_dense3(nv, h, Kv, (tr_vec *)(R + 6 * n));
-  }
+  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, Kv, (tr_vec *)(R + (3 + i) * n));
+  s->step.dense_rows = 3 + m->dense;
   return 1;
 }
 

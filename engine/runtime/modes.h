@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 #include "tr.h"
+#include "tr_tables.h"
 
 /* Code that runs at events, at the start or after failures, compiled for size: inlined like the stepping loop it would take most of the
  * compiler's time. */
@@ -41,6 +42,15 @@ typedef struct tr_memory {
 } tr_memory;
 
 static inline const tr_pair *tr_pair_of(const tr_sim *s, int i) { return s->k->pair + i; }
+
+/* The method in force. */
+static inline const tr_method *tr_method_of(const tr_sim *s) { return tr_methods + s->step.method; }
+
+/* Whether the runtime is to choose the method. */
+static inline int tr_chooses(const tr_sim *s) { return tr_methods[s->set.method].kind == TR_CHOSEN; }
+
+/* The explicit method it begins with. */
+static inline int tr_first_choice(const tr_sim *s) { return s->set.rtol > TR_AUTO_LOOSE_ABOVE ? TR_AUTO_LOOSE : TR_AUTO_TIGHT; }
 
 /* The parts of x. */
 static inline tr_moment *tr_moment_of(const tr_sim *s) { return (tr_moment *)TR_A(s, x); }

@@ -69,22 +69,22 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
   s->step.t0 = s->clock.t, s->step.size = h, s->step.dense_rows = 1, s->step.have_dense = 1;
   s->pending.t = h == left ? limit : s->clock.t + h, s->pending.theta = 1.0, s->pending.h = h, s->pending.grow = 1.0, s->pending.kind = TR_IMPULSE_STEP;
-  s->stats.steps++, s->stats.of_method[TR_MOREAU]++;
+  s->stats.steps++, s->stats.of_method[s->step.method]++;
   return TR_OK;
 }
 
 /* Hand over to time stepping when events accumulate, and back when nothing has changed for a while. Only with method auto. */
 static void tr_hand_over(tr_sim *s) {
-  if (s->set.method != TR_AUTO || !s->k->sets) return;
+  if (!tr_chooses(s) || !s->k->sets) return;
   for (int i = 0; i < s->k->nsliders; ++i) /* laws that are stiff near rest are not for impulses */
     if (!tr_is_set(s, i) && tr_pair_of(s, i)->kind != TR_KIND_SMOOTH) return;
-  if (s->step.method == TR_MOREAU) {
-    if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_RK8, s->step.have_k1 = s->step.have_jac = 0;
+  if (tr_method_of(s)->kind == TR_IMPULSES) {
+    if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_AUTO_TIGHT, s->step.have_k1 = s->step.have_jac = 0;
     return;
   }
   if (s->stats.events - s->moreau.burst_events < MOREAU_EVENTS) return;
   if (s->clock.t - s->moreau.burst_t < MOREAU_EVENTS * tr_moreau_step(s)) {
-    s->step.method = TR_MOREAU, s->moreau.steps = s->moreau.calm = s->step.aside = 0;
+    s->step.method = TR_AUTO_ACCUMULATING, s->moreau.steps = s->moreau.calm = s->step.aside = 0;
     if (s->moreau.first_t < 0.0) s->moreau.first_t = s->clock.t;
   }
   s->moreau.burst_events = s->stats.events, s->moreau.burst_t = s->clock.t;

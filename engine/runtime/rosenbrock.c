@@ -84,7 +84,7 @@ static int tr_jacobian_at(tr_sim *s, double t, const double *y) {
 }
 
 /* One trial step; the end derivative is evaluated by the caller after projection. Rows of K: 0 f(t, y), 1…s stages, s+1 the end. */
-static double tr_step_rosenbrock(tr_sim *s, double h) {
+static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   if (!s->j) {
     s->clock.status = TR_NEED_JACOBIAN;
     return NAN;
@@ -97,29 +97,29 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
     if (!tr_jacobian_at(s, s->clock.t, y)) return NAN;
     s->step.jac_t = s->clock.t, s->step.have_jac = 1;
   }
-  double shift = 1.0 / (tr_ros_gamma * h);
+  double shift = 1.0 / (m->gamma * h);
   for (int q = 0; q < ny; ++q) {
     for (int i = 0; i < ny; ++i) W[i + q * ny] = -J[i + (size_t)q * ld];
     W[q + q * ny] += shift;
   }
   if (!tr_lu(ny, W, perm)) return NAN;
   const double *ft = J + (size_t)ny * ld;
-  for (int st = 0; st < TR_ROS_STAGES; ++st) {
+  for (int st = 0; st < m->stages; ++st) {
     double *ki = K + (st + 1) * n, *f = TR_A(s, dy);
     if (st == 0) {
       memcpy(f, K, sizeof(double) * n);
     } else {
       memcpy(tmp, y, sizeof(double) * n);
       for (int p = 0; p < st; ++p) {
-        double a = tr_ros_a[st][p];
+        double a = m->A[st * m->stages + p];
         if (a != 0.0)
           for (int i = 0; i < ny + nquad; ++i) tmp[i] += a * K[(p + 1) * n + i];
       }
-      if (!tr_rhs(s, s->clock.t + tr_ros_c[st] * h, tmp, f)) return NAN;
+      if (!tr_rhs(s, s->clock.t + m->c[st] * h, tmp, f)) return NAN;
     }
-    for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * tr_ros_d[st] * ft[i];
+    for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
     for (int p = 0; p < st; ++p) {
-      double c = tr_ros_C[st][p] / h;
+      double c = m->C[st * m->stages + p] / h;
       for (int i = 0; i < ny + nquad; ++i) ki[i] += c * K[(p + 1) * n + i];
     }
     tr_lu_solve(ny, W, perm, ki);
@@ -130,21 +130,21 @@ static double tr_step_rosenbrock(tr_sim *s, double h) {
     }
   }
   memcpy(ynew, y, sizeof(double) * n);
-  for (int p = 0; p < TR_ROS_STAGES; ++p)
-    for (int i = 0; i < ny + nquad; ++i) ynew[i] += tr_ros_b[p] * K[(p + 1) * n + i];
+  for (int p = 0; p < m->stages; ++p)
+    for (int i = 0; i < ny + nquad; ++i) ynew[i] += m->b[p] * K[(p + 1) * n + i];
   if (s->set.hfixed > 0.0) return 0.0;
-  return sqrt(tr_norm2(s, K + TR_ROS_STAGES * n, y, ynew, tr_work_unit(s, h, y)));
+  return sqrt(tr_norm2(s, K + m->stages * n, y, ynew, tr_work_unit(s, h, y)));
 }
 
 /* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */
-static int tr_dense_rosenbrock(tr_sim *s) {
+static int tr_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
   int n = tr_width(s);
   double *R = TR_A(s, kstep), *K = TR_A(s, K), *y0 = TR_A(s, yold), *y1 = TR_A(s, ynew), k3[n];
   s->step.dense_rows = 4;
   for (int i = 0; i < n; ++i) {
     double d[3] = {0.0, 0.0, 0.0};
     for (int r = 0; r < 3; ++r)
-      for (int p = 0; p < TR_ROS_STAGES; ++p) d[r] += tr_ros_H[r][p] * K[(p + 1) * n + i];
+      for (int p = 0; p < m->stages; ++p) d[r] += m->H[r * m->stages + p] * K[(p + 1) * n + i];
     R[i] = y1[i] - y0[i];
     R[n + i] = d[0] + 0.0;
     R[2 * n + i] = d[1] + d[2];
@@ -180,8 +180,8 @@ static double tr_spectral(tr_sim *s, double h) {
 /* Automatic method, a step that ended at the kink of a law: where hardly a step gets by without one, an explicit method is thrown from
  * branch to branch by a velocity that creeps just below the kink. */
 static void tr_kink_passed(tr_sim *s) {
-  if (++s->step.kink_count < KINKS_MAX || s->step.method == TR_ROSENBROCK) return;
-  s->step.method = TR_ROSENBROCK;
+  if (++s->step.kink_count < KINKS_MAX || s->step.method == TR_AUTO_STIFF) return;
+  s->step.method = TR_AUTO_STIFF;
   s->step.kink_count = s->step.stiff_count = s->step.have_jac = 0;
 }
 
@@ -189,21 +189,21 @@ static void tr_kink_passed(tr_sim *s) {
  * steps would be stable explicitly. */
 static void tr_choose(tr_sim *s) {
   if (s->step.kink_count > 0) s->step.kink_count--;
-  if (s->step.method == TR_ROSENBROCK) {
+  if (tr_method_of(s)->kind == TR_IMPLICIT) {
     int calm = tr_spectral(s, s->pending.h) < 2.0;
     s->step.stiff_count = calm ? s->step.stiff_count + 1 : 0;
     if (s->step.stiff_count >= 8) {
-      s->step.method = s->set.rtol > 2e-4 ? TR_RK5 : TR_RK8;
+      s->step.method = tr_first_choice(s);
       s->step.stiff_count = 0, s->step.nonstiff_count = 0;
     }
     return;
   }
-  const tr_erk *m = tr_erk_of(s->step.method);
-  int stiff = tr_stiffness(s, m, s->pending.h) > (m->order == 5 ? 2.5 : 4.5);
+  const tr_explicit *m = tr_method_of(s)->explicit;
+  int stiff = tr_stiffness(s, m, s->pending.h) > m->stiff_at;
   if (stiff) {
     s->step.nonstiff_count = 0;
     if (++s->step.stiff_count >= 15) {
-      s->step.method = TR_ROSENBROCK;
+      s->step.method = TR_AUTO_STIFF;
       s->step.stiff_count = 0, s->step.have_jac = 0;
     }
   } else if (++s->step.nonstiff_count >= 6) {

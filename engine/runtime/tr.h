@@ -8,8 +8,6 @@
 #define TR_H
 #include "tr_abi.h"
 
-#define TR_STAGES 17 /* most stages of a method, dense output included */
-
 /* Where the run is and what it writes. */
 typedef struct tr_clock {
   double t;                /* time of the state in `y`, s */
@@ -28,7 +26,7 @@ typedef struct tr_stepping {
   double t0, size;     /* begin and length of the last accepted step, s */
   double err_old;      /* error of the last accepted step, 1 at the tolerance; 0: none yet */
   double jac_t;        /* time the Jacobian in place belongs to, s */
-  int method;          /* in force: a number of TR_METHODS, never TR_AUTO */
+  int method;          /* in force: its number; never that of method auto */
   int have_k1;         /* the first row of K belongs to the state in `y` */
   int have_dense;      /* the rows of the dense output belong to the last accepted step */
   int dense_rows;      /* how many of them there are */

@@ -12,6 +12,7 @@ import numpy as np
 from engine.abi import Array, Status, TableKind
 from engine.abi.kernels import OUTPUTS
 from engine.abi.runs import CERTIFICATE, EVENT, HELD, INPUT, KNOTS, SETTINGS, STATS
+from engine.basics.problems import Problem, SceneError
 from engine.integrators import METHODS as NAMES
 from engine.kernel.library import Kernel, runtime
 from engine.system.numbers import Numbers
@@ -37,7 +38,9 @@ class Settings:
     through_jams: bool = False
 
     def record(self, **scales: float) -> Any:
-        """As the runtime reads them; scales: length, rate, energy."""
+        """As the runtime reads them; scales: length, rate, energy. SceneError for a method that does not exist."""
+        if self.method not in METHODS:
+            raise SceneError([Problem("method", f"{self.method!r} is unknown", f"one of {', '.join(METHODS)}")])
         return SETTINGS.ctype(*SETTINGS.row(
             rtol=self.rtol, hmax=self.max_step, hmin=0.0, hfixed=self.step, method=METHODS[self.method], project=self.project,
             locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, **scales,

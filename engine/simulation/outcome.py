@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from engine.abi import Status
 from engine.friction import DEFAULT, twin_of
+from engine.integrators import METHODS
 
 DONE = "done"
 NAMES: dict[int, str] = {
@@ -16,6 +17,7 @@ NAMES: dict[int, str] = {
     Status.FAIL_MAX_STEPS: "max_steps",
     Status.FAIL_GIMBAL: "gimbal",
     Status.FAIL_MODES: "inconsistent",
+    Status.FAIL_METHOD: "unknown_method",
 }
 ADVICE = {
     "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint; "
@@ -33,6 +35,7 @@ ADVICE = {
     "gimbal": "all free turning axes of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of its reach), "
     "so that it cannot turn as its drives ask: keep its angles away from there, or add a turning freedom across that plane",
     "max_steps": "the step budget is used up: raise max_steps, or try method rosenbrock",
+    "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
     "stopped": "stopped on request; results up to then are kept",
 }
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import re
 from dataclasses import replace
 from functools import cache
+from math import factorial
 
 import numpy as np
 import pytest
@@ -12,17 +15,25 @@ from scipy.integrate._ivp import dop853_coefficients as dop
 from scipy.integrate._ivp.rk import RK45
 from scipy.special import ellipj, ellipk
 
-from engine.integrators import RK5, RK8, RODAS5P
+from engine.abi import Status
+from engine.basics.problems import SceneError
+from engine.integrators import REGISTRY, RK5, RK8, Impulses, Rosenbrock, Tableau
+from engine.integrators.conditions import density, trees
+from engine.kernel.library import RUNTIME
+from engine.scene import load_scene
 from engine.scene import model as sm
 from engine.simulation import block as bl
+from engine.simulation.outcome import from_status
 from engine.simulation.run import Model, simulate
 from tests.engine.states import rate
 from tests.laws import PAPER
 
 UNTIL = 1.5
-STEPS = {"rk5": (40, 80, 160, 320), "rk8": (40, 56, 80, 112), "rosenbrock": (40, 80, 160, 320)}
+METHODS = {m.name: m for m in REGISTRY if not isinstance(m, Impulses)}
+"""Every registered method that has coefficients."""
+STEPS = {name: (40, 56, 80, 112) if m.order > 6 else (40, 80, 160, 320) for name, m in METHODS.items()}
 """Fine enough that the leading error term rules, coarse enough that round-off (1e-13) does not."""
-ORDERS = {"rk5": (5, 4), "rk8": (8, 7), "rosenbrock": (5, 4)}
+ORDERS = {name: (m.order, m.dense_order) for name, m in METHODS.items()}
 """Of the solution and of the dense output."""
 SLACK = 0.3
 """What the next error term adds or takes; a wrong coefficient costs an order or more."""
@@ -70,19 +81,69 @@ def spoiled(method, name: str, row: int, column: int | None):
     return replace(method, **{name: new})
 
 
-@pytest.mark.parametrize("method", [RK5, RK8, RODAS5P], ids=lambda m: m.name)
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 def test_a_wrong_coefficient_is_refused(method) -> None:
-    """Rows of the dense output (D, H) are not among the conditions: the measured orders below guard them."""
     tried = 0
-    names = ("A", "C", "c", "d") if method is RODAS5P else ("A", "B", "C", "E", "A_dense", "C_dense")
+    names = ("A", "C", "c", "d", "H") if isinstance(method, Rosenbrock) else ("A", "B", "C", "E", "A_dense", "C_dense", "D")
     for name in names:
         for row, value in enumerate(getattr(method, name)):
             for column, x in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-                if x:
+                if x and (name, column) != ("H", method.stages - 1):  # times the error: of no order
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
                         spoiled(method, name, row, column)
     assert tried > 30
+
+
+DECLARED = {
+    Tableau: ("order", "error_orders", "dense_order", "first_same_as_last"),
+    Rosenbrock: ("order", "error_order", "dense_order"),
+}
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(method) -> None:
+    for what in DECLARED[type(method)]:
+        said = getattr(method, what)
+        wrongs = {bool: lambda x: [not x], tuple: lambda x: [(*x[:-1], x[-1] + 1), x[1:]], int: lambda x: [x + 1, x - 1]}
+        for wrong in wrongs[type(said)](said):
+            with pytest.raises(ValueError, match=f"{method.name}: its coefficients say {what} = "):
+                replace(method, **{what: wrong})
+
+
+def test_there_are_as_many_trees_as_the_books_say() -> None:
+    assert [len(trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
+    assert sum(1 / (density(t) * symmetry(t)) for t in trees(7)) == pytest.approx(1 / 7, rel=1e-14)  # increasing labellings
+
+
+def symmetry(tree) -> int:
+    """Number of ways a tree is mapped onto itself."""
+    out = 1
+    for t in set(tree):
+        out *= symmetry(t) ** tree.count(t) * factorial(tree.count(t))
+    return out
+
+
+def test_no_c_file_names_a_method() -> None:
+    names = "|".join(m.name for m in REGISTRY)
+    for file in sorted(RUNTIME.glob("*.[ch]")):
+        text = re.sub(r"/\*.*?\*/", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
+        found = re.findall(rf"(?i)\b(?:tr_)?(?:{names})\b(?!\.c)", text)
+        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # kinds of methods, not methods
+
+
+def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> None:
+    model = Model(load_scene("simple_pendulum"))
+    settings = bl.Settings().record(length=1.0, rate=1.0, energy=0.0)
+    for number in (-1, len(bl.METHODS)):
+        settings.method = number
+        model.block.lib.tr_configure(model.block.at, ctypes.addressof(settings))
+        assert model.block.assemble() == 1
+        status = model.block.start(0.0, 1.0, 1.0, np.zeros(model.block.width))
+        assert status == Status.FAIL_METHOD
+        assert "use one of auto, rk5, rk8, rosenbrock, moreau" in str(from_status(status, 0.0, ""))
+    with pytest.raises(SceneError, match="'euler' is unknown"):
+        bl.Settings(method="euler").record(length=1.0, rate=1.0, energy=0.0)
 
 
 def smooth() -> sm.Scene:
@@ -144,7 +205,7 @@ def pendulum(t: np.ndarray) -> np.ndarray:
     return 2 * np.arcsin(np.sqrt(m) * ellipj(ellipk(m) - w * t, m)[0])
 
 
-@pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock", "auto"])
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_the_error_follows_the_tolerance(method: str) -> None:
     """Over nine decades, at output times inside the steps too: four swings add up to 250 times the tolerance of a step at most."""
     tolerances, errors = 10.0 ** -np.arange(3, 13), []
@@ -162,7 +223,7 @@ def test_tighter_tolerances_take_steps_by_the_order() -> None:
     """h ∝ rtol^(1/p): a method of order 8 pays 10^(1/8) a decade."""
     steps = {
         m: [simulate("simple_pendulum", until=10.0, every=10.0, rtol=r, method=m).stats.steps for r in (1e-6, 1e-10)]
-        for m in ("rk5", "rk8", "rosenbrock")
+        for m in METHODS
     }
     for method, (few, many) in steps.items():
         p = ORDERS[method][0]

@@ -1,0 +1,95 @@
+"""Order conditions from rooted trees: the order a set of weights has, whatever the method (Hairer, Nørsett, Wanner, "Solving
+Ordinary Differential Equations I", II.2; for Rosenbrock methods Hairer, Wanner II, IV.7).
+
+A tree is the tuple of its subtrees. Weights w over stages whose elementary weights are Φ have order p when w·Φ(t) = θ^|t|/γ(t)
+for every tree t of at most p nodes, θ the part of the step they integrate over.
+
+Plain Python: these modules are read wherever the names of the methods are wanted, also where NumPy is not loaded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
+from itertools import combinations_with_replacement
+
+Tree = tuple["Tree", ...]
+Matrix = Sequence[Sequence[float]]
+MOST = 9
+"""Highest order that is looked for."""
+ROUND_OFF = 1e-12
+"""Of the sum of the sizes of a condition's terms: published coefficients have 16 digits."""
+
+
+@lru_cache(maxsize=MOST + 1)
+def trees(nodes: int) -> tuple[Tree, ...]:
+    """All rooted trees with so many nodes."""
+    return tuple(_forests(nodes - 1, nodes - 1))
+
+
+def _forests(nodes: int, largest: int) -> list[Tree]:
+    """Multisets of trees with ``nodes`` nodes in all, none of more than ``largest``."""
+    if nodes == 0:
+        return [()]
+    out: list[Tree] = []
+    for size in range(min(nodes, largest), 0, -1):
+        for count in range(1, nodes // size + 1):
+            rest = _forests(nodes - count * size, size - 1)
+            out += [(*group, *others) for group in combinations_with_replacement(trees(size), count) for others in rest]
+    return out
+
+
+@cache
+def size(tree: Tree) -> int:
+    """Its nodes."""
+    return 1 + sum(size(t) for t in tree)
+
+
+@cache
+def density(tree: Tree) -> int:
+    """γ: the product of the sizes of all its subtrees, itself included."""
+    out = size(tree)
+    for t in tree:
+        out *= density(t)
+    return out
+
+
+def carried(matrix: Matrix, values: Sequence[float]) -> list[float]:
+    """Matrix times values; rows may be shorter than these."""
+    return [sum([a * v for a, v in zip(row, values, strict=False) if a]) for row in matrix]
+
+
+class Elementary:
+    """Elementary weights Φ(t) of a method. single, several: matrices that carry a subtree to a node with one branch and with
+    several (of a Runge–Kutta method both are A; of a Rosenbrock method β and α)."""
+
+    def __init__(self, single: Matrix, several: Matrix):
+        self.single, self.several = single, several
+        self.known: dict[Tree, list[float]] = {}
+
+    def __call__(self, tree: Tree) -> list[float]:
+        if tree not in self.known:
+            out = [1.0] * len(self.single)
+            for t in tree:
+                out = [a * b for a, b in zip(out, carried(self.single if len(tree) == 1 else self.several, self(t)), strict=True)]
+            self.known[tree] = out
+        return self.known[tree]
+
+    def defect(self, weights: Sequence[float], tree: Tree, part: float = 1.0, exact: bool = True) -> float:
+        """By how much a condition is missed, relative to the sizes of its terms; ``exact`` False: the sum itself is to vanish."""
+        terms = [w * p for w, p in zip(weights, self(tree), strict=True)]
+        wanted = part ** size(tree) / density(tree) if exact else 0.0
+        return abs(math.fsum(terms) - wanted) / (sum(map(abs, terms)) + wanted + 1e-300)
+
+    def order(self, weights: Callable[[float], Sequence[float]], parts: tuple[float, ...] = (1.0,), exact: bool = True) -> int:
+        """The order of weights(θ), checked at the given θ."""
+        at = [(x, weights(x)) for x in parts]
+        for p in range(1, MOST + 1):
+            if any(self.defect(w, t, x, exact) > ROUND_OFF for t in trees(p) for x, w in at):
+                return p - 1
+        return MOST
+
+
+PARTS = (0.23, 0.5, 0.81, 1.0)
+"""Parts of a step at which a dense output is checked."""
