@@ -13,8 +13,10 @@ static int tr_settle(tr_sim *s, double t, double *y, int which);
 static void tr_certify(tr_sim *s);
 #include "manifold.c"
 #include "coulomb.c"
+#include "groups.c"
 TR_RARE
 #include "onset.c"
+#include "rest.c"
 #include "decide.c"
 TR_OFTEN
 #include "events.c"

@@ -5,7 +5,15 @@
  * is tried again. */
 #include "tr.h"
 
-#define TIGHT 1e-13
+#define TIGHT 1e-13         /* of the length (rad): closed; a hundredth of it ends the search, the rest is for where round-off is larger */
+#define TIGHT_ENDS 1e-2
+#define RATES_CLOSED 1e-15  /* of length · rate (rate): round-off of rates that agree, which are the solution of linear equations */
+#define RATES_AGREE 1e-11   /* and the most that counts as agreeing: their condition takes four digits */
+#define NO_ROW 1e-30        /* squared unit changes: a row that nothing may change */
+#define ROW_DEPENDS 1e-10   /* of a row's scale: pivots of rows that follow from others */
+#define CLOSE_STEPS 200     /* Newton steps from far away, cut to */
+#define CLOSE_CUT 0.3       /* rad; of the length */
+#define CLOSE_STALLED 40    /* steps that did not halve the best residual: it will not close */
 #define NUDGE 0.02 /* rad; of the length scale */
 
 /* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
@@ -38,8 +46,8 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
       for (int q = 0; q < k->nv; ++q) a += G[i + n * q] * weight[q] * weight[q] * G[j + n * q];
       A[i + n * j] = a;
     }
-  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > 1e-30 ? 1.0 / sqrt(A[i + n * i]) : 0.0;
-  int rank = tr_cholesky(n, A, d, L, perm, 0, 1e-10, 1e-10);
+  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
+  int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
   tr_cholesky_solve(n, rank, L, perm, d, b, x);
   for (int q = 0; q < k->nv; ++q) {
     double a = 0.0;
@@ -48,6 +56,7 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   }
 }
 
+/* Largest residual of all rows, positions or rates, in units of the length or of length · rate (turns: 1, rate). */
 static double tr_all_residual(const tr_sim *s, const double *h, int rates) {
   const tr_kernel *k = s->k;
   double worst = 0.0;
@@ -64,14 +73,14 @@ static int tr_close_positions(tr_sim *s, double *y, const double *weight, double
   const double *c = TR_A(s, c) + k->c_closure;
   double h[2 * k->rows], b[k->rows], dv[k->nv + 1], dq[k->nq + 4], best = INFINITY;
   int stalled = 0;
-  for (int it = 0; it < 200; ++it) {
+  for (int it = 0; it < CLOSE_STEPS; ++it) {
     k->closure(TR_A(s, x), y, c, h);
     double now = tr_all_residual(s, h, 0);
     if (!(now < INFINITY)) return 0;
-    if (now <= TIGHT * 1e-2) return 1;
+    if (now <= TIGHT * TIGHT_ENDS) return 1;
     if (now > 0.5 * best) {
       if (now <= TIGHT) return 1;
-      if (++stalled > 40) return 0;
+      if (++stalled > CLOSE_STALLED) return 0;
     } else stalled = 0;
     best = fmin(best, now);
     tr_constraint_jacobian(s, y, G);
@@ -79,7 +88,7 @@ static int tr_close_positions(tr_sim *s, double *y, const double *weight, double
     tr_least_change(s, G, weight, b, dv);
     double big = 0.0;
     for (int i = 0; i < k->nv; ++i) big = fmax(big, fabs(dv[i]) / tr_rate_unit(s, i));
-    double cut = big > 0.3 ? 0.3 / big : 1.0;
+    double cut = big > CLOSE_CUT ? CLOSE_CUT / big : 1.0;
     for (int i = 0; i < k->nv; ++i) dv[i] *= cut;
     k->qdot(y, dv, dq);
     for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
@@ -88,6 +97,7 @@ static int tr_close_positions(tr_sim *s, double *y, const double *weight, double
   return 0;
 }
 
+/* How far each rate may move: in its unit, those the user has given by the part `held` of it. */
 static void tr_weights(const tr_sim *s, const double *given, double held, double *weight) {
   for (int i = 0; i < s->k->nv; ++i) weight[i] = (given[i] != 0.0 ? held : 1.0) * tr_rate_unit(s, i);
 }
@@ -127,13 +137,13 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
     tr_weights(s, vgiven, held[phase], weight);
     for (int it = 0; it < 4; ++it) {
       k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
-      if (tr_all_residual(s, h, 1) <= 1e-15) return 1;
+      if (tr_all_residual(s, h, 1) <= RATES_CLOSED) return 1;
       for (int i = 0; i < k->rows; ++i) b[i] = -h[k->rows + i];
       tr_least_change(s, G, weight, b, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
     }
     k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
-    if (tr_all_residual(s, h, 1) <= 1e-11) return 1;
+    if (tr_all_residual(s, h, 1) <= RATES_AGREE) return 1;
   }
   return -1;
 }

@@ -1,7 +1,15 @@
-/* Deciding the modes of all pairs at rest together, and bringing them to rest before. */
+/* Deciding the modes of all pairs at rest together.
+ *
+ * All are tried as stuck, and only the worst violator is turned, until none is left; failing that, from other starts and, for few pairs,
+ * through all combinations. A pair sticks while the friction it needs stays within what it can hold; it slips when friction then opposes
+ * its acceleration. */
 #include "modes.h"
 
-#define SHARE_GAIN 1e-10 /* of the capacity */
+#define DECIDE_MAX 40      /* pairs turned from one start: a search that has not ended by then goes round in circles */
+#define ENUMERATE_MAX 6    /* pairs whose combinations (3 each) are all tried when the search fails */
+#define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
+#define SHARE_GAIN 1e-10   /* of the capacity: by so much a group must hold better when its load is shared anew */
+#define DIFFERENT 1e-6     /* of length · rate²: accelerations by which two answers differ; far above round-off, far below a motion's own */
 
 /* Turn a stuck pair into one that slips the way its friction pulls (or, where its motion is prescribed, the way it accelerates). */
 static void tr_let_slip(tr_sim *s, int i) {
@@ -40,7 +48,7 @@ static double tr_misfit(tr_sim *s, int i) {
 static int tr_solve_onsets(tr_sim *s, const int *rest, int n) {
   int several = 0;
   for (int q = 0; q < n; ++q) several += tr_slides(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1;
-  for (int sweep = 0; several && sweep < (several > 1 ? 20 : 1); ++sweep)
+  for (int sweep = 0; several && sweep < (several > 1 ? ONSET_SWEEPS : 1); ++sweep)
     for (int q = 0; q < n; ++q)
       if (tr_slides(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1 && !tr_onset(s, rest[q])) return 0;
   return tr_solve_modes(s);
@@ -61,8 +69,6 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
   }
   return 0;
 }
-
-#define DIFFERENT 1e-6 /* of length · rate²: accelerations by which two answers differ */
 
 /* All combinations of the pairs at rest. Returns how many satisfy everything and accelerate differently; the first of them is left in
  * force. */
@@ -129,7 +135,7 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   memcpy(eta, old, sizeof(double) * s->k->neta);
   for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
   if (tr_settle_from(s, rest, n)) return 1;
-  return n <= 6 && tr_enumerate(s, rest, n) > 0;
+  return n <= ENUMERATE_MAX && tr_enumerate(s, rest, n) > 0;
 }
 
 /* Note when other modes of one or two pairs would have done as well: then the motion is not determined by the law. */
@@ -146,71 +152,4 @@ static void tr_note_answers(tr_sim *s, double t, const int *rest, int n) {
   tr_put_modes(s, modes);
   memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
   tr_note_modes(s);
-}
-
-/* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none). Maps in place. */
-static int tr_at_rest(tr_sim *s, int also, int *rest) {
-  int n = 0;
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s))) rest[n++] = i;
-  return n;
-}
-
-/* Take what is left of their rates from the pairs at rest: by impulses of their own friction, then exactly. Maps in place. */
-static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
-  const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, c[e + 1], count = 0;
-  const double *rates = map_rates(k, TR_A(s, maps));
-  double biggest = 0.0;
-  for (int q = 0; q < n; ++q) {
-    const tr_pair *pair = tr_pair_of(s, rest[q]);
-    for (int j = 0; j < pair->nrates; ++j) biggest = fmax(biggest, fabs(rates[pair->rate0 + j]));
-  }
-  if (biggest > (k->rows ? 0.0 : REST_SPEED * s->set.rate)) {
-    double lam0[a + 1];
-    if (a) tr_factor(s);
-    tr_eliminate(s, lam0);
-    tr_held_maps(s, lam0);
-    const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
-    double v[e + 1];
-    for (int q = 0; q < n; ++q) {
-      const tr_pair *pair = tr_pair_of(s, rest[q]);
-      for (int j = 0; j < pair->nrates; ++j)
-        if (fabs(Qe[pair->eta0 + j + (pair->eta0 + j) * e]) > PRESCRIBED * fabs(raw[pair->eta0 + j + (pair->eta0 + j) * e])) v[count] = -rates[pair->rate0 + j], c[count++] = pair->eta0 + j;
-    }
-    if (count) {
-      double A[count * count], L[count * count], d[count], x[count], deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
-      int perm[count];
-      for (int i = 0; i < count; ++i) {
-        for (int j = 0; j < count; ++j) A[i + j * count] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
-        d[i] = 1.0 / sqrt(A[i + i * count]), v[i] = -v[i];
-      }
-      int rank = tr_cholesky(count, A, d, L, perm, 0, 1e-9, 1e-9);
-      tr_cholesky_solve(count, rank, L, perm, d, v, x);
-      memset(deta, 0, sizeof deta);
-      for (int i = 0; i < count; ++i) deta[c[i]] = x[i];
-      for (int i = 0; i < a; ++i) {
-        dlam[i] = 0.0;
-        for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
-      }
-      for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
-      tr_impulse(s, y, dlam, deta, response, dv);
-      for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-      for (int q = 0; q < n && k->nquad; ++q) { /* their work: the friction of element m is the m-th integral */
-        const tr_pair *pair = tr_pair_of(s, rest[q]);
-        for (int j = 0; j < pair->nrates; ++j) y[s->ny + pair->element] -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
-      }
-    }
-  }
-  for (int q = 0; q < n; ++q) {
-    const tr_pair *pair = tr_pair_of(s, rest[q]);
-    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) y[k->nq + pair->v0 + j] = 0.0;
-  }
-}
-
-/* Rates of stuck tree joints stay exactly zero. */
-static void tr_keep_still(const tr_sim *s, double *v) {
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 >= 0)
-      for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) v[s->k->nq + tr_pair_of(s, i)->v0 + j] = 0.0;
 }

@@ -2,6 +2,10 @@
  * rest there is an answer) or is inconsistent (not even then). Numbers that certify an answer: contraction and count of roots. */
 #include "modes.h"
 
+#define NO_LOAD 1e-9       /* N or N m: least size of the starts from which roots are sought */
+#define SAME_ROOT 1e-7     /* of its friction: two roots that differ by less are one, found twice */
+#define SAME_AS_NONE 1e-14 /* of the reactions: the same for a root that is zero but for round-off */
+
 /* The pair whose equation is nearest to having no root where the equations still have one: the largest component of the direction the
  * Jacobian nearly annihilates. */
 static int tr_weakest_pair(tr_sim *s) {
@@ -171,7 +175,7 @@ void tr_certify_run(tr_sim *s, tr_certificate *out) {
 int tr_roots(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, count = 0, most = 8;
-  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1], scale = 1e-9;
+  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1], scale = NO_LOAD;
   unsigned seed = 12345u;
   if (!e) return 1;
   memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
@@ -194,7 +198,7 @@ int tr_roots(tr_sim *s) {
     for (int q = 0; q < count && !known; ++q) {
       double gap = 0.0, size = 0.0;
       for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
-      known = gap <= 1e-7 * size + 1e-14 * scale; /* one may be zero but for round-off */
+      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* one may be zero but for round-off */
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }

@@ -9,6 +9,7 @@
 
 #define DEPENDENT 1e-12 /* what is left of a unit direction, squared; sums of m ≈ 1e3 products are good to 1e-14 */
 #define CORRECTIONS 2
+#define VANISHED 1e-20 /* of a direction's length, squared: what orthogonalising leaves of one that depends on others */
 
 /* Doubles of work space: Gram matrix, scales, one right-hand side, order and spans (ints). */
 static int tr_least_size(int r) { return r * (r + 4); }
@@ -77,7 +78,7 @@ static void tr_orthonormal(int m, int r, double *N) {
         double dot = tr_dot(n, np, m);
         for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
       }
-    double len = tr_dot(n, n, m), inv = len > 1e-20 * was && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
+    double len = tr_dot(n, n, m), inv = len > VANISHED * was && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
     for (int i = 0; i < m; ++i) n[i] *= inv;
   }
 }

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#define TR_NO_PIVOT 1e-300 /* what is less cannot be divided by */
+
 /* Pivoted Cholesky of d S d (n×n, full storage). On return L (n×n) holds the factor in pivoted order, perm the order.
  * A pivot beyond the first `base` is taken only above `grow`, one within it only above `keep`. Returns the rank. */
 static int tr_cholesky(int n, const double *S, const double *d, double *L, int *perm, int base, double keep, double grow) {
@@ -69,7 +71,7 @@ static int tr_lu(int n, double *A, int *perm) {
       if (fabs(A[i + k * n]) > fabs(A[m + k * n])) m = i;
     perm[k] = m;
     double pivot = A[m + k * n];
-    if (!(fabs(pivot) > 1e-300)) return 0;
+    if (!(fabs(pivot) > TR_NO_PIVOT)) return 0;
     if (m != k)
       for (int j = 0; j < n; ++j) {
         double a = A[k + j * n];

@@ -5,6 +5,9 @@
  * of that choice. */
 #include "tr.h"
 
+#define DIFFERENCE 1e-6    /* of the scales of the state: error of central differences 1e-12, round-off 1e-10 */
+#define NO_DIRECTION 1e-12 /* of these scales: a direction of nothing */
+
 /* All multipliers at (t, y) moved by h along the direction; 0 when they cannot be found. */
 static int tr_moved_multipliers(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double h, double *z) {
   double y[s->ny + s->k->nquad + 4];
@@ -32,7 +35,7 @@ static int tr_open_derivative(tr_sim *s, int ninputs, const tr_signal *inputs, c
   double plus[n + 1], minus[n + 1], size = 0.0;
   for (int i = 0; i < s->ny; ++i) size = fmax(size, fabs(dy[i]) / TR_A(s, scale)[i]);
   for (int i = 0; i < TR_DOUBLES(tr_signal) * ninputs; ++i) size = fmax(size, fabs(((const double *)inputs)[i]));
-  double h = 1e-6 / fmax(size, 1e-12);
+  double h = DIFFERENCE / fmax(size, NO_DIRECTION);
   if (!tr_moved_multipliers(s, ninputs, inputs, dy, h, plus) || !tr_moved_multipliers(s, ninputs, inputs, dy, -h, minus)) return 0;
   for (int i = 0; i < n; ++i) dz[i] = (plus[i] - minus[i]) / (2.0 * h);
   return 1;

@@ -3,6 +3,13 @@
  * The correction is the smallest in the mass metric: δv = M⁻¹Gᵀ δλ, obtained as a difference of two stage-2 evaluations. */
 #include "tr.h"
 
+#define CLOSED 4e-15      /* of the length (rad), of length · rate: round-off of a closed loop */
+#define OPEN_LOOP 1e-8    /* of the length (rad): what is left after all iterations is no round-off: the loops cannot be closed */
+#define SHRINKS 0.2       /* of the residual before: an iteration that leaves more has come to round-off */
+#define CLOSE_MAX 12      /* iterations of the positions: quadratic from anywhere a step can end */
+#define CLOSE_RATES_MAX 3 /* of the rates, which are linear */
+
+/* Quaternions of y back to unit length. */
 static void tr_normalize(const tr_sim *s, double *y) {
   for (int i = 0; i < s->k->nquat; ++i) {
     double *e = y + s->k->quat[i];
@@ -53,51 +60,52 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
   for (int i = 0; i < k->nv; ++i) dv[i] = f1 > 0.0 ? (f[k->nq + i] - base[k->nq + i]) / f1 : 0.0;
 }
 
+/* One correction of the active rows' residual h, positions or rates: δv (nv) = M⁻¹Gᵀ δλ at the state y. */
+static void tr_correction(tr_sim *s, const double *y, const double *h, double *dv) {
+  const tr_kernel *k = s->k;
+  int a = k->active;
+  double b[a], dlam[a];
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_factor(s);
+  for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
+  tr_solve_S(s, b, dlam);
+  tr_impulse(s, y, dlam, 0, 0, dv);
+}
+
 /* Bring y at time t back onto the manifold. 1 on success (or nothing to do), 0 when the loops stay open. */
 static int tr_project(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   if (k->nquat) tr_normalize(s, y);
   if (k->active == 0 || !s->set.project) return 1;
-  const double *x = TR_A(s, x), *c = TR_A(s, c);
-  double *h = TR_A(s, h_res), pos, vel;
-  int a = k->active;
-  double b[a], dlam[a], dv[k->nv], dq[k->nq + 4];
+  const double *x = TR_A(s, x), *c = TR_A(s, c) + k->c_closure;
+  double *h = TR_A(s, h_res), pos, vel, before = INFINITY, dv[k->nv], dq[k->nq + 4];
   tr_set_time(s, t);
-  double before = INFINITY;
-  for (int it = 0; it < 12; ++it) {
-    k->closure(x, y, c + k->c_closure, h);
+  for (int it = 0; it < CLOSE_MAX; ++it) {
+    k->closure(x, y, c, h);
     tr_residual(s, h, &pos, &vel);
     if (!(pos < INFINITY)) {
       s->step.trouble = TR_FAIL_NOT_FINITE;
       return 0;
     }
-    if (pos <= 4e-15 || (it > 1 && pos > 0.2 * before)) break;
+    if (pos <= CLOSED || (it > 1 && pos > SHRINKS * before)) break;
     before = pos;
-    k->stage1(x, y, c, TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-    tr_factor(s);
-    for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
-    tr_solve_S(s, b, dlam);
-    tr_impulse(s, y, dlam, 0, 0, dv);
+    tr_correction(s, y, h, dv);
     k->qdot(y, dv, dq);
     for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
     if (k->nquat) tr_normalize(s, y);
     s->stats.projections++;
   }
-  if (pos > 1e-8) {
+  if (pos > OPEN_LOOP) {
     s->step.trouble = TR_FAIL_CLOSURE;
     return 0;
   }
-  for (int it = 0; it < 3 && vel > 4e-15; ++it) {
+  for (int it = 0; it < CLOSE_RATES_MAX && vel > CLOSED; ++it) {
     double was = vel;
-    k->stage1(x, y, c, TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-    tr_factor(s);
-    for (int i = 0; i < a; ++i) b[i] = -h[k->rows + k->active_rows[i]];
-    tr_solve_S(s, b, dlam);
-    tr_impulse(s, y, dlam, 0, 0, dv);
+    tr_correction(s, y, h + k->rows, dv);
     for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-    k->closure(x, y, c + k->c_closure, h);
+    k->closure(x, y, c, h);
     tr_residual(s, h, &pos, &vel);
-    if (vel > 0.2 * was) break;
+    if (vel > SHRINKS * was) break;
   }
   return 1;
 }

@@ -8,6 +8,7 @@
 
 #define MOREAU_STEP 0.03   /* of √rtol / rate, where no step is given */
 #define MOREAU_EVENTS 40   /* events in as many steps of that size: they accumulate */
+#define SLIVER 1e-9        /* of a step: what is left of the way at the end is taken with it */
 #define MOREAU_STAY 400    /* steps before locating events is tried again */
 
 static double tr_moreau_step(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
@@ -44,7 +45,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   double left = limit - s->clock.t, h = fmin(tr_moreau_step(s), left), *y = TR_A(s, y), *mid = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   double *R = TR_A(s, kstep);
   tr_mode modes[k->nsliders + 1];
-  if (left - h < 1e-9 * h) h = left;
+  if (left - h < SLIVER * h) h = left;
   tr_moment_of(s)->inside = s->clock.t + 0.5 * h, s->step.watch = 0;
   tr_keep_modes(s, modes);
   tr_turn_directions(s);

@@ -9,11 +9,15 @@
  * Newton on the sphere of directions (fixed-point iteration stalls for large friction near wedging), from several starts. */
 #include "modes.h"
 
-#define TR_FROZEN 1e126
+#define TR_FROZEN 1e126 /* length of a frozen direction: outweighs any velocity by more than a double's digits (its share there is 1e-120) */
+#define STILL_FROZEN 1e-6 /* of that length: a direction is frozen when it is so long, whatever unit vector and levers it was made of */
 #define FAINT 1e-7     /* of length · rate², and */
 #define FAINT_RATIO 1e-5 /* of what friction itself accelerates: less has no direction; friction keeps the one it had while holding */
 #define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen */
-#define SAME_DIRECTION 1e-9
+#define SAME_DIRECTION 1e-9 /* of a unit vector: that of a motion along a line, found again but for round-off */
+#define TURN_TRIED 1e-6     /* rad: for the derivative by differences, half of a double's digits */
+#define TURN_FOUND 1e-12    /* rad between direction and acceleration: found */
+#define TURN_NEARLY 1e-8    /* rad: found as well as round-off in the multipliers allows, when no step makes it smaller */
 #define LONGEST_TURN 0.5 /* rad: of one iteration, which may start far from any solution */
 #define ONSET_STEP 0.3 /* of √rtol / rate: the direction's own drift over it is below the tolerance */
 
@@ -23,6 +27,7 @@ static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
   for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, arm)[pair->eta0 + j];
 }
 
+/* Make v (n) a unit vector; returns the length it had. */
 static double tr_unit(int n, double *v) {
   double len = 0.0;
   for (int j = 0; j < n; ++j) len += v[j] * v[j];
@@ -34,7 +39,7 @@ static double tr_unit(int n, double *v) {
 /* Whether the pair is in its first step from rest. */
 static int tr_starts_sliding(const tr_sim *s, int i) {
   const double *d = tr_mode_of(s, i)->direction;
-  return tr_is_set(s, i) && tr_slides(s, i) && fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2]))) > 1e-6 * TR_FROZEN;
+  return tr_is_set(s, i) && tr_slides(s, i) && fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2]))) > STILL_FROZEN * TR_FROZEN;
 }
 
 /* Surface acceleration of pair i too small to have a direction, at the solution in place. */
@@ -138,11 +143,11 @@ static int tr_turning_slope(tr_sim *s, int i, const double *d, double t[2][3], c
   int n = tr_pair_of(s, i)->nrates;
   for (int p = 0; p < n - 1; ++p) {
     double moved[3], there[3], g[2];
-    for (int j = 0; j < n; ++j) moved[j] = d[j] + 1e-6 * t[p][j];
+    for (int j = 0; j < n; ++j) moved[j] = d[j] + TURN_TRIED * t[p][j];
     tr_unit(n, moved);
     if (!tr_accelerates(s, i, moved, there)) return 0;
     tr_turning(n, moved, there, t, g);
-    for (int q = 0; q < n - 1; ++q) J[q][p] = (g[q] - f[q]) / 1e-6;
+    for (int q = 0; q < n - 1; ++q) J[q][p] = (g[q] - f[q]) / TURN_TRIED;
   }
   return 1;
 }
@@ -167,7 +172,7 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
   for (int it = 0; it < 40; ++it) {
     tr_tangents(n, d, t);
     double best = tr_turning(n, d, dir, t, f), step[2] = {0.0, 0.0};
-    if (best <= 1e-12) return tr_onset_kind(s, i, d, dir, t, f);
+    if (best <= TURN_FOUND) return tr_onset_kind(s, i, d, dir, t, f);
     if (!tr_turning_slope(s, i, d, t, f, J)) return TR_ONSET_NONE;
     if (n == 2) {
       step[0] = -f[0] / J[0][0];
@@ -186,7 +191,7 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
       better = tr_turning(n, moved, there, t, g) < best;
       if (better) memcpy(d, moved, sizeof moved), memcpy(dir, there, sizeof there);
     }
-    if (!better) return best <= 1e-8 ? tr_onset_kind(s, i, d, dir, t, f) : TR_ONSET_NONE;
+    if (!better) return best <= TURN_NEARLY ? tr_onset_kind(s, i, d, dir, t, f) : TR_ONSET_NONE;
   }
   return TR_ONSET_NONE;
 }

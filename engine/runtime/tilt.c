@@ -4,9 +4,11 @@
  * without sliding, and then there is a root. */
 #include "modes.h"
 
-#define NO_TILT 1e-60
-#define TILT_STEP 1e-6
-#define TILT_MAX 80
+#define NO_TILT 1e-60    /* stands for a tilt of nothing: 0 would say that none is given */
+#define TILT_STEP 1e-6   /* first step from there: its square is far above round-off */
+#define TILT_MAX 80      /* bisections alone need 50 */
+#define TILT_FOUND 1e-14 /* of the tilt: its last digits, which nothing depends on */
+#define TILT_BRACKET 1e-15 /* of its upper end: a bracket that has closed */
 
 static inline int tr_slides_on_cone(const tr_sim *s, int i) {
   return tr_pair_of(s, i)->cone && tr_is_set(s, i) && tr_flag(tr_mode_of(s, i)) == TR_SLIPS;
@@ -32,7 +34,7 @@ static int tr_tilt_of(tr_sim *s, double *eta, int i) {
     double half = 0.5 * slope, rest = c - slope * u, root = sqrt(fmax(half * half + rest, 0.0));
     double next = half > 0.0 ? half + root : rest / (root - half);
     if (!(next > lo && next < hi)) next = 0.5 * (lo + hi);
-    if (fabs(next - u) <= 1e-14 * u + NO_TILT || hi - lo <= 1e-15 * hi) return 1;
+    if (fabs(next - u) <= TILT_FOUND * u + NO_TILT || hi - lo <= TILT_BRACKET * hi) return 1;
     was = u, c0 = c, u = next;
   }
   return 0;

@@ -1,0 +1,147 @@
+/* Groups of pairs at rest that one freedom of the loops would move together: what holds them is not unique, and they share it.
+ *
+ * The members that carry the largest part of their capacity carry equal parts of it: with one freedom all of them do, with several the
+ * loads of least largest part are sought (METHOD, "Groups that share a load"). */
+#include "modes.h"
+
+#define SHARE_MAX 30         /* iterations of loads and capacities, which follow from each other */
+#define SHARE_SAME 1e-3      /* of the largest share: the loads only start Newton's iteration, which is exact */
+#define SHARE_WEIGHT 1e-6    /* least weight of a member that carries nothing: it may come back */
+#define SHARE_PASSES 300     /* of Lawson's algorithm, which converges linearly */
+#define SHARE_PIVOT 1e-10    /* of a member's own response: below it the reweighted conditions depend on each other */
+#define SHARE_NOTHING 1e-12  /* N or N m: least capacity, so that shares of it can be formed */
+#define GROUP_PIVOT 1e-9     /* of a freedom's own response (as EXACT_PIVOT): below it a rest condition follows from the others */
+#define GROUP_COUPLED 1e-16  /* of the product of two freedoms' own responses: the square of a coupling that is round-off */
+
+/* The pair that owns multiplier e, and where its capacity's derivative starts. */
+static int tr_owner(const tr_sim *s, int e, int *at) {
+  int where = 0;
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    if (e >= pair->eta0 && e < pair->eta0 + pair->neta) {
+      *at = where;
+      return m;
+    }
+    where += s->k->element[pair->element].needs;
+  }
+  return -1;
+}
+
+/* Let `member` hold as large a part of its capacity as `leader`. */
+static void tr_share_with(tr_sim *s, int member, int leader) {
+  int *row = tr_row_kinds(s);
+  tr_leader *lead = tr_leaders(s) + member;
+  row[member] = TR_ROW_SHARE;
+  lead->multiplier = leader, lead->pair = tr_owner(s, leader, &lead->dhold);
+  s->friction.shares = 1;
+}
+
+/* Loads x (n) of least largest share of capacity among those that leave no motion: A x = b (A: n×n response, rank r), by
+ * reweighting (Lawson's algorithm: a share's weight in the sum of squares grows with its size). */
+static void tr_least_share(int n, const double *A, const double *cap, const double *b, double *x) {
+  double w[n], W[n * n], L[n * n], d[n], v[n];
+  int perm[n];
+  for (int i = 0; i < n; ++i) w[i] = 1.0;
+  for (int it = 0; it < SHARE_PASSES; ++it) { /* x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w: least Σ w x²/cap² */
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) {
+        double sum = 0.0;
+        for (int q = 0; q < n; ++q) sum += A[i + q * n] * cap[q] * cap[q] / w[q] * A[j + q * n];
+        W[i + j * n] = sum;
+      }
+    for (int i = 0; i < n; ++i) d[i] = W[i + i * n] > 0.0 ? 1.0 / sqrt(W[i + i * n]) : 1.0;
+    int rank = tr_cholesky(n, W, d, L, perm, 0, SHARE_PIVOT, SHARE_PIVOT);
+    tr_cholesky_solve(n, rank, L, perm, d, b, v);
+    double total = 0.0;
+    for (int q = 0; q < n; ++q) {
+      double sum = 0.0;
+      for (int i = 0; i < n; ++i) sum += A[i + q * n] * v[i];
+      x[q] = cap[q] * cap[q] / w[q] * sum;
+      total += w[q] *= fabs(x[q]) / cap[q];
+    }
+    if (!(total > 0.0)) return;
+    for (int q = 0; q < n; ++q) w[q] = fmax(w[q] * n / total, SHARE_WEIGHT);
+  }
+}
+
+/* Loads x of the multipliers c that leave no motion and ask for the least largest share of capacity. Capacities (cap) follow from the
+ * loads, by iteration; the loads it ends with are where the multipliers' solution then starts (from none at all there may be no way:
+ * without friction the pairs would carry quite other forces). */
+static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, double *cap, double *x) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, at;
+  const double *Qe = TR_A(s, Q) + e;
+  double unit[e + 1], mine[e + 1], b[n], *eta = TR_A(s, z) + k->active, moved = INFINITY;
+  memset(mine, 0, sizeof mine);
+  for (int i = 0; i < n; ++i) mine[c[i]] = 1.0, b[i] = TR_A(s, Q)[c[i]];
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < e; ++j) b[i] += (1.0 - mine[j]) * Qe[c[i] + j * e] * eta[j];
+  for (int it = 0; it < SHARE_MAX && moved > SHARE_SAME; ++it) {
+    double size = 0.0;
+    moved = 0.0;
+    tr_law(s, eta);
+    for (int i = 0; i < n; ++i) {
+      memset(unit, 0, sizeof unit);
+      unit[c[i]] = 1.0;
+      int m = tr_owner(s, c[i], &at);
+      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+      cap[i] = fmax(tr_hold_of(s, m)->capacity / tr_hold_of(s, m)->size, SHARE_NOTHING);
+    }
+    tr_least_share(n, A, cap, b, x);
+    for (int i = 0; i < n; ++i) {
+      moved = fmax(moved, fabs(x[i] - eta[c[i]]) / cap[i]), size = fmax(size, fabs(x[i]) / cap[i]);
+      eta[c[i]] = x[i];
+    }
+    moved /= size;
+  }
+}
+
+/* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
+ * of their capacity do so equally. */
+static void tr_group_of(tr_sim *s, int n, const int *c) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, perm[n];
+  const double *Qe = TR_A(s, Q) + e;
+  double A[n * n], L[n * n], d[n], cap[n], x[n], *u = TR_A(s, share), *arm = TR_A(s, arm);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) A[i + j * n] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
+    d[i] = 1.0 / sqrt(A[i + i * n]);
+  }
+  int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
+  if (rank == n) return;
+  int leader = perm[0];
+  if (rank == 1) { /* one freedom: all oppose its motion */
+    for (int i = 0; i < n; ++i) x[i] = A[i + leader * n] * arm[c[i]] * arm[c[i]];
+  } else {
+    tr_share_loads(s, n, c, A, cap, x);
+    for (int i = 0; i < n; ++i) perm[i] = i;
+    for (int i = 0; i < n; ++i) /* by share, largest first */
+      for (int j = i + 1; j < n; ++j)
+        if (fabs(x[perm[j]]) / cap[perm[j]] > fabs(x[perm[i]]) / cap[perm[i]]) {
+          int t = perm[i];
+          perm[i] = perm[j], perm[j] = t;
+        }
+    leader = perm[0];
+  }
+  if (!(fabs(x[leader]) > 0.0)) return;
+  for (int i = 0; i < active; ++i) u[c[perm[i]]] = x[perm[i]];
+  for (int i = 1; i < active; ++i) tr_share_with(s, c[perm[i]], c[leader]);
+}
+
+/* Redundant rest conditions: several stuck pairs that one freedom would move together. */
+static void tr_group(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, *row = tr_row_kinds(s), left[e + 1], c[e + 1];
+  const double *Qe = TR_A(s, Q) + e;
+  for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_STILL;
+  memset(TR_A(s, share), 0, sizeof(double) * e);
+  for (int i = 0; i < e; ++i) {
+    if (!left[i]) continue;
+    int n = 0;
+    c[n++] = i, left[i] = 0;
+    for (int p = 0; p < n; ++p)
+      for (int j = 0; j < e; ++j)
+        if (left[j] && Qe[c[p] + j * e] * Qe[c[p] + j * e] > GROUP_COUPLED * Qe[c[p] + c[p] * e] * Qe[j + j * e]) c[n++] = j, left[j] = 0;
+    if (n > 1) tr_group_of(s, n, c);
+  }
+}

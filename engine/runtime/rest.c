@@ -1,0 +1,87 @@
+/* Pairs that come to rest: which they are, and how what is left of their speed is taken from them. */
+#include "modes.h"
+
+/* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none). Maps in place. */
+static int tr_at_rest(tr_sim *s, int also, int *rest) {
+  int n = 0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s))) rest[n++] = i;
+  return n;
+}
+
+/* Fastest rate of the pairs `rest`, as the maps in place have them. */
+static double tr_fastest(const tr_sim *s, const int *rest, int n) {
+  const double *rates = map_rates(s->k, TR_A(s, maps));
+  double biggest = 0.0;
+  for (int q = 0; q < n; ++q) {
+    const tr_pair *pair = tr_pair_of(s, rest[q]);
+    for (int j = 0; j < pair->nrates; ++j) biggest = fmax(biggest, fabs(rates[pair->rate0 + j]));
+  }
+  return biggest;
+}
+
+/* Impulses of friction (deta, all multipliers) that stop the pairs `rest`: those of least norm where they depend on each other, none
+ * along freedoms whose motion is prescribed. 0 when there are none. After tr_held_maps. */
+static int tr_stopping_impulses(const tr_sim *s, const int *rest, int n, double *deta) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, c[e + 1], count = 0;
+  const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps)), *rates = map_rates(k, TR_A(s, maps));
+  double v[e + 1];
+  for (int q = 0; q < n; ++q) {
+    const tr_pair *pair = tr_pair_of(s, rest[q]);
+    for (int j = 0; j < pair->nrates; ++j) {
+      int i = pair->eta0 + j;
+      if (fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e])) v[count] = rates[pair->rate0 + j], c[count++] = i;
+    }
+  }
+  if (!count) return 0;
+  double A[count * count], L[count * count], d[count], x[count];
+  int perm[count];
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) A[i + j * count] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
+    d[i] = 1.0 / sqrt(A[i + i * count]);
+  }
+  int rank = tr_cholesky(count, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT);
+  tr_cholesky_solve(count, rank, L, perm, d, v, x);
+  memset(deta, 0, sizeof(double) * e);
+  for (int i = 0; i < count; ++i) deta[c[i]] = x[i];
+  return 1;
+}
+
+/* Take what is left of their rates from the pairs at rest: by impulses of their own friction, then exactly. Maps in place. */
+static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta;
+  const double *rates = map_rates(k, TR_A(s, maps));
+  if (tr_fastest(s, rest, n) > (k->rows ? 0.0 : REST_SPEED * s->set.rate)) {
+    double lam0[a + 1], deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
+    if (a) tr_factor(s);
+    tr_eliminate(s, lam0);
+    tr_held_maps(s, lam0);
+    const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
+    if (tr_stopping_impulses(s, rest, n, deta)) {
+      for (int i = 0; i < a; ++i) {
+        dlam[i] = 0.0;
+        for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
+      }
+      for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
+      tr_impulse(s, y, dlam, deta, response, dv);
+      for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+      for (int q = 0; q < n && k->nquad; ++q) { /* their work: the friction of element m is the m-th integral */
+        const tr_pair *pair = tr_pair_of(s, rest[q]);
+        for (int j = 0; j < pair->nrates; ++j) y[s->ny + pair->element] -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
+      }
+    }
+  }
+  for (int q = 0; q < n; ++q) {
+    const tr_pair *pair = tr_pair_of(s, rest[q]);
+    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) y[k->nq + pair->v0 + j] = 0.0;
+  }
+}
+
+/* Rates of stuck tree joints stay exactly zero. */
+static void tr_keep_still(const tr_sim *s, double *v) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 >= 0)
+      for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) v[s->k->nq + tr_pair_of(s, i)->v0 + j] = 0.0;
+}
