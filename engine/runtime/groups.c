@@ -1,7 +1,7 @@
 /* Groups of pairs at rest that one freedom of the loops would move together: what holds them is not unique, and they share it.
  *
  * The members that carry the largest part of their capacity carry equal parts of it: with one freedom all of them do, with several the
- * loads of least largest part are sought (METHOD, "Groups that share a load"). */
+ * loads of least largest part are sought (METHOD, "Shared loads"). */
 #include "modes.h"
 
 #define SHARE_MAX 30         /* iterations of loads and capacities, which follow from each other */
