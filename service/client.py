@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -62,13 +63,20 @@ class Server:
                 raise SimulationError(f"no answer from {self.url}: {e}") from e
 
 
+def problems_of(document: dict[str, Any]) -> list[Problem]:
+    """The problems of a problem document; its last line may stand for many."""
+    told = [Problem(**p) for p in document["problems"]]
+    more = int(document.get("problem_count", len(told))) - len(told) + 1
+    return [*told[:-1], replace(told[-1], count=more)] if told and more > 1 else told
+
+
 def checked(answer: httpx.Response) -> httpx.Response:
     """The answer when it is good."""
     if answer.status_code < 400:
         return answer
     try:
         document = answer.json()
-        problems = [Problem(**p) for p in document["problems"]]
+        problems = problems_of(document)
         text = f"{document['title']}: {document['detail']}"
     except (ValueError, KeyError, TypeError):
         problems, text = [], f"status {answer.status_code} from the server"

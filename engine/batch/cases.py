@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from engine.basics.problems import Problem, SceneError
-from engine.scene.finding import dotted, parse_path
+from engine.basics.problems import MOST, Problem, SceneError
+from engine.scene.contexts import unit_of
+from engine.scene.finding import parse_path
 from engine.scene.model import Scene
-from engine.scene.overrides import apply, list_parameters
+from engine.scene.overrides import apply
+from engine.scene.quantities import agree, parse_quantity
+from engine.scene.suggest import listed as names_of
+from engine.scene.suggest import shown
+from engine.scene.units import UnitError
 
 SAMPLINGS = ("latin", "random")
 MOST_VALUES = 1_000_000
 """Most values one axis may list."""
+TOLD = 5
+"""Wrong values of one path that are told; a grid's values are mostly wrong all in the same way."""
 
 
 @dataclass(frozen=True)
@@ -38,35 +45,29 @@ class Cases:
 def grid(scene: Scene, over: Mapping[str, Any], where: str = "over") -> Cases:
     """Every combination, the last path varying fastest. A path's values: a list, or "first:last:count" (ends with units)."""
     problems: list[Problem] = []
-    axes: list[np.ndarray] = []
-    units: list[str] = []
-    for path, given in over.items():
-        reader = _Reader(scene, path, f"{where}.{path}", problems)
-        axes.append(_axis(reader, given))
-        units.append(reader.unit)
-    _end(problems, over, where)
+    readers = [_Reader(scene, path, f"{where}.{path}", problems) for path in over]
+    axes = [_axis(reader, given) for reader, given in zip(readers, over.values(), strict=True)]
+    _end(problems, over, where, sum(r.untold for r in readers))
     shape = tuple(len(a) for a in axes)
 
     def values(start: int, stop: int) -> np.ndarray:
         places = np.unravel_index(np.arange(start, stop), shape)
         return np.column_stack([a[p] for a, p in zip(axes, places, strict=True)])
 
-    return Cases(tuple(over), tuple(units), math.prod(shape), values)
+    return Cases(tuple(over), tuple(r.unit for r in readers), math.prod(shape), values)
 
 
 def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
     """The cases as given, each {path: value}; all name the same paths."""
     problems: list[Problem] = []
     paths = tuple(cases[0]) if cases else ()
-    for i, case in enumerate(cases):
-        if set(case) != set(paths) and len(problems) < 20:
-            problems.append(
-                Problem(f"{where}[{i + 1}]", f"names {', '.join(case) or 'nothing'}", f"every case names {', '.join(paths)}")
-            )
-    _end(problems, paths, where)
+    odd = [i for i, case in enumerate(cases) if case.keys() != cases[0].keys()]
+    hint = f"every case names {names_of(paths)}"
+    problems += [Problem(f"{where}[{i + 1}]", f"names {names_of(cases[i]) or 'nothing'}", hint) for i in odd[:MOST]]
+    _end(problems, paths, where, len(odd[MOST:]))
     readers = [_Reader(scene, p, f"{where}.{p}", problems) for p in paths]
     table = np.column_stack([[r.number(c[r.path]) for c in cases] for r in readers])
-    _end(problems, paths, where)
+    _end(problems, paths, where, sum(r.untold for r in readers))
     return Cases(paths, tuple(r.unit for r in readers), len(cases), lambda start, stop: table[start:stop])
 
 
@@ -111,11 +112,12 @@ def _uniform(count: int, axes: int, seed: int, method: str) -> np.ndarray:
     return out
 
 
-def _end(problems: list[Problem], paths: Any, where: str) -> None:
+def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> None:
+    """SceneError with every problem there is, ``untold`` more than are listed."""
     if not paths and not problems:
         problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
     if problems:
-        raise SceneError(problems)
+        raise SceneError(problems, untold)
 
 
 def _axis(reader: _Reader, given: Any) -> np.ndarray:
@@ -145,44 +147,63 @@ def _span(reader: _Reader, text: str) -> np.ndarray:
 
 
 class _Reader:
-    """Turns values as written for one path into SI numbers; mistakes go on the list."""
+    """Turns values as written for one path into SI numbers; mistakes go on the list, which keeps the first few of each path.
+
+    What unit the path has is found out once, so that a million values do not build a million scenes.
+    """
 
     def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
         self.scene, self.path, self.where, self.problems = scene, path, where, problems
-        self.unit = ""
+        found = number_at(scene, path)
+        self.unit = found[1] if found is not None else ""
         self.wrong = 0
+
+    @property
+    def untold(self) -> int:
+        """Mistakes that are not on the list."""
+        return max(0, self.wrong - TOLD)
 
     def complain(self, what: str, hint: str = "") -> None:
         """One more mistake."""
         self.wrong += 1
-        if self.wrong <= 5:
+        if self.wrong <= TOLD:
             self.problems.append(Problem(self.where, what, hint))
 
     def number(self, value: Any) -> float:
-        """SI value; plain numbers are SI already. A plain number the scene refuses will be a case that fails."""
+        """SI value; plain numbers are SI already. A number the scene refuses will be a case that fails."""
         value = _plain(value)
         if isinstance(value, bool) or not isinstance(value, float | str):
-            self.complain(f"{value!r} is not a number")
+            self.complain(f"{shown(value)} is not a number")
             return math.nan
         if isinstance(value, float) and not math.isfinite(value):
             self.complain("is not finite")
             return math.nan
-        if isinstance(value, float) and (self.unit or self.wrong):
-            return value
+        if not self.unit and self.wrong < TOLD:
+            return self._first(value)
+        return value if isinstance(value, float) else self._with_unit(value)
+
+    def _with_unit(self, text: str) -> float:
+        """SI value of a number with a unit that fits the path."""
+        try:
+            value = parse_quantity(text)
+            agree(value, self.unit or "1")
+        except UnitError as e:
+            self.complain(e.what, e.hint)
+            return math.nan
+        return float(value)
+
+    def _first(self, value: float | str) -> float:
+        """The first value of a number that the scene does not give: the scene with it says what it is."""
         try:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:
-            found = number_at(self.scene, self.path)
-            if isinstance(value, float) and found is not None:
-                self.unit = found[1]
-                return value
             for p in e.problems:
                 self.complain(f"{p.where}: {p.what}" if p.where != self.path else p.what, p.hint)
             return math.nan
         if found is None:
             self.complain("is not a single number of the scene", "give the path of a number, such as joints.ball.friction.mu")
             return math.nan
-        self.unit = self.unit or found[1]
+        self.unit = found[1]
         return found[0]
 
 
@@ -201,9 +222,19 @@ def _plain(value: Any) -> Any:
 def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
     """(value, unit) of a number of a scene; None when the path does not lead to one."""
     place = parse_path(path)
-    if place is None:
-        return None
-    names = {dotted(place)}
-    if place and place[-1] == 0:
-        names.add(dotted(place[:-1]))
-    return next(((p.value, p.unit) for p in list_parameters(scene) if p.path in names), None)
+    node: Any = scene
+    for i, key in enumerate(place or ()):
+        if isinstance(node, float) and place is not None and place[i:] == (0,):
+            place = place[:i]  # q[1] of a joint with one coordinate
+            break
+        node = _part(node, key)
+    return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None
+
+
+def _part(node: Any, key: str | int) -> Any:
+    """What a key or index leads to; None where it leads nowhere."""
+    if isinstance(key, int):
+        return node[key] if isinstance(node, tuple) and key < len(node) else None
+    if isinstance(node, dict):
+        return node.get(key)
+    return getattr(node, key, None) if is_dataclass(node) and key in {f.name for f in fields(node)} else None

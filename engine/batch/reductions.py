@@ -6,12 +6,13 @@ Written ``kind:what``: ``max``, ``min``, ``mean`` and ``final`` of a column patt
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 from engine.abi import EventKind
-from engine.basics.problems import Problem, SceneError
+from engine.basics.patterns import MOST_WILD, is_wild
+from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, select
 
 OF_COLUMNS = ("max", "min", "final", "mean")
@@ -47,15 +48,20 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
     """Reductions of texts, patterns spelled out; the defaults for none. SceneError names every text that means nothing."""
     found: dict[str, Reduction] = {}
     problems: list[Problem] = []
-    for text in texts or DEFAULTS:
+    names = {c.name: c for c in everything}
+    wild = sum(map(is_wild, texts))
+    if wild > MOST_WILD:
+        problems.append(Problem(where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "a few with * say the same"))
+        texts = DEFAULTS
+    for text in dict.fromkeys(texts or DEFAULTS):
         kind, sign, what = text.partition(":")
         if not sign or kind not in (*OF_COLUMNS, *OF_EVENTS) or not what:
             hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT"
             problems.append(Problem(where, f"{text!r} is no reduction", hint))
             continue
-        new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, everything)
+        new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, names)
         if not new and texts:
-            problems.append(_unmatched(where, text, kind, what, everything))
+            problems.append(_unmatched(where, text, kind, what, names if len(problems) < MOST else ()))
         found |= {r.name: r for r in new}
     if problems:
         raise SceneError(problems)
@@ -71,15 +77,15 @@ def _of_event(kind: str, what: str) -> list[Reduction]:
     return [Reduction(kind, what, "1", f"number of events: {text}")]
 
 
-def _of_columns(kind: str, pattern: str, everything: Sequence[Column]) -> list[Reduction]:
+def _of_columns(kind: str, pattern: str, names: Mapping[str, Column]) -> list[Reduction]:
     said = {"max": "largest", "min": "smallest", "final": "last", "mean": "mean"}[kind]
-    chosen = select(list(everything), (pattern,))
+    chosen = select(list(names.values()), (pattern,)) if is_wild(pattern) else [names[pattern]] if pattern in names else []
     return [Reduction(kind, c.name, c.unit, f"{said} {c.description}") for c in chosen]
 
 
-def _unmatched(where: str, text: str, kind: str, what: str, everything: Sequence[Column]) -> Problem:
-    known = [*EVENT_NUMBERS, "any"] if kind in OF_EVENTS else [c.name for c in everything]
-    near = get_close_matches(what, known, 3, 0.4)
+def _unmatched(where: str, text: str, kind: str, what: str, names: Iterable[str]) -> Problem:
+    known = [*EVENT_NUMBERS, "any"] if kind in OF_EVENTS else list(names)
+    near = get_close_matches(what[:80], known, 3, 0.4)
     things = "kind of event" if kind in OF_EVENTS else "column"
     hint = (
         f"did you mean {', '.join(near)}?"

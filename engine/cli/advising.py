@@ -40,7 +40,7 @@ def advise_command(wish: AdviseWish) -> int:
     from engine.chart.measures import NORMS
     from engine.cli.charting import print_lines
     from engine.cli.meter import Meter
-    from engine.cli.simulating import loaded, pattern_problems, talk
+    from engine.cli.simulating import loaded, talk, unknown_outputs
 
     talk(wish.verbose)
     found = Findings()
@@ -51,7 +51,7 @@ def advise_command(wish: AdviseWish) -> int:
     path = options.destination(wish.save, (".yaml", ".yml"), "-o", found)
     scene = loaded(source, options.assignments(wish.changes, found), None, found)
     if scene is not None:
-        found.problems += pattern_problems(scene, wish.outputs)
+        found.problems += unknown_outputs(scene, wish.outputs)
     if not wish.outputs:
         found.add("--output", "none is given", "what must be right? for example --output 'slider.position[1]'")
     found.end()

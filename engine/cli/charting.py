@@ -90,7 +90,7 @@ def _choice(arguments: dict[str, Any]):
 def understood(wish: ChartWish):
     """(scene, arguments of Choice); SceneError with every problem there is."""
     from engine.chart.measures import NORMS
-    from engine.cli.simulating import loaded, pattern_problems
+    from engine.cli.simulating import loaded, unknown_outputs
     from engine.simulation.block import METHODS
 
     found = Findings()
@@ -114,7 +114,7 @@ def understood(wish: ChartWish):
     }  # fmt: skip
     scene = loaded(source, changes, None, found)
     if scene is not None:
-        found.problems += pattern_problems(scene, wish.outputs)
+        found.problems += unknown_outputs(scene, wish.outputs)
     found.end()
     assert scene is not None
     return scene, arguments

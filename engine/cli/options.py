@@ -34,15 +34,20 @@ class Findings:
         try:
             return work()
         except SceneError as e:
-            self.problems += [
-                Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint) if where else p for p in e.problems
-            ]
+            self.problems += [_under(where, p) if where else p for p in e.problems]
             return None
 
     def end(self) -> None:
         """SceneError with every problem found."""
         if self.problems:
             raise SceneError(self.problems)
+
+
+def _under(where: str, p: Problem) -> Problem:
+    """The problem as one of an option; the line that counts the others stays as it is."""
+    if p.count != 1:
+        return p
+    return Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint)
 
 
 def time(text: str | None, where: str, findings: Findings, zero: bool = False) -> float | None:

@@ -61,7 +61,8 @@ def usage_problem(error: Exception) -> Problem:
 def problems_end(problems: Sequence[Problem], as_json: bool) -> int:
     """Tell every problem; exit code of wrong use."""
     if as_json:
-        print_json({"exit_code": WRONG_USE, "problems": [p.as_dict() for p in problems]})
+        listed = [p.as_dict() for p in problems]
+        print_json({"exit_code": WRONG_USE, "problem_count": sum(p.count for p in problems), "problems": listed})
     else:
         error_lines(problem_lines(problems))
     return WRONG_USE

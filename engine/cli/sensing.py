@@ -38,7 +38,7 @@ class SensitivityWish:
 def sensitivity_command(wish: SensitivityWish) -> int:
     """Differentiate and tell; the exit code."""
     from engine.cli.charting import print_lines
-    from engine.cli.simulating import loaded, pattern_problems, talk
+    from engine.cli.simulating import loaded, talk, unknown_outputs
     from engine.sensitivities import sensitivity
 
     talk(wish.verbose)
@@ -50,7 +50,7 @@ def sensitivity_command(wish: SensitivityWish) -> int:
     path = options.destination(wish.save, (".csv",), "-o", found)
     scene = loaded(source, options.assignments(wish.changes, found), law, found)
     if scene is not None:
-        found.problems += pattern_problems(scene, wish.outputs)
+        found.problems += unknown_outputs(scene, wish.outputs)
     for what, given in (("--to", wish.parameters), ("--output", wish.outputs)):
         if not given:
             found.add(what, "none is given", "for example --to joints.ball.friction.mu --output 'ball.qd*'")

@@ -121,7 +121,7 @@ def understood(wish: Wish) -> Job:
     scene = loaded(source, changes, law, found)
     patterns = tuple(wish.outputs) if wish.outputs else scene.outputs if scene is not None else ()
     if scene is not None:
-        found.problems += pattern_problems(scene, wish.outputs or ())
+        found.problems += unknown_outputs(scene, wish.outputs or ())
     found.end()
     assert scene is not None
     return Job(scene, arguments, patterns, {k: p for k, p in places.items() if p is not None})
@@ -144,24 +144,15 @@ def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: 
     return scene
 
 
-def pattern_problems(scene: Scene, patterns: Sequence[str]) -> list[Problem]:
+def unknown_outputs(scene: Scene, patterns: Sequence[str]) -> list[Problem]:
     """Patterns that match no column."""
-    from difflib import get_close_matches
-
-    from engine.kernel.columns import columns, select
+    from engine.kernel.columns import columns
+    from engine.simulation.run import pattern_problems
     from engine.system.build import build
 
     if not patterns:
         return []
-    everything = columns(build(scene).system)
-    out = []
-    for p in patterns:
-        if p == "time" or select(everything, (p,)):
-            continue
-        near = get_close_matches(p, [c.name for c in everything], 3, 0.4)
-        hint = f"did you mean {', '.join(near)}?" if near else "`trunnion check SCENE --outputs` lists the names"
-        out.append(Problem("--outputs", f"the pattern {p!r} matches no column", hint))
-    return out
+    return pattern_problems(columns(build(scene).system), tuple(p for p in patterns if p != "time"), "--outputs")
 
 
 def simulated(job: Job) -> Result:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from engine.abi import EventKind
-from engine.basics.patterns import matches
+from engine.basics.patterns import matcher
 from engine.contact import REGISTRY as CONTACTS
 from engine.joints import JointKind
 from engine.system.structure import Joint, System
@@ -38,7 +38,8 @@ def columns(system: System) -> list[Column]:
 
 def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
     """Columns whose name matches one of the patterns (shell style; "[k]" is an index, not a character class)."""
-    return [c for c in all_columns if any(matches(c.name, p) for p in patterns)]
+    wanted = matcher(patterns)
+    return [c for c in all_columns if wanted(c.name)]
 
 
 def _three(name: str, unit: str, description: str, key: tuple, n: int = 3) -> list[Column]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from engine.basics.problems import Problem, SceneError
 from engine.scene.finding import CONNECTIONS, Finding, Path
 from engine.scene.model import Scene
+from engine.scene.reading import DEEPEST
 from engine.scene.translate import findings_of
 
 ROUNDS = 12
@@ -30,8 +32,17 @@ class Built:
     broken: set[Path] = field(default_factory=set)
 
     def hides(self, f: Finding) -> bool:
-        """Whether a finding may be no more than a consequence of what was set aside."""
-        return any(f.path[: len(b)] == b or any(a[: len(b)] == b or b[: len(a)] == a for a in f.about) for b in self.broken)
+        """Whether a finding may be no more than a consequence of what was set aside: it lies in a broken part, or depends on one,
+        or on something that has a broken part."""
+        return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
+
+    def _broken_around(self, path: Path) -> bool:
+        return any(path[:n] in self.broken for n in range(len(path) + 1))
+
+    @cached_property
+    def _around_broken(self) -> set[Path]:
+        """Every part that has something broken in it."""
+        return {b[:n] for b in self.broken for n in range(len(b))}
 
 
 @cache
@@ -50,11 +61,7 @@ def build(data: Any) -> Built:
         return built
     rest = copied(data)
     for _ in range(ROUNDS):
-        for f in findings_of(errors, rest):
-            if f.meant is None:
-                _set_aside(rest, f.path, built)
-            else:
-                _forget(rest, f.path, f.meant, built)
+        _mend(rest, findings_of(errors, rest), built)
         try:
             built.scene = _adapter().validate_python(rest)
         except ValidationError as e:
@@ -64,15 +71,36 @@ def build(data: Any) -> Built:
     return built
 
 
-def copied(data: Any) -> Any:
-    """Nested dicts and lists of their own, with text for keys."""
-    if isinstance(data, Mapping):
-        return {str(k): copied(v) for k, v in data.items()}
-    return [copied(v) for v in data] if isinstance(data, list | tuple) else data
+def _mend(rest: dict[str, Any], found: list[Finding], built: Built) -> None:
+    """Leave out what the findings are about. What went with an earlier one of them is gone already: the hundredth wrong entry of a
+    list takes nothing more away than the first."""
+    gone: set[Path] = set()
+    for f in found:
+        if any(f.path[:n] in gone for n in range(len(f.path) + 1)):
+            continue
+        gone.add(_set_aside(rest, f.path, built) if f.meant is None else _forget(rest, f.path, f.meant, built))
 
 
-def _set_aside(data: dict[str, Any], path: Path, built: Built) -> None:
-    """Remove the smallest part around a mistake that can be left out; bodies and joints shrink to a stub at last."""
+def copied(data: Any, deeper: int = DEEPEST) -> Any:
+    """Nested dicts and lists of their own, with text for keys. SceneError when they are nested too deep (or in themselves)."""
+    if isinstance(data, dict | Mapping):
+        inside = _within(data, deeper)
+        return {str(k): copied(v, inside) for k, v in data.items()}
+    if isinstance(data, list | tuple):
+        inside = _within(data, deeper)
+        return [copied(v, inside) for v in data]
+    return data
+
+
+def _within(data: Any, deeper: int) -> int:
+    """Levels that may follow inside."""
+    if deeper <= 0:
+        raise SceneError([Problem("scene", f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")])
+    return deeper - 1
+
+
+def _set_aside(data: dict[str, Any], path: Path, built: Built) -> Path:
+    """Remove the smallest part around a mistake that can be left out; bodies and joints shrink to a stub at last. Its path."""
     node, at = _deepest_group(data, path)
     if len(at) <= 1:  # a mistake in the scene's own keys
         key = path[0] if path else ""
@@ -82,20 +110,22 @@ def _set_aside(data: dict[str, Any], path: Path, built: Built) -> None:
             data[str(key)] = {}
             built.broken.add(CONNECTIONS)
         built.broken.add(path[:1])
-        return
+        return path[:1]
     if len(at) == 2:
         _stub(data, (str(at[0]), str(at[1])), built)
-        return
+        return at
     del node[str(at[-1])]
     built.broken.add(at)
+    return at
 
 
-def _forget(data: dict[str, Any], path: Path, meant: str, built: Built) -> None:
-    """Remove an unknown key; what it was meant to be counts as broken."""
+def _forget(data: dict[str, Any], path: Path, meant: str, built: Built) -> Path:
+    """Remove an unknown key, whose path is given back; what it was meant to be counts as broken."""
     node, at = _deepest_group(data, path)
     if at == path:
         del node[str(at[-1])]
     built.broken.add((*path[:-1], meant) if meant else path)
+    return path
 
 
 def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Path]:

@@ -10,8 +10,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from engine.basics.problems import SceneError
-from engine.scene.finding import Finding, problem
+from engine.scene.finding import Finding, error_of
 from engine.scene.library import models_dir
 from engine.scene.reading import read
 from engine.scene.suggest import shown
@@ -73,7 +72,7 @@ def load_expected(file: Path) -> list[Expected]:
         else:
             out.append(Expected(**entry))
     if wrong:
-        raise SceneError(problem(f, doc.lines, str(file)) for f in wrong)
+        raise error_of(wrong, doc.lines, str(file))
     return out
 
 

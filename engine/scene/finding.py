@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from engine.basics.problems import Problem
+from engine.basics.problems import MOST, Problem, SceneError
+from engine.scene.suggest import Nearest
 
 Path = tuple[str | int, ...]
 """Keys and 0-based indices from the top of the scene."""
@@ -27,7 +28,7 @@ class Finding:
 
     path: Path
     what: str
-    hint: str = ""
+    hint: str | Nearest = ""
     line: int = 0
     about: tuple[Path, ...] = ()
     meant: str | None = None
@@ -68,4 +69,11 @@ def line_of(path: Path, lines: Mapping[Path, int]) -> int:
 
 def problem(f: Finding, lines: Mapping[Path, int], file: str = "") -> Problem:
     """The finding as the user sees it."""
-    return Problem(dotted(f.path), f.what, f.hint, file, f.line or line_of(f.path, lines))
+    return Problem(dotted(f.path), f.what, str(f.hint), file, f.line or line_of(f.path, lines))
+
+
+def error_of(found: Iterable[Finding], lines: Mapping[Path, int], file: str = "") -> SceneError:
+    """All findings as one error, in the order of the file. Only those that are told are put into words: a hint may take a search
+    among all names of the scene."""
+    every = sorted(found, key=lambda f: f.line or line_of(f.path, lines))
+    return SceneError([problem(f, lines, file) for f in every[:MOST]], more=len(every[MOST:]))

@@ -10,7 +10,7 @@ from typing import Any
 from engine.basics.problems import Problem, SceneError
 from engine.scene.building import build, copied
 from engine.scene.check import findings
-from engine.scene.finding import Finding, Path, problem
+from engine.scene.finding import Finding, Path, error_of
 from engine.scene.library import SCENE_FILE, model_file
 from engine.scene.model import Scene
 from engine.scene.reading import LARGEST, read
@@ -57,7 +57,7 @@ def scene_from_text(content: bytes | str, file: str = "", is_json: bool = False,
     if doc.data is None or not isinstance(doc.data, dict):
         if doc.data is not None:
             doc.findings.append(Finding((), "a scene is a group of keys", "begin with bodies: and joints:", 1))
-        raise SceneError(problem(f, doc.lines, file) for f in doc.findings)
+        raise error_of(doc.findings, doc.lines, file)
     if name and "name" not in doc.data:
         doc.data["name"] = name
     return scene_from_data(doc.data, doc.findings, doc.lines, file)
@@ -77,6 +77,5 @@ def scene_from_data(
     if built.scene is not None:
         found += [f for f in findings(built.scene) if not built.hides(f)]
     if found or built.scene is None:
-        problems = [problem(f, lines or {}, file) for f in found]
-        raise SceneError(sorted(problems, key=lambda p: p.line))
+        raise error_of(found, lines or {}, file)
     return built.scene

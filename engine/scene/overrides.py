@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 from typing import Any
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.problems import MOST, Problem, SceneError
 from engine.scene.contexts import numbers
 from engine.scene.finding import Finding, Path, dotted, parse_path
 from engine.scene.load import scene_from_data
 from engine.scene.model import Scene
 from engine.scene.reading import read
-from engine.scene.suggest import closest, did_you_mean, shown
+from engine.scene.suggest import Nearest, closest, shown
 from engine.scene.typed import keys_at
 
 
@@ -38,7 +39,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         raise SceneError([Problem(text, "not of the form PATH=VALUE", "for example joints.ball.friction.mu=0.5")])
     doc = read(value.strip())
     if doc.findings:
-        raise SceneError([Problem(path.strip(), f.what, f.hint) for f in doc.findings])
+        raise SceneError([Problem(path.strip(), f.what, str(f.hint)) for f in doc.findings])
     return path.strip(), doc.data
 
 
@@ -46,10 +47,20 @@ def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """The scene with other values at dotted paths; checked again. SceneError names every path and value that is
     wrong."""
     data = _opened(scene)
-    problems = [p for path, value in changes.items() if (p := _set(scene, data, path, value))]
-    if problems:
-        raise SceneError(problems)
+    wrong = [w for path, value in changes.items() if (w := _set(data, path, value))]
+    if wrong:
+        whole = cache(lambda: [p.path for p in list_parameters(scene)])
+        raise SceneError([Problem(w.text, w.what, _hint(w, whole)) for w in wrong[:MOST]], more=len(wrong[MOST:]))
     return scene_from_data(data)
+
+
+@dataclass(frozen=True)
+class _Wrong:
+    """A path that leads nowhere: as written, why, and what may be meant."""
+
+    text: str
+    what: str
+    hint: str | Nearest = ""
 
 
 def _opened(value: Any) -> Any:
@@ -61,17 +72,17 @@ def _opened(value: Any) -> Any:
     return [_opened(v) for v in value] if isinstance(value, tuple) else value
 
 
-def _set(scene: Scene, data: Any, text: str, value: Any) -> Problem | None:
-    """Put a value in its place; a problem when there is no such place."""
+def _set(data: Any, text: str, value: Any) -> _Wrong | None:
+    """Put a value in its place; what is wrong when there is no such place."""
     path = parse_path(text)
     if path is None:
-        return Problem(text, "not a path", "paths look like joints.ball.friction.mu or gravity[3]")
+        return _Wrong(text, "not a path", "paths look like joints.ball.friction.mu or gravity[3]")
     node = data
     for i, key in enumerate(path):
         last = i == len(path) - 1
         found = _missing(node, path[: i + 1])
         if found:
-            return Problem(text, found.what, _hint(scene, text, found.hint))
+            return _Wrong(text, found.what, found.hint)
         if last:
             node[key] = value
         elif isinstance(node[key], int | float) and path[i + 1 :] == (0,):
@@ -95,16 +106,16 @@ def _missing(node: Any, path: Path) -> Finding | None:
     if not isinstance(node, dict):
         what = f"{owner} is a list" if isinstance(node, list) else f"{owner} has no parts"
         return Finding(path, what, f"its first entry is {owner}[1]" if isinstance(node, list) else "")
-    known = keys_at(path[:-1]) or list(node)
+    known = keys_at(path[:-1]) or node
     if key in known:
         return None
-    return Finding(path, f"{owner} has no {shown(key)}", did_you_mean(key, known))
+    return Finding(path, f"{owner} has no {shown(key)}", Nearest(key, known))
 
 
-def _hint(scene: Scene, text: str, hint: str) -> str:
-    """The hint for one step, or where that names nothing close, the number whose whole path is close."""
+def _hint(wrong: _Wrong, whole: Callable[[], list[str]]) -> str:
+    """The hint for one step, or where that names nothing close, the number whose whole path (one of ``whole``) is close."""
+    hint = str(wrong.hint)
     if hint.startswith("known"):
-        paths = [p.path for p in list_parameters(scene)]
-        near = next((p for p in paths if p.endswith(f".{text}")), closest(text, paths))
+        near = next((p for p in whole() if p.endswith(f".{wrong.text}")), "") or closest(wrong.text, whole())
         return f'did you mean "{near}"?' if near else hint
     return hint

@@ -3,6 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+LISTED = 12
+"""Names a hint lists, at most."""
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """A hint that is looked for only when it is told: the closest of names of which a scene may have thousands.
+
+    word: what was written; known: the names there are; what: what they are called; otherwise: the hint where there are none.
+    """
+
+    word: str
+    known: Iterable[str] = field(compare=False)
+    what: str = "known"
+    otherwise: str = ""
+
+    def __str__(self) -> str:
+        return did_you_mean(self.word, self.known, self.what) or self.otherwise
 
 
 def closest(word: str, known: Iterable[str]) -> str:
@@ -25,7 +45,13 @@ def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
         return f'did you mean "{best}"?'
     if not names:
         return ""
-    return f"{what}: {', '.join(names[:12])}" + (", …" if len(names) > 12 else "")
+    return f"{what}: {listed(names)}"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names side by side, the first few of many."""
+    every = list(names)
+    return ", ".join(every[:LISTED]) + (", …" if len(every) > LISTED else "")
 
 
 def shown(value: object, limit: int = 40) -> str:

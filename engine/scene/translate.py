@@ -17,12 +17,7 @@ Error = dict[str, Any]
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
     """One finding a mistake, in the order of the file's keys as far as the checker keeps it."""
-    out: list[Finding] = []
-    for e in errors:
-        found = _one(e, data)
-        if found not in out:
-            out.append(found)
-    return out
+    return list(dict.fromkeys(_one(e, data) for e in errors))
 
 
 def path_of(loc: tuple[str | int, ...], data: Any) -> Path:

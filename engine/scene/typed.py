@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
-from functools import cache
+from functools import cache, lru_cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -50,7 +50,7 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@cache
+@lru_cache(maxsize=4096)  # names in a path are the user's: without a bound a service would remember all it was ever sent
 def at(path: Path) -> tuple[Any, ...]:
     """Annotations that may stand at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]

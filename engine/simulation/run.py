@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.patterns import MOST_WILD, is_wild, unmatched
+from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
 from engine.scene.model import Scene
+from engine.scene.suggest import shown
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
 from engine.simulation.result import Result
@@ -30,9 +32,9 @@ class Model:
         self.built: Built = build(scene)
         everything = columns(self.built.system)
         wanted = tuple(outputs if outputs is not None else scene.outputs)
-        self.columns: list[Column] = select(everything, wanted)
         if problems := pattern_problems(everything, wanted):
             raise SceneError(problems)
+        self.columns: list[Column] = select(everything, wanted)
         self.build_seconds = 0.0
         self._load(redundant=False)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
@@ -62,17 +64,19 @@ class Model:
         return self.built.system
 
 
-def pattern_problems(everything: list[Column], patterns: tuple[str, ...]) -> list[Problem]:
-    """A pattern that matches nothing is a mistake."""
+def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:
+    """A pattern that matches nothing is a mistake; close names are looked for as long as they are told."""
     from difflib import get_close_matches
 
-    problems = []
-    for p in patterns:
-        if p == "*" or select(everything, (p,)):
-            continue
-        near = get_close_matches(p, [c.name for c in everything], 3, 0.4)
+    wild = sum(map(is_wild, patterns))
+    if wild > MOST_WILD:
+        return [Problem(where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "a few patterns with * say the same")]
+    problems: list[Problem] = []
+    names = [c.name for c in everything]
+    for p in unmatched((p for p in patterns if p != "*"), names):
+        near = get_close_matches(p[:80], names, 3, 0.4) if len(problems) < MOST else []
         hint = f"did you mean {', '.join(near)}?" if near else "see `trunnion check SCENE --outputs` for the names"
-        problems.append(Problem("outputs", f"pattern {p!r} matches no column", hint))
+        problems.append(Problem(where, f"pattern {shown(p, 80)} matches no column", hint))
     return problems
 
 

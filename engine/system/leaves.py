@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from engine.basics.patterns import matches
+from engine.basics.patterns import matcher
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class ParameterTable:
         self.paths: list[str] = []
         self.values: list[float] = []
         self.units: list[str] = []
-        self._tunable = tuple(tunable)
+        self._tunable = matcher(tunable)
         self._index: dict[str, int] = {}
 
     def scalar(self, path: str, value: float, unit: str) -> Param:
@@ -44,7 +44,7 @@ class ParameterTable:
 
     def component(self, path: str, value: float, unit: str) -> Leaf:
         """A component of a vector: structural when exactly zero and not tunable."""
-        if value == 0.0 and not any(matches(path, p) for p in self._tunable):
+        if value == 0.0 and not self._tunable(path):
             return 0.0
         return self.scalar(path, value, unit)
 

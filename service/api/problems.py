@@ -21,8 +21,6 @@ from service.store.store import BadCursor, Conflict
 
 log = logging.getLogger("trunnion.service")
 MEDIA = "application/problem+json"
-MOST = 100
-"""Most problems one document lists."""
 TITLES = {
     400: "The request cannot be read",
     401: "An API key is needed",
@@ -58,7 +56,8 @@ class ProblemDocument(BaseModel):
     title: str
     status: int
     detail: str = ""
-    problems: list[ProblemItem] = []
+    problems: list[ProblemItem] = Field([], description="The first; where there are more, a last one counts the others.")
+    problem_count: int = Field(0, description="How many there are, those not listed included.")
 
     model_config = {
         "json_schema_extra": {
@@ -68,6 +67,7 @@ class ProblemDocument(BaseModel):
                     "title": "The request has problems",
                     "status": 422,
                     "detail": "1 problem",
+                    "problem_count": 1,
                     "problems": [
                         {
                             "where": "joints.ball.friction.mu",
@@ -107,12 +107,16 @@ class Json(Response):
 
 
 def problem_response(
-    status: int, detail: str = "", problems: Iterable[dict[str, Any]] = (), headers: dict[str, str] | None = None
+    status: int, detail: str = "", problems: Iterable[Problem] = (), headers: dict[str, str] | None = None
 ) -> Response:
-    """A problem document."""
-    listed = list(problems)
-    kind = "urn:trunnion:problems" if listed else "about:blank"
-    body = {"type": kind, "title": TITLES.get(status, "Error"), "status": status, "detail": detail, "problems": listed[:MOST]}
+    """A problem document; its detail says how many problems there are, when nothing else is said."""
+    error = SceneError(problems)
+    kind = "urn:trunnion:problems" if error.total else "about:blank"
+    body = {
+        "type": kind, "title": TITLES.get(status, "Error"), "status": status,
+        "detail": detail or (counted(error.total) if error.total else ""),
+        "problems": [p.as_dict() for p in error.problems], "problem_count": error.total,
+    }  # fmt: skip
     return Response(text_of(body), status, headers, MEDIA)
 
 
@@ -126,20 +130,19 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(Refusal)
     def refused(_: Request, e: Refusal) -> Response:
-        return problem_response(e.status, e.detail, [p.as_dict() for p in e.problems], e.headers)
+        return problem_response(e.status, e.detail, e.problems, e.headers)
 
     @app.exception_handler(SceneError)
     def wrong(_: Request, e: SceneError) -> Response:
-        return problem_response(422, counted(len(e.problems)), [p.as_dict() for p in e.problems])
+        return problem_response(422, problems=e.problems)
 
     @app.exception_handler(SimulationError)
     def failed(_: Request, e: SimulationError) -> Response:
-        return problem_response(422, "1 problem", [Problem("run", str(e)).as_dict()])
+        return problem_response(422, problems=[Problem("run", str(e))])
 
     @app.exception_handler(RequestValidationError)
     def invalid(_: Request, e: RequestValidationError) -> Response:
-        listed = [_of_validation(x) for x in e.errors()[:MOST]]
-        return problem_response(422, counted(len(listed)), [p.as_dict() for p in listed])
+        return problem_response(422, problems=map(_of_validation, e.errors()))
 
     @app.exception_handler(HTTPException)
     def http(_: Request, e: HTTPException) -> Response:
@@ -151,7 +154,7 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(BadCursor)
     def cursor(_: Request, e: BadCursor) -> Response:
-        return problem_response(422, "1 problem", [Problem("cursor", str(e), "take it from the answer before").as_dict()])
+        return problem_response(422, problems=[Problem("cursor", str(e), "take it from the answer before")])
 
     @app.exception_handler(Unreachable)
     def database(_: Request, e: Unreachable) -> Response:

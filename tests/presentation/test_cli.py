@@ -194,3 +194,15 @@ def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
     code += "print([m for m in ('matplotlib', 'pyarrow', 'pandas', 'rich') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip().endswith("[]")
+
+
+def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "s.yaml").write_text("bodies: {}\njoints: {}\n" + "".join(f"wrong{i}: 1\n" for i in range(4000)))
+    assert main(["check", str(tmp_path / "s.yaml"), "--json"]) == 2
+    document = json.loads(capsys.readouterr().out)
+    assert document["problem_count"] == 4001  # and no bodies
+    assert len(document["problems"]) == 101
+    assert main(["check", str(tmp_path / "s.yaml")]) == 2
+    assert "and 3901 more: not listed" in capsys.readouterr().err

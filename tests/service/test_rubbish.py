@@ -128,3 +128,17 @@ def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(served: Serv
     assert sum(n for s, n in statuses.items() if s >= 400) > 0.5 * count
     assert server.memory_info().rss - memory < GROWTH
     assert files(served.data) <= there + 5
+
+
+def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(served: Served) -> None:
+    scene = scene_to_dict(load_scene(model_file("spherical_pendulum")))
+    next(iter(scene["bodies"].values())).update({f"masss{i}": 1 for i in range(4000)})
+    answer = served.client.post("/v1/scenes/check", json={"scene": scene})
+    document = answer.json()
+    assert (answer.status_code, document["problem_count"], len(document["problems"])) == (422, 4000, 101)
+    assert document["detail"] == "4000 problems"
+    assert document["problems"][-1]["where"] == "and 3900 more"
+    bad = {"scene": "spherical_pendulum", "over": dict.fromkeys([MU, "gravity[1]", "gravity[2]"], ["x"] * 4000)}
+    document = served.client.post("/v1/jobs", json=bad).json()
+    assert document["problem_count"] == 12_000
+    assert len(document["problems"]) <= 101

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.problems import Problem
 from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, run, starts, topology
-from engine.scene.finding import Finding, problem
+from engine.scene.finding import Finding, error_of
 from engine.scene.model import Scene
 
 TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
@@ -30,13 +30,13 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The same as problems (a scene made in Python has no lines)."""
-    return [problem(f, {}) for f in findings(scene)]
+    """The same as an error lists them (a scene made in Python has no lines): the first, and how many more there are."""
+    return list(error_of(findings(scene), {}).problems)
 
 
 def checked(scene: Scene) -> Scene:
     """The scene itself; SceneError when it has problems."""
-    found = problems(scene)
+    found = findings(scene)
     if found:
-        raise SceneError(found)
+        raise error_of(found, {})
     return scene

@@ -11,7 +11,7 @@ from engine.scene.finding import Finding, Path
 from engine.scene.loads import Input
 from engine.scene.model import Drive, FromInput, Scene
 from engine.scene.refs import GROUND, Reference, points_of, references
-from engine.scene.suggest import did_you_mean, shown
+from engine.scene.suggest import Nearest, shown
 from engine.scene.units import UnitError, parse_unit
 from engine.scene.walk import loads, signals
 
@@ -22,8 +22,9 @@ _FORM = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about names."""
     yield from _own_names(scene)
+    parts = [*scene.bodies, GROUND]
     for r in references(scene):
-        yield from _reference(scene, r)
+        yield from _reference(scene, r, parts)
     for name, given in scene.inputs.items():
         yield from _input_unit(("inputs", name, "unit"), given)
     for path, load in loads(scene):
@@ -62,19 +63,19 @@ def _form(path: Path, name: str) -> Iterator[Finding]:
         yield Finding(path, f"{shown(name)} cannot be a name", "a letter, then letters, digits and _")
 
 
-def _reference(scene: Scene, r: Reference) -> Iterator[Finding]:
+def _reference(scene: Scene, r: Reference, parts: list[str]) -> Iterator[Finding]:
+    """A side, a load or an end of a spring names a body (or the ground) and a point it has; ``parts``: the names there are."""
     if r.body == GROUND and r.use == "load":
         yield Finding(r.path, "the ground cannot be pushed", "name a body")
         return
     if r.body != GROUND and r.body not in scene.bodies:
-        known = [*scene.bodies, *([GROUND] if r.use != "load" else [])]
-        hint = did_you_mean(r.body, known, "bodies")
+        hint = Nearest(r.body, scene.bodies if r.use == "load" else parts, "bodies")
         yield Finding(r.path, f"there is no body {shown(r.body)}", hint, about=(("bodies", r.body),))
         return
     points = points_of(scene, r.body)
     if r.point and r.point not in points:
         owner: Path = ("ground",) if r.body == GROUND else ("bodies", r.body)
-        hint = did_you_mean(r.point, points, "points") or f"add it to {'.'.join(map(str, owner))}.points"
+        hint = Nearest(r.point, points, "points", f"add it to {'.'.join(map(str, owner))}.points")
         what = f"{'the ground' if r.body == GROUND else shown(r.body)} has no point {shown(r.point)}"
         yield Finding(r.path, what, hint, about=((*owner, "points", r.point),))
 
@@ -96,7 +97,7 @@ def _input_unit(path: Path, given: Input) -> Iterator[Finding]:
 def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[Finding]:
     assert load.input is not None
     if load.input not in scene.inputs:
-        hint = did_you_mean(load.input, scene.inputs, "inputs") or f"add inputs: {{{load.input}: {{}}}}"
+        hint = Nearest(load.input, scene.inputs, "inputs", f"add inputs: {{{load.input}: {{}}}}")
         yield Finding((*path, "input"), f"there is no input {shown(load.input)}", hint, about=(("inputs", load.input),))
         return
     declared, wanted = scene.inputs[load.input].unit, unit_of(scene, path)

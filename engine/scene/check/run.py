@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from engine.basics.patterns import MOST_WILD, is_wild
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Scene
 from engine.scene.refs import GROUND
-from engine.scene.suggest import did_you_mean, shown
+from engine.scene.suggest import Nearest, shown
 
 SECTIONS = ("bodies", "joints", "forces", "gravity", "friction", GROUND)
 
@@ -21,8 +22,12 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 def _patterns(path: Path, patterns: tuple[str, ...], known: tuple[str, ...], what: str) -> Iterator[Finding]:
     """The first word of a pattern, where it has no wild card, names something."""
+    names = frozenset(known)
+    wild = sum(map(is_wild, patterns))
+    if wild > MOST_WILD:
+        yield Finding(path, f"{wild} patterns with wild cards; {MOST_WILD} at most", "a few patterns with * say the same")
     for i, pattern in enumerate(patterns):
         head = pattern.partition(".")[0].partition("[")[0]
-        if head and head not in known and "*" not in head and "?" not in head:
+        if head and head not in names and "*" not in head and "?" not in head:
             about = tuple((s, head) for s in ("bodies", "joints", "forces", "inputs"))
-            yield Finding((*path, i), f"{what} {shown(head)}", did_you_mean(head, known), about=about)
+            yield Finding((*path, i), f"{what} {shown(head)}", Nearest(head, known), about=about)

@@ -8,7 +8,7 @@ from engine.joints import REGISTRY
 from engine.scene.finding import CONNECTIONS, Finding
 from engine.scene.model import Scene
 from engine.scene.refs import GROUND, body_of
-from engine.scene.suggest import shown
+from engine.scene.suggest import listed, shown
 
 
 class _Groups:
@@ -66,7 +66,7 @@ def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
                 f"a body that flies freely has a joint of type free to {GROUND}",
             )
         else:
-            what = f"no joint ties these bodies to the ground: {', '.join(members)}"
+            what = f"no joint ties these bodies to the ground: {listed(members)}"
             hint = f"if they fly freely, give one of them a joint of type free to {GROUND}"
         yield Finding(("bodies", first), what, hint, about=(CONNECTIONS,))
 
