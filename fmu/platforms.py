@@ -14,7 +14,7 @@ from engine.kernel import cache, compiler
 from engine.kernel.library import RUNTIME, runtime_key, write_headers
 
 NATIVE = Path(__file__).resolve().parent / "native"
-FLAGS = (*(f for f in compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-g0", "-s")
+FLAGS = (*(f for f in compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-s")
 
 
 @dataclass(frozen=True)
@@ -73,29 +73,37 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
     key = cache.digest(shell_key(), target, cpu, identifier, *(x for pair in sorted(sources.items()) for x in pair))
 
     def make(folder: Path) -> None:
-        files = [RUNTIME / "api.c", NATIVE / "fmi2.c"]
-        for file, text in sources.items():
-            (folder / f"{file}.c").write_text(text)
-            files.append(folder / f"{file}.c")
-        include = [f"-I{p}" for p in (RUNTIME, NATIVE, _tables(), headers())]
+        constant = _constant(target, cpu)
+        objects = sorted(constant.glob("*.o"))
+        files = [folder / f"{file}.c" for file in sources]
+        for file, text in zip(files, sources.values(), strict=True):
+            file.write_text(text)
         link = ["-nostdlib", "-lm", "-lc"] if "linux" in target else []
         if "macos" in target:
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
-        out = folder / f"library{suffix}"
-        arguments = ["-target", target, f"-mcpu={cpu}", *FLAGS, "-shared", *map(str, files), *include, "-o", str(out), *link]
-        compiler.run(arguments, cache.cache_folder())
+        arguments = ["-shared", *map(str, [*objects, *files]), "-o", str(folder / f"library{suffix}"), *link]
+        _compile(target, cpu, constant, arguments)
 
     folder, _ = cache.entry(f"fmu-{key}", make)
     return (folder / f"library{suffix}").read_bytes()
 
 
-def _tables() -> Path:
-    """Folder of the generated headers; always the same one, so that the compiler keeps the runtime's object."""
+def _constant(target: str, cpu: str) -> Path:
+    """Folder of the generated headers and of the runtime's and the shell's objects, which are the same in every FMU of a target:
+    compiled once."""
 
     def make(folder: Path) -> None:
         write_headers(folder)
+        for source in (RUNTIME / "api.c", NATIVE / "fmi2.c"):
+            _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
 
-    return cache.entry(f"tables-{runtime_key()}", make)[0]
+    return cache.entry(f"shell-{cache.digest(shell_key(), target, cpu)}", make)[0]
+
+
+def _compile(target: str, cpu: str, generated: Path, arguments: list[str]) -> None:
+    """The compiler, with what every call for this target has in common; ``generated``: the folder of the generated headers."""
+    include = [f"-I{p}" for p in (RUNTIME, NATIVE, generated, headers())]
+    compiler.run(["-target", target, f"-mcpu={cpu}", *FLAGS, *arguments, *include], cache.cache_folder())
 
 
 CPU_TYPES = {b"\x07\x00\x00\x01": 0x01000007, b"\x0c\x00\x00\x01": 0x0100000C}

@@ -18,6 +18,8 @@ from pathlib import Path
 
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
+RECENT_SECONDS = 60.0
+"""What was used less long ago is never pruned: a process that has just found it may be about to load it."""
 COMPILER_SECONDS = 600.0
 """How long after the last build began its compiler's cache is left alone: longer than builds take."""
 
@@ -77,8 +79,21 @@ def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
             work.rename(folder)
     finally:
         shutil.rmtree(work, ignore_errors=True)
-    prune(home)
+    _prune_now_and_then(home)
     return folder, True
+
+
+def _prune_now_and_then(home: Path) -> None:
+    """Prune, unless this process has looked at the folder less than ``RECENT_SECONDS`` ago: since then only what it made itself has
+    been added, and pruning leaves alone what is that young. Looking at thousands of entries takes longer than a small build."""
+    now = time.monotonic()
+    if now - _pruned.get(home, -RECENT_SECONDS) >= RECENT_SECONDS:
+        _pruned[home] = now
+        prune(home)
+
+
+_pruned: dict[Path, float] = {}
+"""When this process last pruned a cache folder (monotonic clock, s)."""
 
 
 def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
@@ -96,7 +111,7 @@ def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
     for used, size, path in sorted(entries):
         if total <= max_bytes:
             break
-        if now - used > (COMPILER_SECONDS if _is_compilers(path) else 60.0):
+        if now - used > (COMPILER_SECONDS if _is_compilers(path) else RECENT_SECONDS):
             _remove(path)
             total -= size
 

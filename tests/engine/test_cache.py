@@ -144,6 +144,19 @@ def test_pruning_leaves_what_was_used_a_moment_ago_and_what_is_being_made(home: 
     assert [p.exists() for p in (fresh, work, abandoned)] == [True, True, False]
 
 
+def test_a_process_that_builds_much_does_not_look_through_the_cache_at_every_build(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looked: list[Path] = []
+    monkeypatch.setattr(cache, "prune", looked.append)
+    for number in range(5):
+        cache.entry(f"thing-{number}", lambda folder: None)
+    assert looked == [home]
+    cache._pruned[home] -= cache.RECENT_SECONDS  # later
+    cache.entry("thing-5", lambda folder: None)
+    assert looked == [home, home]
+
+
 def test_the_whole_folder_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     stale = tmp_path / "zig" / "o" / "0123456789abcdef"
@@ -173,6 +186,12 @@ def test_builds_do_not_make_the_compilers_cache_grow(tmp_path: Path) -> None:
         compile_one(tmp_path, number)
     assert files() == first
     assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
+
+
+
+def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
+    """They would be most of their size and a third of the time they take to compile."""
+    assert b".debug_" not in compile_one(tmp_path, 1).read_bytes()
 
 
 def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,9 +15,10 @@ from typer.testing import CliRunner
 
 import engine
 from engine.basics.problems import SceneError, SimulationError
+from engine.kernel import compiler
 from fmu.cli import app
 from fmu.export import export
-from fmu.platforms import fat
+from fmu.platforms import chosen, fat, library
 
 from .hosting import arm, exported
 
@@ -118,3 +120,19 @@ def test_input_names_are_variables_and_motions_bring_their_bandwidth() -> None:
     assert found["inputs.angle.bandwidth"].variability == "tunable"
     assert "inputs.motor.bandwidth" not in found
     assert arm().inputs["angle"].bandwidth == float(found["inputs.angle.bandwidth"].start)
+
+
+def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The runtime and the shell are the same in all of them, and nine tenths of the work."""
+    exported("arm")
+    compiled: list[str] = []
+    run = compiler.run
+
+    def watched(arguments: Sequence[str], folder: Path) -> None:
+        compiled.extend(Path(a).name for a in arguments if a.endswith(".c"))
+        run(arguments, folder)
+
+    monkeypatch.setattr(compiler, "run", watched)
+    made = library(chosen(["host"])[0], tmp_path.name, {"model": f"/* {tmp_path} */ int one(void) {{ return 1; }}\n"})
+    assert compiled == ["model.c"]
+    assert b"fmi2DoStep" in made
