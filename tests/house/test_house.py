@@ -171,6 +171,12 @@ def test_nothing_cites_a_document_that_the_project_does_not_hold() -> None:
     assert not [(f, m.group()) for f, text in cited().items() if f != here for m in elsewhere.finditer(text)]
 
 
+def test_every_section_of_the_method_says_what_holds_it_to_its_word() -> None:
+    sections = re.split(r"^##+ ", text_of("engine/METHOD.md"), flags=re.MULTILINE)[1:]
+    assert len(sections) > 25
+    assert not [x.splitlines()[0] for x in sections if "*Tests*:" not in x]
+
+
 def test_every_file_and_name_of_the_method_exists() -> None:
     text = text_of("engine/METHOD.md")
     for paragraph in re.split(r"\n\n", text):
