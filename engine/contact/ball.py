@@ -1,19 +1,9 @@
-"""Ball in a socket (paper §7.1): one contact, closed form of (105)–(114) without a 3×3 solve.
+"""Ball in a socket (paper §7.1): one contact, closed form of (105)–(114) without a 3×3 solve (METHOD, "Ball").
 
-With F = |f_c|, f̂ = f_c/F and ω of the socket relative to the ball (METHOD, "Ball"):
-  proportional law k = K ω-rate:  s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
-  sliding law, |k s| = μ_e:       s² = |ω|² − (f̂·ω)²(1+μ_e²)
-  f_n = F/√(1+μ_e²),  n = (k ω̃ − E)⁻¹ f_c/f_n = −(f + k ω×f + k²(ω·f) ω)/(f_n (1 + k²ω²)),  m_c = r n × f_c
-(the last since the normal part of f_c has no arm). f_c ∥ ω gives no torque, F → 0 gives no torque.
-
-Where μ depends on speed (Stribeck) it is taken at the speed across the force, r |ω × f̂|: that is the sliding speed r s of a ball
-that turns across its load, and beyond it by the factor √(1 + (μ_e f̂·ω/s)²) otherwise. Taken at r s itself the equation for s would
-have up to three roots in a ball that also spins about its load, so that it would jump between them; this has one. With a viscous
-part, μ_e = μ + c s, the equation for s is a quadratic.
-
-Bristles (law with states): friction is f_n κ × n with a vector κ of three components, in place of k ω above. Their velocity is
-r (ω − n0 n0·ω), the turning across the normal n0 that the bristles alone would give (κ = their state); what they carry along the
-normal has no effect. They are fixed to the inboard part.
+With F = |f_c|, f̂ = f_c/F, ω of the socket relative to the ball, and s = |ω×n|:
+  proportional law, μ_e = K s:   s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
+  sliding law, μ_e given:        s² = |ω|² − (f̂·ω)²(1+μ_e²)
+  f_n = F/√(1+μ_e²),   n = −(f + k ω×f + k²(ω·f) ω)/(f_n (1 + k²ω²)) with k = μ_e/s,   m_c = r n × f_c
 """
 
 from __future__ import annotations
@@ -44,7 +34,8 @@ def _cross(a, b) -> list[SX]:
 
 
 def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX], list[SX]]:
-    """(f_n, f_c, n f_n) of the branch in force."""
+    """(f_n, f_c, n f_n) with the law's branch in force. Pairs ending in _p and _s are of the proportional and of the sliding
+    branch: k, and μ_e squared."""
     if law.bristles:
         return _pressed(w, _bristles(w, rates, law, g, False)[1])
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
@@ -72,7 +63,7 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
 
 
 def _pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX], list[SX]]:
-    """(f_n, f_c, n f_n) when friction is f_n κ × n."""
+    """(f_n, f_c, n f_n) when friction is f_n κ × n, as of bristles."""
     f = [w["f1"], w["f2"], w["f3"]]
     FF, kk, fk = _dot(f, f) + TINY, _dot(kappa, kappa), _dot(f, kappa)
     along2, kf = fk * fk / FF, _cross(kappa, f)
@@ -81,7 +72,7 @@ def _pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX], list[SX]]:
 
 
 def _bristles(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], adams: bool) -> tuple[list[SX], list[SX]]:
-    """(rates of the states, κ) in the pin's sense; Adams: n0 along the force."""
+    """Rates of the bristles' states, and the vector κ they rub with, in the pin's sense. In Adams' form n0 lies along the force."""
     omega, state = [w.pin * x for x in rates], [w.pin * x for x in law.state]
     normal = [w["f1"], w["f2"], w["f3"]] if adams else _pressed(w, state)[2]
     spin = _dot(normal, omega) / (_dot(normal, normal) + TINY)
@@ -94,7 +85,7 @@ def _drift(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ada
 
 
 def _level(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """The law's level at the speed across the force, r |ω × f̂|."""
+    """The law's level at the speed across the force, r |ω × f̂|: why there, says METHOD, "Ball"."""
     wf = _cross(rates, f)
     return law.level(g["radius"] ** 2 * _dot(wf, wf) / (_dot(f, f) + TINY))
 
@@ -114,7 +105,7 @@ def _drag(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(110); Adams (151) with its normalisation: r μ_e f × (ω × f)/|ω × f|."""
+    """Friction torque (110); in Adams' form (151), with its normalisation: r μ_e f × (ω × f)/|ω × f|."""
     law = laws[0]
     if adams:
         return [w.pin * x for x in _adams(w, rates, law, g)]
@@ -208,7 +199,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta: list[SX]) -> Contact:
-    """Sliding, spinning without sliding, or held."""
+    """The contact under a set-valued law: of a ball that slides, of one that turns without sliding, or of one that is held."""
     fn, f, nfn = _state(w, rates, law, g)
     normal = _spin_normal(w, rates, law)
     spin = -_dot(normal, f)

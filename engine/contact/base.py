@@ -1,6 +1,8 @@
 """What a contact element is: closed forms from the joint reaction to contact forces, contact points and friction.
 
-Components f_c, m_c are those on the part that carries the pin, in the pin's frame (NOTATION, "Reactions, friction and contacts").
+f_c, m_c act on the part that carries the pin, in the pin's frame (NOTATION, "Reactions, friction and contacts"); the forms are
+derived in METHOD, "Contact forms". An element's file holds one function for each field of ``ContactElement``, which says there
+what it does.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 
 @dataclass(frozen=True)
 class Wrench:
-    """Components of f_c, m_c by name; ``pin`` = +1 when the inboard part carries the pin, −1 otherwise."""
+    """What a joint presses on the part with the pin: the components of f_c (N) and m_c (N m) that an element needs, by name.
+    ``pin`` is +1 when that is the inboard part, −1 when it is the outboard one: by it signed friction ratios change."""
 
     values: Mapping[str, SX]
     pin: int
@@ -29,9 +32,9 @@ class Wrench:
 
 @dataclass(frozen=True)
 class Contact:
-    """One contact: normal force (≥ 0) and outward unit normal on the pin times normal force (3, pin's frame), whose direction
-    is undefined when the force is zero. ``plane``: axes (cos, sin) of its angle, in the pin's frame, or in the inboard joint frame
-    when ``inboard``."""
+    """One contact. force: its normal force, N, never negative; vector: that force times the outward unit normal on the pin (3), so
+    that a contact without force has no direction; plane: the two axes in which its angle is measured (that of its cosine, that of
+    its sine). Both in the pin's frame, or in the inboard joint frame where ``inboard`` says so."""
 
     force: SX
     vector: tuple[SX, SX, SX]
@@ -85,8 +88,8 @@ class Hold:
 
 
 def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
-    """|k| of a pair at rest from the friction it carries: k · load(k) = size, by Newton's method (the left side is monotone and
-    smooth up to the limit of sticking)."""
+    """The ratio |k| at which a pair at rest carries friction of this size: k · load(k) = size, by so many rounds of Newton's method
+    written out (the left side grows with k and is smooth up to the limit of sticking; METHOD, "Rest")."""
     k = ca.SX.sym("k")
     residual = k * load(k) - size
     step = k - residual / (ca.jacobian(residual, k) + TINY)
@@ -97,7 +100,7 @@ def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
 
 
 def signum(x: SX) -> SX:
-    """±1, +1 at zero."""
+    """−1 for negative numbers, else +1."""
     return ca.if_else(x < 0, -1, 1)
 
 
@@ -178,7 +181,7 @@ class ContactElement:
         return self.cone is not None
 
     def drifts(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """Rates of the states of a law that has them, 1/s."""
+        """Rates of the states of a law with bristles, 1/s, along each freedom."""
         if self.drift is not None:
             return self.drift(w, rates, laws, g, adams)
         pairs = zip(laws, self.velocity(rates, g), strict=True)

@@ -27,13 +27,13 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> tuple[SX, SX]:
-    """k1, k2 of the journal forms."""
+    """Friction ratios k1, k2 of the two journals, each in the sense in which its form takes it."""
     v = _velocity(rates, g)
     return w.pin * laws[0].ratios(v[0])[0], -w.pin * laws[1].ratios(v[1])[0]
 
 
 def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, ...], tuple[SX, ...]]:
-    """(a, b) components of both journals' contacts."""
+    """The contacts of each journal as ``split`` gives them."""
     p = w.pin
     c1, c2 = g["half_length[1]"], g["half_length[2]"]
     first = split(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, ca.SX(0), ca.SX(0), c1)
@@ -42,28 +42,28 @@ def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, .
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(149): m_c·u1 = k1 r1 (f1+f2); (150): −m_c·u2 = k2 r2 (f5+f6)."""
+    """Friction torques by (149), m_c·u1 = k1 r1 (f1+f2), and (150), −m_c·u2 = k2 r2 (f5+f6)."""
     k1, k2 = _ratios(w, rates, laws, g)
     loads = _loads(w, k1, k2, g, adams)
     return [w.pin * k1 * g["radius[1]"] * loads[0], -w.pin * k2 * g["radius[2]"] * loads[1]]
 
 
 def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sum of the normal forces of each journal; Adams: |f_c|."""
+    """What friction of each journal is proportional to: the sum of its normal forces; in Adams' form |f_c|."""
     if adams:
         return [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
     return [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """Each journal as a revolute's."""
+    """Each journal holds as that of a revolute joint does."""
     most = [law.static for law in laws]
     loads = _loads(w, w.pin * most[0] * signum(u[0]), -w.pin * most[1] * signum(u[1]), g, adams)
     return [Hold(most[i] * loads[i], ca.fabs(u[i]) / g[f"radius[{i + 1}]"]) for i in range(2)]
 
 
 def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: int) -> SX:
-    """k of journal i at rest; its loads do not depend on the other's k."""
+    """Friction ratio of journal i (0 or 1) at rest. Its loads do not depend on the ratio of the other."""
     side = (1, -1)[i] * w.pin * signum(eta[i])
 
     def load(k: SX) -> SX:

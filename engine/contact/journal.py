@@ -1,8 +1,6 @@
-"""Journal and shaft (paper §7.2, §7.3): two contacts at ∓c, closed form of (124)/(136) without a 4×4 solve.
+"""Journal of a revolute joint and shaft of a cylindrical one (paper §7.2, §7.3): two contacts at ∓c from the pin's point.
 
-With a_i = f_i cosθ_i, b_i = f_i sinθ_i (METHOD, "Journal and shaft"):
-  a1 + a2 = −(k_r f2 + f3)/(1+k_r²)     y2 = (m2 − k_s r (a1+a2))/c     a1 − a2 = (k_r y3 − y2)/(1+k_r²)
-  b1 + b2 =  (k_r f3 − f2)/(1+k_r²)     y3 = (m3 + k_s r (b1+b2))/c     b1 − b2 = (k_r y2 + y3)/(1+k_r²)
+(124) and (136) are solved in closed form for a_i = f_i cosθ_i and b_i = f_i sinθ_i (METHOD, "Journal and shaft").
 """
 
 from __future__ import annotations
@@ -18,7 +16,8 @@ TINY = 1e-300
 
 
 def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
-    """(a1, b1, a2, b2): components of the two normal forces along e3 and e2."""
+    """Solution of (124): (a1, b1, a2, b2), the components of the two normal forces along e3 and e2, N. kr, ks: friction ratios
+    around and along the pin; radius of the pin and half length c, m."""
     n = 1 / (1 + kr * kr)
     a, b = -(kr * f2 + f3) * n, (kr * f3 - f2) * n
     y2, y3 = (m2 - ks * radius * a) / c, (m3 + ks * radius * b) / c
@@ -27,17 +26,17 @@ def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> 
 
 
 def length(a: SX, b: SX) -> SX:
-    """hypot with a derivative at zero."""
+    """√(a² + b²), with a derivative at zero too."""
     return ca.sqrt(a * a + b * b + TINY)
 
 
 def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX]:
-    """``split`` of a wrench with the element's geometry."""
+    """``split`` of what the joint presses, with the element's sizes."""
     return split(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], g["half_length"])
 
 
 def as_contacts(a1: SX, b1: SX, a2: SX, b2: SX) -> list[Contact]:
-    """Two contacts with n = cosθ e3 + sinθ e2."""
+    """The two contacts of ``split``; n = cosθ e3 + sinθ e2."""
     return [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in ((a1, b1), (a2, b2))]
 
 
@@ -58,7 +57,7 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Friction torque per k_r and radius: f_1 + f_2, and an axial thrust on its own radius; Adams: |f_c|."""
+    """What friction is proportional to: f_1 + f_2, with an axial thrust at its own radius; in Adams' form |f_c|."""
     if adams:
         return ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
     a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)
@@ -67,7 +66,7 @@ def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(137) with its sign: m_c1 = k_r r (f_1 + f_2); Adams (152): k_r r |f_c|."""
+    """Friction torque (137), with its sign: k_r r (f_1 + f_2); in Adams' form (152) k_r r |f_c|."""
     kr = _ratio(w, rates, laws, g)
     return [w.pin * kr * g["radius"] * _load(w, kr, g, adams)]
 
@@ -133,14 +132,14 @@ def _shaft_ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, S
 
 
 def _shaft_friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(125), (126): f_c1 = k_s Σf, m_c1 = k_r r Σf; Adams: with the force across the axis."""
+    """Friction force (125) and torque (126): k_s Σf and k_r r Σf; in Adams' form with the force across the axis for Σf."""
     ks, kr = _shaft_ratios(w, rates, laws, g)
     load = _shaft_load(w, ks, kr, g, adams)
     return [w.pin * ks * load, w.pin * kr * g["radius"] * load]
 
 
 def _shaft_load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """f_1 + f_2; Adams: the force across the axis."""
+    """What friction is proportional to: f_1 + f_2; in Adams' form the force across the axis."""
     if adams:
         return length(w["f2"], w["f3"])
     a1, b1, a2, b2 = pair(w, kr, ks, g)
@@ -148,7 +147,8 @@ def _shaft_load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> 
 
 
 def _shaft_direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, SX, SX]:
-    """Size of a friction (force, torque) as a force at the surface, and the directions of k_s, k_r."""
+    """Size of a friction u = (force, torque) as a force at the surface, N, and the direction in which k_s, k_r then point (a unit
+    vector)."""
     along, around = u[0], u[1] / g["radius"]
     size = length(along, around)
     return size, w.pin * along / size, w.pin * around / size

@@ -1,9 +1,7 @@
-"""Rectangular sleeve of a prismatic joint (METHOD, "Sleeve"; the paper leaves it out).
+"""Rectangular sleeve of a prismatic joint, which the paper leaves out (METHOD, "Sleeve").
 
-Half length c, half sizes a (along e2) and b (along e3); forces on the inner part (the pin's) at x = ±c, with the arm of the axial
-friction on the faces:  F2(±c) = f2/2 ± (m3 − k a f2)/(2c),  F3(±c) = f3/2 ∓ (m2 + k b f3)/(2c).
-The torsion m1 is carried by couples of total force |m1|/max(a, b) on the faces with the longer arm; the split is not unique, this
-is our choice. Axial friction on the inner part: k Σ|F|.
+The inner part, which is the pin's, has half length c and half sizes a along e2 and b along e3. It is pressed at its two ends along
+e2 and along e3, and a couple on its faces carries the torsion.
 """
 
 from __future__ import annotations
@@ -32,7 +30,8 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
-    """F2(−c), F2(+c), F3(−c), F3(+c) on the inner part, and the torsion couple's total force."""
+    """Forces on the inner part, N, with k friction per normal force: along e2 at −c and at +c, along e3 at −c and at +c, and the
+    total force of the couple that carries the torsion (with its sign)."""
     a, b, c = g["half_width"], g["half_height"], g["half_length"]
     d2 = (w["m3"] - k * a * w["f2"]) / (2 * c)
     d3 = (w["m2"] + k * b * w["f3"]) / (2 * c)
@@ -46,6 +45,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    """What friction is proportional to: the sum of all normal forces; in Adams' form the force across the axis."""
     return length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
 
 
@@ -59,7 +59,7 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """Outward normal on the inner part is opposite to the force on it; contact 5 is the torsion couple (about e1)."""
+    """The outward normal on the inner part is opposite to the force on it; contact 5 is the couple about e1."""
     k = _ratio(w, rates, laws, g)
     if laws[0].sets:
         side = w.pin * signum(eta[0])
@@ -72,7 +72,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
-    """In the order of the contacts; the torsion couple has none."""
+    """Places of contacts 1 to 4; the couple has none."""
     c = g["half_length"]
     return [Place("pin", 0, along, g[arm]) for arm in ("half_width", "half_height") for along in (-c, c)]
 
