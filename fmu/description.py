@@ -11,6 +11,7 @@ from engine.kernel.columns import Column
 from engine.scene.model import Scene
 from engine.scene.overrides import list_parameters
 from engine.simulation.run import Model
+from engine.system.curves import Outside
 from engine.system.structure import state_coordinates
 
 NUMBER, START_Q, START_QD, BANDWIDTH, TOLERANCE, STEP, MAX_STEPS = range(7)
@@ -131,11 +132,11 @@ def _starts(model: Model) -> Iterator[Variable]:
             unit = "rad/s" if j.kind.columns[k][0].rot else "m/s"
             yield Variable(f"joints.{j.name}.start.qd[{k + 1}]", unit, f"start rate {k + 1} of joint {j.name}", "parameter",
                            "fixed", "exact", float(n.v[j.v0 + at]), role=START_QD, index=j.v0 + at)
-    for i, (kind, t, _) in enumerate(n.tables):
-        if kind == "tracked":
+    for i, given in enumerate(n.tables):
+        if isinstance(given, Outside) and given.tracked:
             name = model.system.inputs[i]
             yield Variable(f"inputs.{name}.bandwidth", "rad/s", f"how fast the motion follows input {name} (critically damped)",
-                           "parameter", "tunable", "exact", float(t[0]), 1e-6, role=BANDWIDTH, index=i)
+                           "parameter", "tunable", "exact", given.bandwidth, 1e-6, role=BANDWIDTH, index=i)
 
 
 def _solver(step: float, rtol: float) -> list[Variable]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from engine.simulation.block import METHODS, table_block
+from engine.simulation.block import METHODS
 from engine.simulation.outcome import ADVICE, NAMES
 from engine.simulation.run import Model
+from engine.system.curves import table_block
 from fmu.description import Variable
 
 HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_kernel;\nextern const tr_outputs trunnion_outputs;\n' \

@@ -119,6 +119,7 @@ class TableKind(Named):
     LINEAR = 0, "straight lines between the knots"
     SPLINE = 1, "a cubic spline through the knots"
     INPUT = 2, "an external input (tr_input)"
+    HERMITE = 3, "cubic pieces with given slopes at the knots"
 
     @classmethod
     def prefix(cls) -> str:

@@ -49,8 +49,9 @@ double vector[3] : the contact's vector, turned so that its angle is atan2 of th
 
 # -- what the runtime is told ---------------------------------------------------------------------------------------------------
 
-KNOTS = Record("tr_knots", "Head of a table; behind it n times, n values, n second derivatives.", """
-double kind : TR_TABLE_LINEAR or TR_TABLE_SPLINE
+KNOTS = Record("tr_knots", "Head of a table; behind it n times, n values, n second derivatives (spline) or slopes (Hermite).", """
+double kind : TR_TABLE_LINEAR, TR_TABLE_SPLINE or TR_TABLE_HERMITE
+double held : whether it keeps its end values beyond its ends (else it goes straight on)
 double n : knots
 """)
 

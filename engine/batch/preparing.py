@@ -18,6 +18,7 @@ from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.system.build import Built, build
+from engine.system.curves import Curve, Outside
 
 MANY = 48
 """New values of one path above which it is tried whether the path's number is simply copied."""
@@ -188,15 +189,12 @@ class Preparer:
         return out
 
 
-Tables = tuple[tuple[str, np.ndarray, np.ndarray], ...]
+Tables = tuple[Curve | Outside, ...]
 
 
 def same_tables(a: Tables, b: Tables) -> bool:
     """Whether tables are equal; values of inputs may differ, since each case has its own."""
-    return len(a) == len(b) and all(
-        k == m and np.array_equal(t, u) and (k in ("input", "tracked") or np.array_equal(v, w))
-        for (k, t, v), (m, u, w) in zip(a, b, strict=True)
-    )
+    return len(a) == len(b) and all(x is y or x.alike(y) for x, y in zip(a, b, strict=True))
 
 
 def owner(path: str) -> tuple[str, ...]:

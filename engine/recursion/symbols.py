@@ -85,11 +85,16 @@ class Symbols:
         0."""
         start, end, begin, duration, origin = (self.leaf(x) for x in s.leaves)
         slope = (end - start) / duration
-        x, after = self.t - begin, self.t - begin - duration
-        before_, during, beyond = self.ts < begin, self.ts < begin + duration, 0.5 * slope * duration**2
-        added = ca.if_else(before_, 0, ca.if_else(during, 0.5 * slope * x * x, beyond + slope * duration * after))
+        x, before_, during = self.t - begin, self.ts < begin, self.ts < begin + duration
+
+        def added(x: SX, before: SX, during: SX) -> SX:
+            """Way made by the change of rate, x after its beginning."""
+            beyond = 0.5 * slope * duration**2 + slope * duration * (x - duration)
+            return ca.if_else(before, 0, ca.if_else(during, 0.5 * slope * x * x, beyond))
+
+        position = origin + start * self.t + added(x, before_, during) - added(-begin, begin >= 0, begin + duration >= 0)
         rate = start + slope * ca.if_else(before_, 0, ca.if_else(during, x, duration))
-        return origin + start * self.t + added, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
+        return position, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
 
     def coordinates(self, j: Joint) -> list[SX]:
         """All coordinates of a tree joint: states where it is free, signals where it is driven."""

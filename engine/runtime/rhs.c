@@ -19,31 +19,48 @@ static int tr_inputs(const tr_sim *s) {
   return n;
 }
 
-/* A table's signal at t; the interval is chosen by ts, so that no step sees both sides of a knot. Beyond its ends the table goes straight
- * on where it is a spline, and stays as it is where it is not. */
+/* The records behind a table's head: times, values, and second derivatives (spline) or slopes (Hermite pieces). */
+static const double *tr_times(const tr_knots *table) { return (const double *)(table + 1); }
+
+/* Before its first and after its last knot: a held table keeps its value, others go straight on. */
+static void tr_table_beyond(const tr_knots *table, int last, double t, tr_signal *out) {
+  int kind = (int)table->kind, n = (int)table->n, e = last ? n - 1 : 0, a = last ? n - 2 : 0;
+  const double *tt = tr_times(table), *v = tt + n, *m = v + n;
+  double h = tt[a + 1] - tt[a], slope = (v[a + 1] - v[a]) / h;
+  if (kind == TR_TABLE_SPLINE) slope += last ? h / 6.0 * (m[a] + 2.0 * m[a + 1]) : -h / 6.0 * (2.0 * m[a] + m[a + 1]);
+  if (kind == TR_TABLE_HERMITE) slope = m[e];
+  if (table->held != 0.0) slope = 0.0;
+  out->value = v[e] + slope * (t - tt[e]), out->first = slope, out->second = out->third = 0.0;
+}
+
+/* The cubic with values v and slopes m at both ends of an interval h, at u after its beginning. */
+static void tr_table_hermite(const double *v, const double *m, double h, double u, tr_signal *out) {
+  double rise = (v[1] - v[0]) / h, bend = (3.0 * rise - 2.0 * m[0] - m[1]) / h, twist = (m[0] + m[1] - 2.0 * rise) / (h * h);
+  out->value = v[0] + u * (m[0] + u * (bend + u * twist)), out->first = m[0] + u * (2.0 * bend + 3.0 * u * twist);
+  out->second = 2.0 * bend + 6.0 * u * twist, out->third = 6.0 * twist;
+}
+
+/* A table's signal at t; the interval is chosen by ts, so that no step sees both sides of a knot. */
 static void tr_table_signal(const tr_knots *table, double t, double ts, tr_signal *out) {
-  int spline = table->kind == TR_TABLE_SPLINE, n = (int)table->n, lo = 0, hi = n - 1;
-  const double *tt = (const double *)(table + 1), *v = tt + n, *m = v + n; /* times, values, second derivatives */
-  double last = tt[n - 1], first = tt[0];
-  if (ts <= first || ts >= last) {
-    int e = ts <= first ? 0 : n - 1, a = ts <= first ? 0 : n - 2;
-    double h = tt[a + 1] - tt[a], slope = (v[a + 1] - v[a]) / h;
-    if (spline) slope += ts <= first ? -h / 6.0 * (2.0 * m[a] + m[a + 1]) : h / 6.0 * (m[a] + 2.0 * m[a + 1]);
-    out->value = v[e] + (spline ? slope * (t - tt[e]) : 0.0);
-    out->first = spline ? slope : 0.0;
-    out->second = out->third = 0.0;
+  int kind = (int)table->kind, n = (int)table->n, lo = 0, hi = n - 1;
+  const double *tt = tr_times(table), *v = tt + n, *m = v + n;
+  if (ts <= tt[0] || ts >= tt[n - 1]) {
+    tr_table_beyond(table, ts > tt[0], t, out);
     return;
   }
   while (hi - lo > 1) {
     int c = (hi + lo) / 2;
     if (tt[c] <= ts) lo = c; else hi = c;
   }
-  out->third = 0.0;
   double h = tt[hi] - tt[lo], A = (tt[hi] - t) / h, B = (t - tt[lo]) / h;
+  if (kind == TR_TABLE_HERMITE) {
+    tr_table_hermite(v + lo, m + lo, h, t - tt[lo], out);
+    return;
+  }
   out->value = A * v[lo] + B * v[hi];
   out->first = (v[hi] - v[lo]) / h;
-  out->second = 0.0;
-  if (spline) {
+  out->second = out->third = 0.0;
+  if (kind == TR_TABLE_SPLINE) {
     out->value += ((A * A * A - A) * m[lo] + (B * B * B - B) * m[hi]) * h * h / 6.0;
     out->first += h / 6.0 * ((3.0 * B * B - 1.0) * m[hi] - (3.0 * A * A - 1.0) * m[lo]);
     out->second = A * m[lo] + B * m[hi];
@@ -51,20 +68,21 @@ static void tr_table_signal(const tr_knots *table, double t, double ts, tr_signa
   }
 }
 
-/* Time t and the signals at t into x (nx), whose moment says where inside a step it is. Hosts that keep an x of their own (sensitivities)
- * call it too, so that nobody evaluates a table in another way. */
-void tr_signals(const tr_sim *s, double t, double *x) {
+/* Time t and the first signals of x (nx), whose moment says where inside a step it is. tables: the offset of each record, then the
+ * records. Whoever needs the value of a table asks here (runs, statics, derivatives along a run), so that nobody evaluates one in
+ * another way. */
+void tr_signals(const double *tables, int count, double t, double *x) {
   tr_moment *now = (tr_moment *)x;
   tr_signal *out = (tr_signal *)(now + 1);
   now->t = t;
-  for (int i = 0; i < s->k->ntables; ++i) {
-    const double *table = tr_table_of(s, i);
+  for (int i = 0; i < count; ++i) {
+    const double *table = tables + (int)tables[i];
     if (*table == TR_TABLE_INPUT) tr_input_signal((const tr_input *)table, t, out + i);
     else tr_table_signal((const tr_knots *)table, t, now->inside, out + i);
   }
 }
 
-static void tr_set_time(tr_sim *s, double t) { tr_signals(s, t, TR_A(s, x)); }
+static void tr_set_time(tr_sim *s, double t) { tr_signals(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
 static double tr_set_violation(tr_sim *s, int i);
 static double tr_turn_violation(const tr_sim *s, int i);

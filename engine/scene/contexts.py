@@ -43,7 +43,7 @@ def unit_of(scene: Scene, path: Path) -> str:
     if path[0] == "joints":
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
-        return "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m"
+        return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
     return scene.inputs[str(path[1])].unit if path[0] == "inputs" else PLAIN
 
 
@@ -71,7 +71,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "drive":
         return _drive_unit(keys, coordinate)
     if field == "effort":
-        return effort
+        return _load_unit(keys, effort)
     if field == "damping":
         return f"{effort}*s/{coordinate}"
     return {"stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
@@ -92,7 +92,12 @@ def _start_unit(kind: JointKind, path: Path) -> str:
     return {"length": "m", "angle": "rad"}.get(kind.coordinates[k] if k < kind.nq else "", PLAIN)
 
 
+def _load_unit(keys: tuple[str | int, ...], effort: str) -> str:
+    """The load itself; of a table's rates at its ends: the load a second."""
+    return f"{effort}/s" if "end_rates" in keys else effort
+
+
 def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
-    """Constant: rate, start; ramp: rates and an origin; harmonic and table: the coordinate."""
-    rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"))
+    """Constant: rate, start; ramp: rates and an origin; harmonic: the coordinate; table: the coordinate, and rates at its ends."""
+    rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"), ("table", "end_rates"))
     return f"{coordinate}/s" if rate else coordinate

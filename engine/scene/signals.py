@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
@@ -53,15 +53,24 @@ class Harmonic:
     """Mean value."""
 
 
+Interpolation = Literal["natural", "clamped", "monotone", "linear"]
+
+
 @dataclass(frozen=True, config=STRICT)
 class Table:
-    """Values at times; drives follow a cubic spline (natural ends, linear beyond them), loads straight lines (held
-    beyond)."""
+    """Values at times and a curve through them. Before and after, drives go straight on and loads keep their value."""
 
     time: tuple[Time, ...]
     """Increasing times, two at least."""
     value: tuple[Number, ...]
     """One value a time."""
+    interpolation: Interpolation | None = None
+    """natural: cubic spline without curvature at its ends (so that it may begin with a rate); clamped: cubic spline with given
+    rates at its ends, zero if none are given; monotone: cubic pieces that rise and fall only where the values do and rest where
+    they rest (accelerations jump at the times); linear: straight lines, for loads only. Not given: natural for drives, linear
+    for loads."""
+    end_rates: tuple[Number, Number] | None = None
+    """With interpolation clamped: rate at the first and at the last time."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -83,7 +92,7 @@ class Drive:
     harmonic: Harmonic | None = None
     """Sine motion."""
     table: Table | None = None
-    """Spline through values at times."""
+    """Curve through values at times."""
     input: str | None = None
     """The scene's named external input; the motion follows it smoothly (see its bandwidth)."""
 
@@ -97,7 +106,7 @@ class Signal:
     harmonic: Harmonic | None = None
     """Sine."""
     table: Table | None = None
-    """Straight lines through values at times."""
+    """Curve through values at times."""
 
 
 def _load_form(value: Any) -> str:

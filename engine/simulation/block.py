@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from engine.abi import Array, Status, TableKind
+from engine.abi import Array, Status
 from engine.abi.kernels import OUTPUTS
-from engine.abi.runs import CERTIFICATE, EVENT, HELD, INPUT, KNOTS, SETTINGS, STATS
+from engine.abi.runs import CERTIFICATE, EVENT, HELD, SETTINGS, STATS
 from engine.basics.problems import Problem, SceneError
 from engine.integrators import METHODS as NAMES
 from engine.kernel.library import Kernel, runtime
+from engine.system.curves import table_block
 from engine.system.numbers import Numbers
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
@@ -55,7 +56,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_size.argtypes, lib.tr_size.restype = [p, p, p, i, i, i], ctypes.c_size_t
     lib.tr_init.argtypes, lib.tr_init.restype = [p, p, p, p, i, i, i], i
     lib.tr_array.argtypes, lib.tr_array.restype = [p, i], p
-    lib.tr_signals.argtypes, lib.tr_signals.restype = [p, d, p], None
+    lib.tr_signals.argtypes, lib.tr_signals.restype = [p, i, d, p], None
     lib.tr_set_parameters.argtypes, lib.tr_set_parameters.restype = [p], None
     lib.tr_configure.argtypes, lib.tr_configure.restype = [p, p], None
     lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
@@ -78,36 +79,10 @@ def _library() -> ctypes.CDLL:
     return lib
 
 
-def spline_moments(t: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Second derivatives at the knots of the natural cubic spline through (t, v)."""
-    n = len(t)
-    if n < 3:
-        return np.zeros(n)
-    h = np.diff(t)
-    a = np.zeros((n, n))
-    a[0, 0] = a[-1, -1] = 1.0
-    rhs = np.zeros(n)
-    for i in range(1, n - 1):
-        a[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
-        rhs[i] = (v[i + 1] - v[i]) / h[i] - (v[i] - v[i - 1]) / h[i - 1]
-    return np.linalg.solve(a, rhs)
-
-
-def table_block(tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]) -> np.ndarray:
-    """All tables as the runtime reads them: offsets, then a ``tr_knots``, times, values and second derivatives of each; of an
-    external input a ``tr_input``."""
-    data: list[float] = []
-    offsets = []
-    for kind, t, v in tables:
-        offsets.append(len(tables) + len(data))
-        if kind in ("input", "tracked"):
-            now = {"u": (v[0], 0.0, 0.0), "gap": 0.0, "gap_rate": 0.0}
-            data += INPUT.doubles(kind=TableKind.INPUT, followed=kind == "tracked", t0=0.0, **now, bandwidth=t[0])
-            continue
-        m = spline_moments(t, v) if kind == "spline" else np.zeros(len(t))
-        shape = TableKind.SPLINE if kind == "spline" else TableKind.LINEAR
-        data += [*KNOTS.doubles(kind=shape, n=len(t)), *t, *v, *m]
-    return np.array([*offsets, *data], float)
+def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
+    """Time t and ``count`` signals at t into external values x (contiguous); x[1] chooses the interval. tables: their records
+    (``system.curves``)."""
+    _library().tr_signals(tables.ctypes.data, count, t, x.ctypes.data)
 
 
 class Block:
@@ -165,7 +140,7 @@ class Block:
 
     def signals(self, t: float, x: np.ndarray) -> None:
         """Time t and every table at t into external values x (contiguous, nx); x[1] chooses the interval, as in a step."""
-        self.lib.tr_signals(self.at, t, x.ctypes.data)
+        signals(self._view(Array.TABLES, self._sizes[1]), self.kernel.sizes["ntables"], t, x)
 
     def prepare(self) -> None:
         """Recompute constants after a change of parameters."""

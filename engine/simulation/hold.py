@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +12,11 @@ from engine.friction import REGISTRY as LAWS
 from engine.scene.model import Constant, Drive, Joint, Scene
 from engine.simulation import block as bl
 from engine.simulation.diagnosis import open_loop
+from engine.simulation.motions import positions
 from engine.simulation.pairs import slider_names
 from engine.simulation.redundancy import redundancy
 from engine.simulation.run import Model
+from engine.system.build import build
 from engine.system.structure import System
 
 STILL = 1e-9
@@ -61,7 +62,7 @@ class HoldReport:
 def hold(scene: Scene) -> HoldReport:
     """Statics of the scene at its start pose with all rates zero, every frictional pair held. SimulationError when the pose cannot
     be assembled or the statics have no answer."""
-    asked, taken = _dry(scene)
+    asked, taken = _stopped(*_dry(scene))
     model = Model(asked)
     status = _start(model)
     table = model.block.hold()
@@ -87,31 +88,18 @@ def _dry(scene: Scene) -> tuple[Scene, list[str]]:
             joints[name] = replace(j, friction=replace(j.friction, law=dry))
             changed.setdefault(dry, []).append(name)
     notes = [f"asked of dry friction (law {dry}): {', '.join(names)}" for dry, names in changed.items()]
-    for name, j in joints.items():
-        if j.drive is not None:
-            joints[name] = replace(j, drive=_stopped(j.drive))
-            notes.append(f"{name}: its drive is held where it starts")
     return replace(scene, joints=joints), notes
 
 
-def _stopped(drive: Any) -> Any:
-    """A drive that stays at its value at t = 0."""
-    if drive is None:
-        return None
-    if isinstance(drive, tuple):
-        return tuple(_stopped(d) for d in drive)
-    if drive.constant is not None:
-        at = float(drive.constant.start)
-    elif drive.ramp is not None:
-        at = float(drive.ramp.origin)
-    elif drive.harmonic is not None:
-        h = drive.harmonic
-        at = float(h.offset) + float(h.amplitude) * math.sin(float(h.phase))
-    elif drive.table is not None:
-        at = float(np.interp(0.0, drive.table.time, drive.table.value))
-    else:
-        return drive
-    return Drive(constant=Constant(rate=0.0, start=at))
+def _stopped(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
+    """The scene with every drive held where a run has it at t = 0, and what was changed."""
+    joints = dict(scene.joints)
+    for (name, k), at in positions(build(scene)).items():
+        drive, held = joints[name].drive, Drive(constant=Constant(rate=0.0, start=at))
+        every = tuple(held if i == k else d for i, d in enumerate(drive)) if isinstance(drive, tuple) else held
+        joints[name] = replace(joints[name], drive=every)
+        notes.append(f"{name}: its drive is held where it starts")
+    return replace(scene, joints=joints), notes
 
 
 def _start(model: Model) -> int:

@@ -17,6 +17,7 @@ from engine.kernel.library import linear_unit
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
 from engine.simulation.run import Model, run
+from engine.system.curves import Outside
 from engine.system.external import TABLE
 from engine.system.structure import state_coordinates
 
@@ -128,9 +129,10 @@ class _Point:
         out = []
         tables = self.model.built.numbers.tables
         for i in range(len(self.model.system.inputs)):
-            kind, bandwidth, _ = tables[i]
+            given = tables[i]
+            assert isinstance(given, Outside)
             seed = np.zeros(TABLE * len(self.model.system.inputs))
-            seed[TABLE * i + (2 if kind == "tracked" else 0)] = bandwidth[0] ** 2 if kind == "tracked" else 1.0
+            seed[TABLE * i + (2 if given.tracked else 0)] = given.bandwidth**2 if given.tracked else 1.0
             out.append(seed)
         return out
 

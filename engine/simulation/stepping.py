@@ -68,13 +68,14 @@ class OneRun:
     def _begin(self) -> Outcome | None:
         """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
         from engine.simulation.assembly import moved_notes
+        from engine.simulation.motions import beginning_notes
 
         model = self.model
         model.block.configure(self.settings)
         code = model.block.assemble()
         if code != 1:
             return open_loop(model, code)
-        self.notes += moved_notes(model.built, model.block)
+        self.notes += [*moved_notes(model.built, model.block), *beginning_notes(model.built, against_data=True)]
         first = np.zeros(model.block.width)
         status = model.begin(self.settings, 0.0, self.until, self.every, first)
         self.began = True

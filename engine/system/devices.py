@@ -18,8 +18,8 @@ class Builder:
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """("input", input) of every external input, then ("spline" or "linear", data) of every table signal. An input that
-        prescribes a motion becomes "tracked": the motion follows it smoothly."""
+        """("input", input) of every external input, then ("drive" or "load", data) of every table signal. An input that prescribes
+        a motion becomes "tracked": the motion follows it smoothly."""
         self.stops = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
@@ -71,7 +71,7 @@ class Builder:
         if isinstance(value, sm.FromInput):
             return Signal("table", index=self.inputs[value.input])
         if isinstance(value, sm.Signal):
-            return self.signal(path, value, unit, "linear")
+            return self.signal(path, value, unit, "load")
         return Signal("value", (self.table.scalar(path, value, unit),))
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
@@ -91,14 +91,14 @@ class Builder:
             index = self.inputs[d.input]
             self.tables[index] = ("tracked", self.tables[index][1])
             return Signal("table", index=index)
-        return self.signal(path, d, unit, "spline")
+        return self.signal(path, d, unit, "drive")
 
-    def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, interpolation: str) -> Signal:
+    def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
         """Ramp, harmonic or table."""
         s = self.table.scalar
         if d.ramp is not None:
             r = d.ramp
-            rate = f"{unit}/s" if interpolation == "spline" else unit
+            rate = f"{unit}/s" if use == "drive" else unit
             return Signal("ramp", (
                 s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate), s(f"{path}.ramp.begin", r.begin, "s"),
                 s(f"{path}.ramp.duration", r.duration, "s"), s(f"{path}.ramp.origin", r.origin, unit)))
@@ -108,6 +108,6 @@ class Builder:
                 s(f"{path}.harmonic.amplitude", h.amplitude, unit), s(f"{path}.harmonic.frequency", h.frequency, "Hz"),
                 s(f"{path}.harmonic.phase", h.phase, "rad"), s(f"{path}.harmonic.offset", h.offset, unit)))
         assert d.table is not None, path
-        self.tables.append((interpolation, d.table))
+        self.tables.append((use, d.table))
         return Signal("table", index=len(self.tables) - 1)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
+from engine.system.curves import Curve, Outside, curve
 from engine.system.devices import Builder
 from engine.system.frames import direction
 from engine.system.structure import System, state_coordinates
@@ -17,13 +18,13 @@ from engine.system.structure import System, state_coordinates
 @dataclass(frozen=True)
 class Numbers:
     """q (nq), v (nv): start values, zero (identity) where the scene gives none; q_given, v_given: 1 where it does.
-    tables: (kind, times, values), inputs first. breaks: times at which a signal has a kink. length, rate: scales for tolerances."""
+    tables: inputs first. breaks: times at which a signal has a kink. length, rate: scales for tolerances."""
 
     q: np.ndarray
     v: np.ndarray
     q_given: np.ndarray
     v_given: np.ndarray
-    tables: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+    tables: tuple[Curve | Outside, ...]
     breaks: tuple[float, ...]
     length: float
     rate: float
@@ -61,7 +62,7 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
         + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
            and scene.joints[j.name].start is not None]
     )
-    tables = tuple((kind, *_table(t)) for kind, t in devices.tables)
+    tables = tuple(_table(use, t) for use, t in devices.tables)
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
     rate = rate_scale(scene, v, length)
@@ -70,11 +71,10 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
 
 
-def _table(t: sm.Table | sm.Input) -> tuple[np.ndarray, np.ndarray]:
-    """(times, values); of an input: (bandwidth with which a motion follows it, start value)."""
+def _table(use: str, t: sm.Table | sm.Input) -> Curve | Outside:
     if isinstance(t, sm.Input):
-        return np.array([t.bandwidth], float), np.array([t.start], float)
-    return np.array(t.time, float), np.array(t.value, float)
+        return Outside(use == "tracked", float(t.start), float(t.bandwidth))
+    return curve(t, use == "drive")
 
 
 def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:

@@ -70,10 +70,10 @@ def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
     if s.ramp is not None and s.ramp.origin and isinstance(s, Signal):
         yield Finding((*path, "ramp", "origin"), "origin is for drives: a load has no coordinate", "remove it")
     if s.table is not None:
-        yield from _table((*path, "table"), s.table)
+        yield from _table((*path, "table"), s.table, isinstance(s, Drive))
 
 
-def _table(path: Path, t: Table) -> Iterator[Finding]:
+def _table(path: Path, t: Table, drives: bool) -> Iterator[Finding]:
     if len(t.time) != len(t.value):
         yield Finding((*path, "value"), f"{len(t.time)} times but {len(t.value)} values", "give one value a time")
     if len(t.time) < 2:
@@ -82,3 +82,8 @@ def _table(path: Path, t: Table) -> Iterator[Finding]:
         if not t.time[i - 1] < t.time[i]:
             yield Finding((*path, "time", i), f"times must increase: {t.time[i]:g} follows {t.time[i - 1]:g}")
             break
+    if drives and t.interpolation == "linear":
+        what = "a drive cannot follow straight lines: its rate would jump"
+        yield Finding((*path, "interpolation"), what, "natural, clamped or monotone; smooth the corners in the data")
+    if t.end_rates is not None and t.interpolation != "clamped":
+        yield Finding((*path, "end_rates"), "only a clamped table has rates at its ends", "add interpolation: clamped")
