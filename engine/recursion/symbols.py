@@ -92,7 +92,9 @@ class Symbols:
             beyond = 0.5 * slope * duration**2 + slope * duration * (x - duration)
             return ca.if_else(before, 0, ca.if_else(during, 0.5 * slope * x * x, beyond))
 
-        position = origin + start * self.t + added(x, before_, during) - added(-begin, begin >= 0, begin + duration >= 0)
+        position = origin + start * self.t + added(x, before_, during)
+        if s.kind == "begun":
+            position -= added(-begin, SX(0), begin + duration >= 0)
         rate = start + slope * ca.if_else(before_, 0, ca.if_else(during, x, duration))
         return position, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
 

@@ -99,7 +99,7 @@ class Builder:
         if d.ramp is not None:
             r = d.ramp
             rate = f"{unit}/s" if use == "drive" else unit
-            return Signal("ramp", (
+            return Signal("begun" if r.begin < 0.0 else "ramp", (
                 s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate), s(f"{path}.ramp.begin", r.begin, "s"),
                 s(f"{path}.ramp.duration", r.duration, "s"), s(f"{path}.ramp.origin", r.origin, unit)))
         if d.harmonic is not None:

@@ -14,9 +14,9 @@ GROUND = -1
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of time. kind: "value" (leaf), "ramp" (start, end, begin, duration, origin), "harmonic"
-    (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t) or "table" (index of a table; external
-    inputs are the first tables)."""
+    """A function of time. kind: "value" (leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins before
+    t = 0, where a drive has its origin all the same), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate:
+    q = start + rate t) or "table" (index of a table; external inputs are the first tables)."""
 
     kind: str
     leaves: Leaves = ()

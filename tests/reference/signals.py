@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 
 def per_freedom(value, n: int) -> list:
@@ -32,7 +32,10 @@ def load_value(scene, load, t: float) -> float:
         return r.start + (r.end - r.start) * float(np.clip((t - r.begin) / r.duration, 0.0, 1.0))
     if load.harmonic is not None:
         return _harmonic(load.harmonic, t)[0]
-    return float(np.interp(t, load.table.time, load.table.value))
+    table = load.table
+    if (table.interpolation or "linear") == "linear":
+        return float(np.interp(t, table.time, table.value))
+    return float(_curve(table)(np.clip(t, table.time[0], table.time[-1])))
 
 
 def drive_motion(drive, t: float) -> tuple[float, float, float]:
@@ -43,7 +46,7 @@ def drive_motion(drive, t: float) -> tuple[float, float, float]:
         return _ramp(drive.ramp, t)
     if drive.harmonic is not None:
         return _harmonic(drive.harmonic, t)
-    return _spline(drive.table, t)
+    return _driven(drive.table, t)
 
 
 def _harmonic(h, t):
@@ -67,9 +70,20 @@ def _ramp(r, t):
     return r.origin + distance(t) - distance(0.0), rate, slope
 
 
-def _spline(table, t):
+def _curve(table):
+    """SciPy's curve through a table (natural if it does not say which)."""
+    times, values = np.array(table.time, float), np.array(table.value, float)
+    if table.interpolation == "monotone":
+        return PchipInterpolator(times, values)
+    if table.interpolation == "clamped":
+        first, last = table.end_rates or (0.0, 0.0)
+        return CubicSpline(times, values, bc_type=((1, first), (1, last)))
+    return CubicSpline(times, values, bc_type="natural")
+
+
+def _driven(table, t):
     times = np.array(table.time, float)
-    s = CubicSpline(times, np.array(table.value, float), bc_type="natural")
+    s = _curve(table)
     inside = min(max(t, times[0]), times[-1])
     rate = float(s(inside, 1))
     bend = float(s(t, 2)) if times[0] <= t < times[-1] else 0.0
