@@ -129,7 +129,7 @@ def _starts(model: Model) -> Iterator[Variable]:
             yield Variable(f"joints.{j.name}.start.q[{i + 1}]", unit, f"start coordinate {i + 1} of joint {j.name}", "parameter",
                            "fixed", "exact", float(n.q[j.q0 + at]), role=START_Q, index=j.q0 + at)
         for at, k in enumerate(j.free):
-            unit = "rad/s" if j.kind.columns[k][0].rot else "m/s"
+            unit = "rad/s" if j.kind.turns(k) else "m/s"
             yield Variable(f"joints.{j.name}.start.qd[{k + 1}]", unit, f"start rate {k + 1} of joint {j.name}", "parameter",
                            "fixed", "exact", float(n.v[j.v0 + at]), role=START_QD, index=j.v0 + at)
     for i, given in enumerate(n.tables):

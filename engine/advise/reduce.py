@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.chart.runs import exact_law
 from engine.friction import twin_of
+from engine.joints import REVOLUTE, SPHERICAL
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.scene.values import AxisName
@@ -65,12 +66,12 @@ def in_form(scene: Scene, form: Form) -> Scene:
 def planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
     """(scene with every ideal spherical joint a revolute about the normal of the plane all bodies move in, those joints); the scene
     itself and nothing when the motion is not planar."""
-    able = [n for n, j in scene.joints.items() if j.type == "spherical" and j.friction is None and j.drive is None]
+    able = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
     axis = _normal(scene, until) if able else None
     if axis is None:
         return scene, []
     chosen = [n for n in able if not _turned(scene, n)]
-    joints = {n: replace(j, type="revolute", axis=axis, start=None) if n in chosen else j for n, j in scene.joints.items()}
+    joints = {n: replace(j, type=REVOLUTE.name, axis=axis, start=None) if n in chosen else j for n, j in scene.joints.items()}
     return (replace(scene, joints=joints), chosen) if chosen else (scene, [])
 
 

@@ -10,6 +10,7 @@ from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
 from engine.cli.simulating import loaded, talk
 from engine.cli.summary import table
+from engine.joints import REGISTRY
 
 if TYPE_CHECKING:
     from engine.kernel.columns import Column
@@ -141,7 +142,7 @@ def _short_pins(scene: Scene) -> list[str]:
 
     out = []
     for name, j in scene.joints.items():
-        if j.type not in ("prismatic", "cylindrical") or j.pin != "inboard" or j.friction is None or j.friction.half_length is None:
+        if REGISTRY[j.type].slides_along < 0 or j.pin != "inboard" or j.friction is None or j.friction.half_length is None:
             continue
         start = j.start.q if j.start is not None else None
         stops = j.stops[0] if isinstance(j.stops, tuple) else j.stops

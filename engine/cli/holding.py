@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from engine.cli.summary import table
+from engine.joints import REGISTRY
 
 if TYPE_CHECKING:
     from engine.simulation.hold import HoldReport, PairHold
@@ -37,7 +38,7 @@ def hold_lines(name: str, report: HoldReport) -> list[str]:
 
 
 def _pair(p: PairHold) -> str:
-    return p.joint if p.type != "universal" else f"{p.joint}, journal {p.part}"
+    return p.joint if REGISTRY[p.type].second_axis < 0 else f"{p.joint}, journal {p.part}"
 
 
 def _share(x: float) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError
+from engine.joints import REGISTRY
 from engine.scene.load import scene_from_dict
 from engine.scene.model import Scene
 
@@ -105,9 +106,9 @@ class _Reader:
         kind = TYPES[j.type]
         inboard: dict[str, Any] = {"body": self.place[j.parent], "point": _floats(p)}
         outboard: dict[str, Any] = {"body": j.child}
-        if kind in ("fixed", "free") and np.abs(R - np.eye(3)).max() > 1e-12:
+        if not REGISTRY[kind].needs_axis and np.abs(R - np.eye(3)).max() > 1e-12:
             self.problems.append(Problem(j.name, f"a {j.type} joint turned by rpy", "turn the child link's own numbers instead"))
-        if kind not in ("fixed", "free"):
+        if REGISTRY[kind].needs_axis:
             inboard |= {"axis": _floats(R @ axis), "reference": _floats(R @ reference)}
             outboard |= {"axis": _floats(axis), "reference": _floats(reference)}
         out: dict[str, Any] = {"type": kind, "inboard": inboard, "outboard": outboard}
@@ -116,7 +117,7 @@ class _Reader:
         if j.dynamics is not None and float(j.dynamics.friction or 0):
             constant = float(j.dynamics.friction)
             self.notes.append(f"{j.name}: constant friction {constant:g} left out (give the joint a pin and mu instead)")
-        if j.type != "continuous" and j.limit is not None and kind in ("revolute", "prismatic"):
+        if j.type != "continuous" and j.limit is not None and REGISTRY[kind].nv == 1:
             self.notes.append(f"{j.name}: limits left out (stops want a stiffness)")
         return out
 

@@ -1,6 +1,7 @@
 """Joint types. A new one is a new file here and one line in REGISTRY; nothing else in the engine asks for a type by name."""
 
 from engine.joints.base import Axis, JointKind
+from engine.joints.contract import registered
 from engine.joints.cylindrical import CYLINDRICAL
 from engine.joints.fixed import FIXED
 from engine.joints.free import FREE
@@ -11,9 +12,8 @@ from engine.joints.screw import SCREW
 from engine.joints.spherical import SPHERICAL
 from engine.joints.universal import UNIVERSAL
 
-REGISTRY: dict[str, JointKind] = {
-    kind.name: kind
-    for kind in (FIXED, FREE, REVOLUTE, CYLINDRICAL, PRISMATIC, SPHERICAL, UNIVERSAL, PLANAR, SCREW)
-}
+REGISTRY: dict[str, JointKind] = registered(
+    FIXED, FREE, REVOLUTE, CYLINDRICAL, PRISMATIC, SPHERICAL, UNIVERSAL, PLANAR, SCREW
+)
 
-__all__ = ["REGISTRY", "Axis", "JointKind"]
+__all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "Axis", "JointKind"]

@@ -14,10 +14,14 @@ Scalar = Any
 Rotation = Callable[[Sequence[Scalar], Any], list[list[Scalar]]]
 
 
-@dataclass(frozen=True)
+E1, E2, E3 = range(3)
+"""The axes of a joint frame, by index."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One column of P^r or P^s (1, 2): unit vector ``index`` (0, 1, 2 for e1, e2, e3) of the joint frame on ``side``,
-    turning (``rot``) or sliding; ``by_pitch``: times pitch/2π (screw; its ``travel`` is likewise per pitch/2π)."""
+    """One column of P^r or P^s (1, 2): unit vector ``index`` (E1, E2, E3) of the joint frame on ``side``, turning (``rot``) or
+    sliding; ``by_pitch``: times pitch/2π (screw; its ``travel`` is likewise per pitch/2π)."""
 
     index: int
     rot: bool
@@ -25,31 +29,46 @@ class Axis:
     by_pitch: bool = False
 
 
-@dataclass(frozen=True)
-class JointKind:
-    """A joint type (paper §2, §4, §5).
+def turn(index: int, side: Literal["in", "out"] = "in") -> Axis:
+    """A turning axis fixed in the frame of one side."""
+    return Axis(index=index, rot=True, side=side)
 
-    columns      for every rate, the axes it moves along (a screw rate has two).
-    coordinates  kind of each q: "angle", "length" or "quaternion" (four in a row).
-    rotation     q → R, components in the outboard joint frame to the inboard joint frame.
+
+def slide(index: int, by_pitch: bool = False) -> Axis:
+    """A sliding axis, fixed in the inboard frame."""
+    return Axis(index=index, rot=False, by_pitch=by_pitch)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointKind:
+    """A joint type (paper §2, §4, §5). ``engine.joints.contract`` says what must hold among these; a type that breaks it cannot be
+    imported.
+
+    name         as scenes write it.
+    freedoms     the freedoms in words, in their order, for the published schema.
+    axes         for every rate, the axes it moves along (a screw rate has two).
+    coordinates  kind of each q: "angle", "length" or "quaternion" (four in a row, the last ones).
+    rotation     (q, ops) → R, components in the outboard joint frame to the inboard joint frame.
     travel       q → s = p_out − p_in along the inboard axes.
     rows_s       indices k of (49), (r_out − r_in)·h_in^k = 0, when cut.
     rows_r       pairs (m, k) of (46), h_in^m·h_out^k = 0, when cut.
+    ties         constraints that are neither: a coordinate tied to another (screw). A joint that has any cannot be cut.
     measure      (R, s, ops) → q of a joint whose parts are where they are (angles within ±π): the inverse of the two above.
     friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
     """
 
     name: str
-    columns: tuple[tuple[Axis, ...], ...]
-    coordinates: tuple[str, ...]
+    freedoms: str
+    axes: tuple[tuple[Axis, ...], ...]
+    coordinates: tuple[Literal["angle", "length", "quaternion"], ...]
     rotation: Rotation
     travel: Callable[[Sequence[Scalar]], list[Scalar]]
     rows_s: tuple[int, ...]
     rows_r: tuple[tuple[int, int], ...]
+    ties: int = 0
     measure: Callable[[list[list[Scalar]], list[Scalar], Any], list[Scalar]]
     friction: str = ""
     contacts: int = 0
-    cuttable: bool = True
 
     @property
     def nq(self) -> int:
@@ -59,25 +78,56 @@ class JointKind:
     @property
     def nv(self) -> int:
         """Number of rates (freedoms)."""
-        return len(self.columns)
+        return len(self.axes)
 
     @property
     def rows(self) -> int:
-        """Number of constraint rows: 6 − freedoms."""
+        """Number of constraint rows when cut."""
         return len(self.rows_s) + len(self.rows_r)
+
+    @property
+    def cuttable(self) -> bool:
+        """Whether rows (46) and (49) say all that it holds."""
+        return self.ties == 0
 
     @property
     def quaternion(self) -> int:
         """Index in q where the quaternion starts, −1 without one."""
         return self.coordinates.index("quaternion") if "quaternion" in self.coordinates else -1
 
+    @property
+    def pitched(self) -> bool:
+        """Whether a joint of this type has a pitch."""
+        return any(a.by_pitch for axes in self.axes for a in axes)
+
+    @property
+    def needs_axis(self) -> bool:
+        """Whether it matters which way e1 points: not where it turns about all axes or none, and slides along all or none."""
+        return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
+
+    @property
+    def second_axis(self) -> int:
+        """Index of the outboard axis it turns about besides an inboard one (two crossed pins), −1 when it has none."""
+        return next((a.index for axes in self.axes for a in axes if a.side == "out"), -1)
+
+    @property
+    def turning(self) -> tuple[int, ...]:
+        """Indices of the axes it turns about, in the order of the rates."""
+        return tuple(a.index for axes in self.axes for a in axes if a.rot)
+
+    @property
+    def slides_along(self) -> int:
+        """Index of the one axis it slides along by its first rate, −1 when there is no such one (a straight guide has)."""
+        along = [k for k in range(self.nv) if not self.turns(k)]
+        return self.axes[0][0].index if along == [0] else -1
+
+    def turns(self, rate: int) -> bool:
+        """Whether a freedom is a rotation (a screw's is), in rad; else it is a travel, in m."""
+        return self.axes[rate][0].rot
+
     def coordinate_of(self, rate: int) -> int:
         """Index in q whose time derivative is this rate, −1 for rates of a quaternion."""
         return rate if self.quaternion < 0 or rate < self.quaternion else -1
-
-    def __post_init__(self) -> None:
-        if self.name != "screw" and self.nv + self.rows != 6:
-            raise ValueError(f"joint type {self.name}: {self.nv} freedoms and {self.rows} constraint rows are not 6")
 
 
 def identity(q: Sequence[Scalar], ops: Any) -> list[list[Scalar]]:
@@ -142,5 +192,5 @@ def quaternion_rate(e: Sequence[Scalar], omega: Sequence[Scalar]) -> list[Scalar
     ]
 
 
-SPIN = tuple((Axis(k, True),) for k in range(3))
+SPIN = tuple((turn(k),) for k in (E1, E2, E3))
 """The three rates of a quaternion: angular velocity along the inboard e1, e2, e3."""

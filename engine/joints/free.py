@@ -1,14 +1,15 @@
 """Free joint: six freedoms, three travels along the inboard axes and a quaternion; its reaction is zero."""
 
-from engine.joints.base import SPIN, Axis, JointKind, of_quaternion, to_quaternion
+from engine.joints.base import E1, E2, E3, SPIN, JointKind, of_quaternion, slide, to_quaternion
 
 FREE = JointKind(
-    "free",
-    (*((Axis(k, False),) for k in range(3)), *SPIN),
-    ("length",) * 3 + ("quaternion",) * 4,
-    lambda q, ops: of_quaternion(q[3:7]),
-    lambda q: list(q[:3]),
-    (),
-    (),
-    lambda r, s, ops: [*s, *to_quaternion(r, ops)],
+    name="free",
+    freedoms="travel along e1, e2, e3, quaternion",
+    axes=(*((slide(k),) for k in (E1, E2, E3)), *SPIN),
+    coordinates=("length", "length", "length", "quaternion", "quaternion", "quaternion", "quaternion"),
+    rotation=lambda q, ops: of_quaternion(q[3:7]),
+    travel=lambda q: list(q[:3]),
+    rows_s=(),
+    rows_r=(),
+    measure=lambda r, s, ops: [*s, *to_quaternion(r, ops)],
 )

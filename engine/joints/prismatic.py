@@ -1,16 +1,17 @@
 """Prismatic joint: travel along e1."""
 
-from engine.joints.base import Axis, JointKind, identity
+from engine.joints.base import E1, JointKind, identity, slide
 
 PRISMATIC = JointKind(
-    "prismatic",
-    ((Axis(0, False),),),
-    ("length",),
-    identity,
-    lambda q: [q[0], 0.0, 0.0],
-    (1, 2),
-    ((1, 0), (2, 0), (2, 1)),
-    lambda r, s, ops: [s[0]],
+    name="prismatic",
+    freedoms="travel along e1",
+    axes=((slide(E1),),),
+    coordinates=("length",),
+    rotation=identity,
+    travel=lambda q: [q[0], 0.0, 0.0],
+    rows_s=(1, 2),
+    rows_r=((1, 0), (2, 0), (2, 1)),
+    measure=lambda r, s, ops: [s[0]],
     friction="sleeve",
     contacts=5,
 )

@@ -1,15 +1,17 @@
-"""Screw joint: one angle about e1 that travels pitch/2π along e1. It has no rows of the form (46), (49): not to be cut."""
+"""Screw joint: one angle about e1 that travels pitch/2π along e1. The travel is tied to the angle, which no row of the form (46) or
+(49) can say: it is never cut."""
 
-from engine.joints.base import Axis, JointKind, about_e1, angle_about_e1
+from engine.joints.base import E1, JointKind, about_e1, angle_about_e1, slide, turn
 
 SCREW = JointKind(
-    "screw",
-    ((Axis(0, True), Axis(0, False, by_pitch=True)),),
-    ("angle",),
-    lambda q, ops: about_e1(q[0], ops),
-    lambda q: [q[0], 0.0, 0.0],
-    (),
-    (),
-    lambda r, s, ops: [angle_about_e1(r, s, ops)],
-    cuttable=False,
+    name="screw",
+    freedoms="angle about e1; travel = pitch * turns",
+    axes=((turn(E1), slide(E1, by_pitch=True)),),
+    coordinates=("angle",),
+    rotation=lambda q, ops: about_e1(q[0], ops),
+    travel=lambda q: [q[0], 0.0, 0.0],
+    rows_s=(1, 2),
+    rows_r=((1, 0), (2, 0)),
+    ties=1,
+    measure=lambda r, s, ops: [angle_about_e1(r, s, ops)],
 )

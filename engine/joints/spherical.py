@@ -3,14 +3,15 @@
 from engine.joints.base import SPIN, JointKind, no_travel, of_quaternion, to_quaternion
 
 SPHERICAL = JointKind(
-    "spherical",
-    SPIN,
-    ("quaternion",) * 4,
-    lambda q, ops: of_quaternion(q),
-    no_travel,
-    (0, 1, 2),
-    (),
-    lambda r, s, ops: to_quaternion(r, ops),
+    name="spherical",
+    freedoms="quaternion; rates: angular velocity in the inboard joint frame",
+    axes=SPIN,
+    coordinates=("quaternion", "quaternion", "quaternion", "quaternion"),
+    rotation=lambda q, ops: of_quaternion(q),
+    travel=no_travel,
+    rows_s=(0, 1, 2),
+    rows_r=(),
+    measure=lambda r, s, ops: to_quaternion(r, ops),
     friction="ball",
     contacts=1,
 )

@@ -1,6 +1,6 @@
 """Universal joint: angle about u1 (inboard e1), then about u2 (outboard e2)."""
 
-from engine.joints.base import Axis, JointKind, no_travel
+from engine.joints.base import E1, E2, JointKind, no_travel, turn
 
 
 def _rotation(q, ops):
@@ -10,14 +10,15 @@ def _rotation(q, ops):
 
 
 UNIVERSAL = JointKind(
-    "universal",
-    ((Axis(0, True),), (Axis(1, True, "out"),)),
-    ("angle", "angle"),
-    _rotation,
-    no_travel,
-    (0, 1, 2),
-    ((0, 1),),
-    lambda r, s, ops: [ops.atan2(r[2][1], r[1][1]), ops.atan2(r[0][2], r[0][0])],
+    name="universal",
+    freedoms="angle about u1 = inboard e1, about u2 = outboard e2",
+    axes=((turn(E1),), (turn(E2, "out"),)),
+    coordinates=("angle", "angle"),
+    rotation=_rotation,
+    travel=no_travel,
+    rows_s=(0, 1, 2),
+    rows_r=((0, 1),),
+    measure=lambda r, s, ops: [ops.atan2(r[2][1], r[1][1]), ops.atan2(r[0][2], r[0][0])],
     friction="cross",
     contacts=4,
 )

@@ -58,7 +58,7 @@ def _body(i: int, name: str, points: list[str]) -> Iterator[Column]:
 
 def _unit(kind: JointKind, freedom: int) -> tuple[str, str]:
     """(unit of displacement, unit of effort) of a freedom."""
-    return ("rad", "N*m") if kind.columns[freedom][0].rot else ("m", "N")
+    return ("rad", "N*m") if kind.turns(freedom) else ("m", "N")
 
 
 def _joint(j: Joint) -> Iterator[Column]:
@@ -73,7 +73,7 @@ def _joint(j: Joint) -> Iterator[Column]:
     for k in range(kind.nv):
         u = _unit(kind, k)[0]
         yield Column(f"{name}.qdd[{k + 1}]", f"{u}/s^2", f"acceleration {k + 1} of {name}", ("qdd", name, k))
-    if kind.name != "free":
+    if kind.nv < 6:  # a joint that leaves all six freedoms transmits nothing
         what = "transmitted by {} to the inboard part, inboard joint frame"
         yield from _three(f"{name}.reaction.force", "N", "force " + what.format(name), ("reaction", name, "f"))
         yield from _three(f"{name}.reaction.torque", "N*m", "torque " + what.format(name), ("reaction", name, "m"))
@@ -88,7 +88,7 @@ def _friction(j: Joint) -> Iterator[Column]:
     assert j.friction is not None
     turn = 0
     for k in range(kind.nv):
-        if kind.columns[k][0].rot:
+        if kind.turns(k):
             turn += 1
             text = f"friction torque of {name} on the inboard part"
             yield Column(f"{name}.friction.torque[{turn}]", "N*m", text, ("friction", name, k))
@@ -99,7 +99,7 @@ def _friction(j: Joint) -> Iterator[Column]:
         yield Column(f"{name}.friction.state[{n + 1}]", "1", text, ("state", s.flag))
     if j.friction.bristles:
         for k in range(kind.nv):
-            turns = kind.columns[k][0].rot
+            turns = kind.turns(k)
             text = f"deflection of the bristles of {name} along freedom {k + 1}" + (", at the radius" if turns else "")
             yield Column(f"{name}.friction.bristle[{k + 1}]", "m", text, ("bristle", name, k))
     sense = "less what the bristles have stored" if j.friction.bristles else "≤ 0"

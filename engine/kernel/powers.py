@@ -79,7 +79,7 @@ def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX
     f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]
     total = SX(0)
-    for a in j.kind.columns[k]:
+    for a in j.kind.axes[k]:
         h = (step.Ein if a.side == "in" else step.Eout)[:, a.index]
         scale = m.sym.leaf(j.pitch) / (2 * ca.pi) if a.by_pitch and j.pitch is not None else SX(1)
         total += ca.dot(t, h) if a.rot else scale * ca.dot(f, h)

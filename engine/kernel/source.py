@@ -73,7 +73,7 @@ def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
         if j.kind.quaternion >= 0:
             quat.append(len(qkind) + states.index(j.kind.quaternion))
         qkind += [Coordinate[j.kind.coordinates[i].upper()].value for i in states]
-        vkind += [Coordinate.ANGLE.value if j.kind.columns[k][0].rot else Coordinate.LENGTH.value for k in j.free]
+        vkind += [Coordinate.ANGLE.value if j.kind.turns(k) else Coordinate.LENGTH.value for k in j.free]
     return qkind, vkind, quat
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.joints import REGISTRY
 from engine.plots.labels import label
 from engine.plots.motion import NEEDED, VIEW, arrow_scale, bounds, first_view, motion, rails, round_force
 from engine.plots.palette import ARROW, GRID, INK, JOINT, OPEN, STATES
@@ -78,7 +79,7 @@ def _result(source: Scene | Result, time: float) -> Result:
 def needed(scene: Scene) -> list[str]:
     """Patterns of the columns a picture draws from, without those that match nothing in this scene."""
     rubs = any(j.friction for j in scene.joints.values())
-    moves = any(j.type != "fixed" for j in scene.joints.values())
+    moves = any(REGISTRY[j.type].nv for j in scene.joints.values())
     return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:] if rubs else ())]
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError
+from engine.joints import REGISTRY
 from engine.plots.scenery import ON_GROUND, Scenery
 from engine.simulation.result import Result
 
 NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
 """Patterns of the columns a moving picture draws from."""
-SLIDING = ("prismatic", "cylindrical")
 VIEW = (24.0, 16.0)
 """How far the viewer stands to the left and above, degrees."""
 
@@ -62,13 +62,14 @@ def rails(result: Result, scene: Scenery) -> list[tuple[int, np.ndarray, np.ndar
     out = []
     for j in scene.joints:
         column = f"{j.name}.q[1]"
-        if j.type not in SLIDING or column not in result:
+        along = REGISTRY[j.type].slides_along
+        if along < 0 or column not in result:
             continue
         q = result[column]
         q = q[np.isfinite(q)]
         margin = 0.3 * scene.size
-        e1, p = j.frames[0][:, 0], j.points[0]
-        out.append((j.parts[0], p + (float(q.min()) - margin) * e1, p + (float(q.max()) + margin) * e1))
+        e, p = j.frames[0][:, along], j.points[0]
+        out.append((j.parts[0], p + (float(q.min()) - margin) * e, p + (float(q.max()) + margin) * e))
     return out
 
 

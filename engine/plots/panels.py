@@ -167,7 +167,7 @@ def _contact_of(result: Result, event: Event, column: str) -> int | None:
 def _motion(result: Result, others: list[str]) -> Iterator[Panel]:
     """Coordinates and rates of the moving joints, accelerations of the ``others``, which have no section of their own."""
     free = moving(result)
-    flat = [j for j in free if result.scene.joints[j].type not in ("spherical", "free")]
+    flat = [j for j in free if JOINTS[result.scene.joints[j].type].quaternion < 0]
     yield from _panel(result, "Joint angles", "angle", _of(result, flat, "q", "rad"), degrees=True)
     yield from _balls(result)
     yield from _panel(result, "Joint travels", "travel", _of(result, free, "q", "m"))
@@ -185,7 +185,7 @@ def _balls(result: Result) -> Iterator[Panel]:
     """Rotation vectors of spherical joints with friction: in plane motion this is the swing angle."""
     for name in frictional(result):
         columns = [f"{name}.q[{k}]" for k in (1, 2, 3, 4)]
-        if result.scene.joints[name].type != "spherical" or not all(c in result for c in columns) or not len(result):
+        if JOINTS[result.scene.joints[name].type].quaternion != 0 or not all(c in result for c in columns) or not len(result):
             continue
         turn = np.degrees(rotation_vector(np.column_stack([result[c] for c in columns])))
         sizes = np.abs(turn).max(axis=0)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.joints import REGISTRY
 from engine.plots import palette
 from engine.plots.angles import rotation_vector
 from engine.plots.captions import caption, event_text
@@ -133,7 +134,7 @@ def _values(j: JointMark, result: Result, channels: _Channels) -> list[dict[str,
     names = [n for n in names if result.units[n] != "1"]
     out = []
     quaternion = [f"{j.name}.q[{k}]" for k in (1, 2, 3, 4)]
-    if j.type == "spherical" and all(n in result for n in quaternion):
+    if REGISTRY[j.type].quaternion == 0 and all(n in result for n in quaternion):
         turn = rotation_vector(np.column_stack([result[n] for n in quaternion]))
         first = channels.add(*turn.T)
         out = [{"label": f"angle e{k + 1}", "unit": "°", "factor": 180 / np.pi, "channel": first + k} for k in range(3)]

@@ -102,12 +102,12 @@ def rates(c: Cut) -> list[SX]:
     relative velocity of the joint's points along the axis where it slides."""
     turn = ca.sparsify(c.out.omega - c.inb.omega)
     slide = point_velocity(c) - cross(c.inb.omega, c.s)
-    return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.columns]
+    return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
 
 
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force on the outboard part along a freedom."""
-    (a,) = c.joint.kind.columns[freedom]
+    (a,) = c.joint.kind.axes[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
         w = ca.sparsify(ca.vertcat(zeros(3), h))
@@ -117,7 +117,7 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 
 def acceleration_bias(c: Cut, freedom: int) -> SX:
     """Acceleration of a cut joint's freedom when Ż of both bodies vanishes; the part with Ż is ``axis_wrenches`` transposed."""
-    (a,) = c.joint.kind.columns[freedom]
+    (a,) = c.joint.kind.axes[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
     hdot = cross(carrier, h)

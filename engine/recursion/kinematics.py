@@ -100,7 +100,7 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
     """(number of the freedom, axis) of all turning axes of a joint (``rot``), or of all sliding ones."""
-    return [(k, a) for k, column in enumerate(j.kind.columns) for a in column if a.rot == rot]
+    return [(k, a) for k, axes in enumerate(j.kind.axes) for a in axes if a.rot == rot]
 
 
 def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
@@ -112,7 +112,7 @@ def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
 def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) -> SX:
     """Column k of Π (7), [P^s; P^r]; of a joint walked backward [−P^s + P^r × s; −P^r]."""
     top, bottom = zeros(3), zeros(3)
-    for a in j.kind.columns[k]:
+    for a in j.kind.axes[k]:
         v = axis_world(a, Ein, Eout)
         if not a.rot:
             top = top + (1 if j.forward else -1) * _scaled(a, Ein, Eout, pitch)

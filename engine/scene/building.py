@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from engine.basics.problems import Problem, SceneError
+from engine.joints import FREE
 from engine.scene.finding import CONNECTIONS, Finding, Path
 from engine.scene.model import Scene
 from engine.scene.reading import DEEPEST
@@ -160,7 +161,7 @@ def _stub(data: dict[str, Any], path: tuple[str, str], built: Built) -> None:
         if None in ends.values():
             built.broken.add(CONNECTIONS)
         else:
-            data[section][name] = {"type": "free", **ends}
+            data[section][name] = {"type": FREE.name, **ends}
 
 
 def _body_of(side: Any) -> str | None:

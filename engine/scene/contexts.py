@@ -79,7 +79,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
 
 def slides(kind: JointKind, freedom: int) -> bool:
     """Whether a freedom is a travel (else a rotation; a screw's is its angle)."""
-    return 0 <= freedom < kind.nv and not kind.columns[freedom][0].rot
+    return 0 <= freedom < kind.nv and not kind.turns(freedom)
 
 
 def _start_unit(kind: JointKind, path: Path) -> str:

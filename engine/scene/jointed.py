@@ -9,10 +9,11 @@ from pydantic.dataclasses import dataclass
 
 from engine.basics.numbers import Bound
 from engine.friction import DEFAULT
+from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
 from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
-from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, either
+from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -118,9 +119,13 @@ class Stops:
     """s/m, or s/rad."""
 
 
-JointType = Literal[
-    "fixed", "free", "revolute", "cylindrical", "prismatic", "spherical", "universal", "planar", "screw"
-]
+if TYPE_CHECKING:
+    JointType = str
+else:  # what is registered is what a scene may say
+    JointType = Annotated[
+        Literal[tuple(REGISTRY)],
+        Says("Freedoms in order: " + " · ".join(f"{k.name} ({k.freedoms})" for k in REGISTRY.values() if k.nv)),
+    ]
 SideOf = Annotated[
     Annotated[str, SCALAR] | Annotated[Side, GROUP],
     either('"body", "body.point" or a group with body, point, axis, reference'),
@@ -155,13 +160,10 @@ Efforts = Annotated[
 class Joint:
     """A joint between two parts.
 
-    ``axis``/``reference`` are used for both sides where a side gives none of its own. Universal: u1 = inboard e1,
-    u2 = outboard e2 (they coincide with the other side's e1, e2 at q = 0). Freedoms in order:
-    revolute (angle about e1) · prismatic (travel of outboard along e1) · cylindrical (travel, angle) ·
-    universal (angle about u1, about u2) · spherical (quaternion; rates: angular velocity of outboard relative to
-    inboard in the inboard joint frame) · free (travel along e1 e2 e3, quaternion) · planar (travel along e2, e3,
-    angle about e1) · screw (angle; travel = pitch * turns). Lists ``spring``, ``damping``, ``stops``, ``drive``,
-    ``effort`` have one entry a freedom (rate); a single entry stands for the only freedom of a one-freedom joint.
+    ``axis``/``reference`` are used for both sides where a side gives none of its own. Travels and angles are those of
+    the outboard part as seen from the inboard one; at q = 0 the frames of both sides coincide. Lists ``spring``,
+    ``damping``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry stands for the only
+    freedom of a one-freedom joint.
     """
 
     type: JointType

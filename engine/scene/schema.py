@@ -10,13 +10,14 @@ import sys
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
 from pathlib import Path as FilePath
-from typing import Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from engine.basics.numbers import Bound
 from engine.scene.dimensions import QUANTITIES
 from engine.scene.model import Scene
 from engine.scene.quantities import AnyUnit
 from engine.scene.typed import hints, members
+from engine.scene.values import Says
 
 FILE = FilePath(__file__).with_name("scene.schema.json")
 """The published copy."""
@@ -59,7 +60,9 @@ def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
 
 def _property(f: Field[Any], annotation: Any, doc: str, defs: dict[str, Any]) -> dict[str, Any]:
     out = _type(annotation, defs)
-    text = " ".join(part for part in (doc, out.pop("description", "")) if part)
+    marks = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
+    said = [m.text for m in marks if isinstance(m, Says)]
+    text = " ".join(part for part in (doc, out.pop("description", ""), *said) if part)
     if text:
         out["description"] = text
     if f.default is not MISSING and f.default is not None:

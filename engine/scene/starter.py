@@ -9,6 +9,7 @@ from pathlib import Path
 from engine.basics.problems import Problem, SceneError
 from engine.friction import DEFAULT, twin_of
 from engine.friction import REGISTRY as LAWS
+from engine.joints import REGISTRY
 
 SCENE = """\
 # A scene describes a mechanism: bodies, joints between them, loads.
@@ -30,7 +31,7 @@ bodies:
 
 joints:
   hinge:
-    type: revolute                  # fixed, free, revolute, prismatic, cylindrical, spherical, universal, planar, screw
+    type: revolute                  # {types}
     inboard: ground                 # the part the motion is measured from: "body" or "body.point"
     outboard: pendulum              # the part that moves: here its frame's origin is the hinge point
     axis: y                         # x, y, z, -x, -y, -z or three numbers
@@ -84,7 +85,7 @@ def starter_text(name: str) -> str:
     """The commented scene as YAML text."""
     smooth = twin_of(DEFAULT)
     others = ", ".join(law for law in LAWS if law not in (DEFAULT, smooth))
-    return SCENE.format(name=name, law=DEFAULT, smooth=smooth, others=others)
+    return SCENE.format(name=name, law=DEFAULT, smooth=smooth, others=others, types=", ".join(REGISTRY))
 
 
 def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:

@@ -6,7 +6,7 @@ a mistake is reported for that form alone.
 
 from __future__ import annotations
 
-from dataclasses import is_dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Discriminator, Tag
@@ -14,6 +14,14 @@ from pydantic import ConfigDict, Discriminator, Tag
 from engine.scene.quantities import Length, Number
 
 STRICT = ConfigDict(extra="forbid", defer_build=True)
+
+
+@dataclass(frozen=True)
+class Says:
+    """Marks a field whose description in the published schema ends with words that come from a registry."""
+
+    text: str
+
 
 SCALAR, LIST, GROUP = Tag("·scalar"), Tag("·list"), Tag("·group")
 """Forms; the dot keeps them apart from the keys of a scene in error locations."""

@@ -47,13 +47,13 @@ def open_loop(model: Model, code: int) -> Outcome:
 
 
 def _stuck_loop(model: Model, plain: Outcome) -> Outcome:
-    """The loop that cannot go on: its cut joint, or the universal joint it has; all its joints, and who drives."""
+    """The loop that cannot go on: its cut joint, or one with two crossed axes; all its joints, and who drives."""
     row, independence = model.block.open_row()
     cut = next((j for j in model.system.cuts if j.rows <= row < j.rows + j.kind.rows), None)
     if cut is None:
         return plain
     loop = around(model.system, cut)
-    joint = next((j for j in loop if j.kind_name == "universal"), cut) if plain.name == "gimbal" else cut
+    joint = next((j for j in loop if j.kind.second_axis >= 0), cut) if plain.name == "gimbal" else cut
     driving = [j.name for j in model.system.joints if j.driven]
     advice = f"{plain.advice}; the loop is {', '.join(j.name for j in loop)}"
     advice += f"; driven: {', '.join(driving)}" if driving else ""
@@ -93,7 +93,7 @@ def _fastest(model: Model) -> str:
     best, name = -1.0, ""
     for j in system.tree:
         for i, k in enumerate(j.free):
-            rate = rates[j.v0 + i] * (1.0 if any(a.rot for a in j.kind.columns[k]) else 1.0 / length)
+            rate = rates[j.v0 + i] * (1.0 if j.kind.turns(k) else 1.0 / length)
             if rate > best:
                 best, name = rate, j.name
     return name

@@ -133,8 +133,7 @@ def _moving(model: Model) -> tuple[str, ...]:
     rates = block.evaluate()[0][system.nq :]
     out = []
     for j in system.tree:
-        lengths = [c[0].rot for c in j.kind.columns]
-        units = [(1.0 if lengths[k] else numbers.length) * numbers.rate**2 for k in j.free]
+        units = [(1.0 if j.kind.turns(k) else numbers.length) * numbers.rate**2 for k in j.free]
         part = rates[j.v0 : j.v0 + len(j.free)]
         if any(not abs(a) <= STILL * u for a, u in zip(part, units, strict=True)):
             out.append(j.name)

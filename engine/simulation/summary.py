@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.joints import REGISTRY
 from engine.simulation.result import Event, Result
 
 NEGLIGIBLE = 1e-9
@@ -35,7 +36,7 @@ def main_columns(result: Result, most: int = 16) -> list[str]:
         for pattern in MAIN:
             names += _large(result, result.matching(f"{name}.{pattern}"))
     for name, j in joints.items():
-        if j.type not in ("spherical", "free"):
+        if REGISTRY[j.type].quaternion < 0:
             names += result.matching(f"{name}.q[*]")
     kept = list(dict.fromkeys(names))[: most - len(WHOLE)]
     return [*kept, *(n for n in WHOLE if n in result)] or result.names[1 : most + 1]

@@ -26,7 +26,7 @@ class Builder:
     def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
         """One Device a freedom."""
         kind = REGISTRY[j.type]
-        return tuple(self.device(name, j, k, not kind.columns[k][0].rot) for k in range(kind.nv))
+        return tuple(self.device(name, j, k, not kind.turns(k)) for k in range(kind.nv))
 
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
         """Leaves of the devices of freedom k; ``slides`` chooses the units. Paths are those of the scene."""

@@ -40,7 +40,7 @@ def results(model: Model, row: Mapping[str, float]) -> Table:
     for j in model.system.joints:
         name, kind = j.name, j.kind
         out[name, "qdd"] = take(row, f"{name}.qdd")
-        if kind.name != "free":
+        if kind.nv < 6:
             out[name, "reaction.force"] = take(row, f"{name}.reaction.force")
             out[name, "reaction.torque"] = take(row, f"{name}.reaction.torque")
         if j.driven:
@@ -48,8 +48,8 @@ def results(model: Model, row: Mapping[str, float]) -> Table:
             out[name, "drive.effort"] = np.array(efforts)
         if j.friction:
             turn, friction = iter(take(row, f"{name}.friction.torque")), []
-            for column in kind.columns:
-                friction.append(next(turn) if column[0].rot else row[f"{name}.friction.force"])
+            for k in range(kind.nv):
+                friction.append(next(turn) if kind.turns(k) else row[f"{name}.friction.force"])
             out[name, "friction"] = np.array(friction)
             n = 1
             force, normal, angle = [], [], []

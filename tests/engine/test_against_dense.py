@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
 from itertools import product
 
 import numpy as np
 import pytest
 
+from engine.joints import REGISTRY
 from engine.system.spanning import span
 from tests.engine.compare import engine_row, motion, reference_motion, results, worst
+from tests.engine.properties import DEVICES, DRIVES, Property, drives, pressed, rubs, sliding, some_cut, some_joint, some_load
 from tests.reference import solve
 from tests.reference.random_parts import RUBBING_TYPES
-from tests.reference.random_scenes import ALL_TYPES, Case, random_loop, random_tree
+from tests.reference.random_scenes import ALL_TYPES, CLOSING_TYPES, Case, covering, first, random_loop, random_tree
 from tests.reference.values import table
 
 TIME = 0.3
@@ -20,43 +22,82 @@ TIME = 0.3
 TOLERANCE = 1e-10
 """Both sides solve to about 1e-14 times the condition of the mechanism (largest difference seen: 8e-13); one dropped velocity term
 or a wrong sign shows at 1e-3 and more."""
-TREES = tuple((seed, 0) for seed in (*range(19), 62))
-LOOPS = (
-    (42, 2),
-    (1, 2),
-    (111, 2),
-    (93, 1),
-    (109, 2),
-    (106, 2),
-    (70, 2),
-    (3, 2),
-    (34, 2),
-    (12, 1),
-    (18, 1),
-    (31, 1),
-    (58, 2),
-    (88, 1),
-    (25, 1),
-)
-"""(seed, loops); these cut a joint of every type that can be cut, those that rub with every law and the pin on either part."""
-CASES = (*TREES, *LOOPS)
+PINS = ("inboard", "outboard")
+FRICTION = tuple(product(("regularized", "viscous"), (None, "adams")))
+"""Of the law and the way the normal force is found; every law has its own tests of its forms."""
 WITHOUT = ("angular_acceleration",)
 """The engine has no such column."""
 
 
-@lru_cache(maxsize=64)
-def case_of(seed: int, loops: int) -> Case:
-    """The seed's case."""
-    return random_loop(seed, loops=loops, t=TIME) if loops else random_tree(seed, t=TIME)
+def tree_claims() -> dict[str, Property]:
+    """What the trees must hold, whatever types and laws there are."""
+    claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in ALL_TYPES}
+    claims |= {
+        f"a {k} joint that rubs, pin {p}": some_joint(lambda j, k=k, p=p: j.type == k and rubs(j, p))
+        for k, p in product(RUBBING_TYPES, PINS)
+    }
+    claims |= {f"friction {x}, {n}": some_joint(lambda j, x=x, n=n: rubs(j, law=x, normal=n)) for x, n in FRICTION}
+    claims |= {f"{d} in a joint": some_joint(lambda j, d=d: getattr(j, d) is not None) for d in DEVICES}
+    claims |= {f"a {d} drive": some_joint(lambda j, d=d: any(getattr(x, d) is not None for x in drives(j))) for d in DRIVES}
+    claims |= {
+        f"a {kind} in the {frame} frame": some_load(lambda f, how=(kind, frame): (f.type, getattr(f, "frame", "")) == how)
+        for kind, frame in (*product(("force", "torque"), ("world", "body")), ("spring_damper", ""))
+    }
+    return claims | {
+        "a thrust face": some_joint(lambda j: rubs(j) and j.friction.thrust_radius),
+        "a stop that presses": pressed,
+        "sliding in the linear zone": sliding(inside=True),
+        "sliding beyond it": sliding(inside=False),
+    }
 
 
-@pytest.mark.parametrize(("seed", "loops"), CASES)
-def test_recursion_is_the_dense_solve(seed: int, loops: int) -> None:
-    case = case_of(seed, loops)
+TREES = covering(tree_claims(), lambda seed: random_tree(seed, t=TIME), least=8)
+CUTS = {
+    f"{kind} cut, pin {pin}, {law}, {normal}": (kind, pin, law, normal)
+    for n, kind in enumerate(RUBBING_TYPES)
+    for m, pin in enumerate(PINS)
+    for law, normal in [FRICTION[(n + 2 * m) % len(FRICTION)]]
+}
+PLAIN_CUTS = tuple(k for k in CLOSING_TYPES if REGISTRY[k].cuttable and k not in RUBBING_TYPES)
+HELD = tuple(d for d in DEVICES if d != "drive")
+"""What a cut joint can have: driven joints are never cut."""
+
+
+@cache
+def cut_case(which: str) -> Case:
+    """A loop cut at a joint with a pin on that part and that friction."""
+    kind, pin, law, normal = CUTS[which]
+    how = {"closing": (kind,), "cut": True, "friction": 1.0, "laws": (law,), "adams": float(normal == "adams")}
+    return first(
+        which,
+        some_cut(lambda j: j.type == kind and rubs(j, pin, law, normal)),
+        lambda seed: random_loop(f"{kind}_{pin}{seed}", t=TIME, **how),
+    )
+
+
+@cache
+def plain_cut_case(kind: str) -> Case:
+    """A loop cut at a joint of a type that cannot rub, with every device where it has freedoms enough."""
+    held = HELD if REGISTRY[kind].nv >= 3 else ()
+    return first(
+        f"{kind} cut, with {held}",
+        some_cut(lambda j: j.type == kind and all(getattr(j, d) is not None for d in held)),
+        lambda seed: random_loop(f"{kind}{seed}", t=TIME, closing=(kind,), cut=True, devices=1.0),
+    )
+
+
+@cache
+def loops_case(which: int) -> Case:
+    """Two loops, their joints full of devices."""
+    return random_loop(which, loops=2, t=TIME, devices=0.8)
+
+
+def compared(case: Case) -> None:
+    """All that both formulations say of a state: accelerations, reactions, friction, contacts, motion, energy."""
     state = case.state()
     result = solve(state)
     model, row = engine_row(case)
-    free = {(n, q) for n, j in case.scene.joints.items() if j.type == "free" for q in ("reaction.force", "reaction.torque")}
+    free = {(n, q) for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 6 for q in ("reaction.force", "reaction.torque")}
     expected = {k: v for k, v in table(result).items() if k not in free}
     gap, where = worst(expected, results(model, row), WITHOUT)
     assert gap <= TOLERANCE, where
@@ -71,51 +112,29 @@ def test_recursion_is_the_dense_solve(seed: int, loops: int) -> None:
         assert friction @ state.qd[name] >= floor, name
 
 
-def test_random_cases_hold_everything_a_scene_can_say() -> None:
-    scenes = [case_of(*c).scene for c in CASES]
-    joints = [j for s in scenes for j in s.joints.values()]
-    cuts = [s.joints[n] for s in scenes for n in span(s).cut]
-    rubbing = [j for j in joints if j.friction]
-    assert {j.type for j in joints} == set(ALL_TYPES)
-    assert {j.type for j in cuts} == set(ALL_TYPES) - {"screw"}  # a screw is never cut
-    for some in (rubbing, [j for j in cuts if j.friction]):
-        assert {j.type for j in some} == set(RUBBING_TYPES)
-        assert {(j.friction.law, j.friction.normal_force) for j in some} == set(
-            product(("regularized", "viscous"), (None, "adams"))
-        )
-        assert {j.pin for j in some} == {"inboard", "outboard"}
-    assert {(j.type, j.pin) for j in rubbing} == set(product(RUBBING_TYPES, ("inboard", "outboard")))
-    assert any(j.friction.thrust_radius for j in rubbing)
-    for device in ("spring", "damping", "stops", "effort", "drive"):
-        assert sum(getattr(j, device) is not None for j in joints) >= 5, device
-        assert device == "drive" or any(getattr(j, device) is not None for j in cuts), device  # driven joints are never cut
-    drives = [d for j in joints for d in (j.drive if isinstance(j.drive, tuple) else (j.drive,)) if d is not None]
-    assert {k for d in drives for k in ("constant", "ramp", "harmonic", "table") if getattr(d, k) is not None} == {
-        "constant",
-        "ramp",
-        "harmonic",
-        "table",
-    }
-    assert {f.type for s in scenes for f in s.forces.values()} == {"force", "torque", "spring_damper"}
-    assert {f.frame for s in scenes for f in s.forces.values() if f.type != "spring_damper"} == {"world", "body"}
+@pytest.mark.parametrize("seed", TREES)
+def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
+    compared(TREES[seed])
 
 
-def test_some_stops_press_and_some_sliding_is_in_the_linear_zone() -> None:
-    pressed = linear = saturated = 0
-    for c in CASES:
-        case = case_of(*c)
-        for name, j in case.scene.joints.items():
-            stops = j.stops if isinstance(j.stops, tuple) else (j.stops,)
-            q = np.atleast_1d(case.state().q[name])
-            pressed += sum(
-                s is not None and ((s.lower is not None and q[k] < s.lower) or (s.upper is not None and q[k] > s.upper))
-                for k, s in enumerate(stops)
-                if k < len(q)
-            )
-            if j.type in ("prismatic", "revolute") and j.friction and j.friction.law == "regularized":
-                arm = 1.0 if j.type == "prismatic" else j.friction.radius
-                slow = abs(arm * case.qd[name][0]) < j.friction.v_eps
-                linear, saturated = linear + slow, saturated + (not slow)
-    assert pressed >= 2
-    assert linear >= 1
-    assert saturated >= 3
+@pytest.mark.parametrize("which", CUTS)
+def test_recursion_is_the_dense_solve_where_a_rubbing_joint_is_cut(which: str) -> None:
+    compared(cut_case(which))
+
+
+@pytest.mark.parametrize("kind", PLAIN_CUTS)
+def test_recursion_is_the_dense_solve_where_a_joint_without_friction_is_cut(kind: str) -> None:
+    compared(plain_cut_case(kind))
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_recursion_is_the_dense_solve_on_two_loops(which: int) -> None:
+    case = loops_case(which)
+    assert len(span(case.scene).cut) == 2
+    compared(case)
+
+
+def test_every_type_is_cut_or_says_that_it_cannot_be() -> None:
+    cuttable = {k for k, kind in REGISTRY.items() if kind.cuttable and kind.nv < 6}
+    assert {k for k, *_ in CUTS.values()} | set(PLAIN_CUTS) == cuttable
+    assert {(law, normal) for _, _, law, normal in CUTS.values()} == set(FRICTION)

@@ -201,3 +201,28 @@ def test_a_joint_type_has_as_many_contacts_as_its_contact_element(kind: JointKin
 def test_every_contact_element_belongs_to_a_joint_type_and_the_other_way_round() -> None:
     assert {k.friction for k in RUBBING} == set(contact.REGISTRY)
     assert all(k.contacts == 0 for k in joints.REGISTRY.values() if not k.friction)
+
+
+TYPES_BY_NAME = {
+    "engine/scene/generate.py": "writes two scenes",
+    "engine/doors/urdf.py": "translates the words of another format",
+    "engine/chart/peers/pinocchio.py": "says what another program has",
+    "engine/chart/peers/mujoco.py": "says what another program has",
+    "engine/chart/peers/exudyn.py": "says what another program has",
+}
+"""Files outside engine/joints that name a joint type, and why."""
+COMMON_WORDS = {"fixed", "free"}
+"""Types whose names are other words too (a fixed step, a FMI variability)."""
+
+
+def test_nothing_outside_its_folder_asks_for_a_joint_type_by_name() -> None:
+    names = set(joints.REGISTRY) - COMMON_WORDS
+    found = set()
+    for top in ("engine", "fmu", "service"):
+        for file in (ROOT / top).rglob("*.py"):
+            where = file.relative_to(ROOT).as_posix()
+            strings = (n.value for n in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(n, ast.Constant))
+            if not where.startswith("engine/joints/") and names & {s for s in strings if isinstance(s, str)}:
+                found.add(where)
+    assert found <= set(TYPES_BY_NAME)
+    assert set(TYPES_BY_NAME) <= found, "some of these are gone: take them off the list"

@@ -1,7 +1,7 @@
 """Six directions of relative motion per joint: which are free, which constrained, with their rows and rates of change.
 
 Directions 0..2: translation of the outboard point seen from the inboard part, along e1, e2, e3 of the inboard frame.
-Directions 3..5: relative rotation about the same axes; universal joint: about u1, u2, u1 x u2.
+Directions 3..5: relative rotation about the same axes; with crossed axes (universal joint): about u1, u2, u1 x u2.
 A direction is a force F at the outboard point and a torque T, on the outboard part, opposite on the inboard part; its
 rate is the power of that pair at unit size.
 """
@@ -14,19 +14,58 @@ import numpy as np
 
 from .rotation import cross, matrix_from_quaternion, quaternion_from_matrix, rotation_about
 
-FREE_DIRECTIONS = {
-    "fixed": (),
-    "revolute": (3,),
-    "prismatic": (0,),
-    "cylindrical": (0, 3),
-    "screw": (3,),
-    "universal": (3, 4),
-    "spherical": (3, 4, 5),
-    "planar": (1, 2, 3),
-    "free": (0, 1, 2, 3, 4, 5),
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """What the reference knows of a joint type. Everything else here follows from it.
+
+    free       directions it is free along, in the order of its rates; travels come before turns.
+    ball       its turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
+    crossed    it turns about two axes at a right angle, the first fixed inboard, the second outboard.
+    lead       its travel along e1 is tied to its angle by a pitch.
+    one_sided  it means something else when its two sides change places (a slot is in one part, the pin on the other).
+    """
+
+    free: tuple[int, ...] = ()
+    ball: bool = False
+    crossed: bool = False
+    lead: bool = False
+    one_sided: bool = False
+
+    @property
+    def scalars(self) -> int:
+        """Coordinates that are single numbers: all of them, or those before the quaternion."""
+        return len(self.free) - 3 * self.ball
+
+    @property
+    def coaxial(self) -> bool:
+        """Whether told from its other side its rates only change sign."""
+        return self.crossed or len({d % 3 for d in self.free}) <= 1
+
+
+TYPES = {
+    "fixed": Reference(),
+    "revolute": Reference(free=(3,)),
+    "prismatic": Reference(free=(0,)),
+    "cylindrical": Reference(free=(0, 3)),
+    "screw": Reference(free=(3,), lead=True),
+    "universal": Reference(free=(3, 4), crossed=True),
+    "spherical": Reference(free=(3, 4, 5), ball=True),
+    "planar": Reference(free=(1, 2, 3)),
+    "free": Reference(free=(0, 1, 2, 3, 4, 5), ball=True),
 }
-SCALAR_COORDINATES = {"spherical": 0, "free": 3}
-"""Coordinates before the quaternion of the types that have one."""
+"""Written down apart from ``engine.joints``: the comparison of the two is worth something only then."""
+
+
+def of(kind: str) -> Reference:
+    """The reference of a joint type; LookupError that says what to add for one that has none."""
+    if kind not in TYPES:
+        raise LookupError(
+            f'joint type "{kind}" has no independent reference: add an entry to TYPES in tests/reference/joint_rows.py (the '
+            "directions it is free along; not copied from engine/joints). One that ``Reference`` cannot say needs lines in "
+            "joint_transform, joint_coordinates, joint_rates and position_residual; one that rubs, an entry in PAIRS of rubbing.py"
+        )
+    return TYPES[kind]
 
 
 @dataclass(frozen=True)
@@ -45,7 +84,7 @@ class Directions:
 
 def freedoms(kind: str) -> int:
     """Number of rates of a joint type."""
-    return len(FREE_DIRECTIONS[kind])
+    return len(of(kind).free)
 
 
 def lead(joint) -> float:
@@ -55,13 +94,13 @@ def lead(joint) -> float:
 
 def free_picker(joint) -> np.ndarray:
     """Rows that pick the freedoms in the order of the rates."""
-    return np.eye(6)[list(FREE_DIRECTIONS[joint.type])].reshape(-1, 6)
+    return np.eye(6)[list(of(joint.type).free)].reshape(-1, 6)
 
 
 def constraint_picker(joint) -> np.ndarray:
     """Rows that pick the constrained directions; a screw ties its travel to its angle."""
-    rows = np.eye(6)[[k for k in range(6) if k not in FREE_DIRECTIONS[joint.type]]].reshape(-1, 6)
-    if joint.type == "screw":
+    rows = np.eye(6)[[k for k in range(6) if k not in of(joint.type).free]].reshape(-1, 6)
+    if of(joint.type).lead:
         rows[0, 3] = -lead(joint)
     return rows
 
@@ -74,7 +113,7 @@ def directions(state, name: str) -> Directions:
     slide = state.v[j.outboard] + cross(wo, rho_o) - state.v[j.inboard] - cross(wi, rho_i)
     centripetal = cross(wo, cross(wo, rho_o)) - cross(wi, cross(wi, rho_i)) - 2 * cross(wi, slide)
     turn = wo - wi
-    if state.scene.joints[name].type == "universal":
+    if of(state.scene.joints[name].type).crossed:
         u1, u2 = j.A_in[:, 0], j.A_out[:, 1]
         du1, du2 = cross(wi, u1), cross(wo, u2)
         B = np.array([u1, u2, cross(u1, u2)])
@@ -92,71 +131,59 @@ def position_residual(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
 
     R takes outboard to inboard joint components, s is the travel in inboard components.
     """
-    if joint.type == "universal":
+    kind = of(joint.type)
+    if kind.crossed:
         return np.r_[s, -R[0, 1]]
-    trans = [s[k] for k in range(3) if k not in FREE_DIRECTIONS[joint.type]]
-    if joint.type == "screw":
+    trans = [s[k] for k in range(3) if k not in kind.free]
+    if kind.lead:
         angle = np.arctan2(R[2, 1], R[1, 1])
         gap = s[0] - lead(joint) * angle
         trans[0] = gap - lead(joint) * 2 * np.pi * np.round(gap / joint.pitch) if joint.pitch else gap
-    if joint.type in ("fixed", "prismatic"):
+    turns = [d - 3 for d in kind.free if d >= 3]
+    if not turns:
         return np.r_[trans, R[2, 1], R[0, 2], R[1, 0]]
-    if joint.type in ("spherical", "free"):
+    if len(turns) == 3:
         return np.array(trans)
-    return np.r_[trans, -R[2, 0], R[1, 0]]
+    (k,) = turns  # the axis e_k of both sides is the same: its changes omega x e_k are the other two turns
+    a, b = (k + 1) % 3, (k + 2) % 3
+    across = {a: -R[b, k], b: R[a, k]}
+    return np.r_[trans, across[min(a, b)], across[max(a, b)]]
 
 
 def joint_transform(joint, q) -> tuple[np.ndarray, np.ndarray]:
     """R(q) and s(q) of NOTATION.md."""
-    q = np.atleast_1d(np.asarray(q, float))
-    kind, s = joint.type, np.zeros(3)
-    if kind in ("revolute", "screw"):
-        s[0] = lead(joint) * q[0] if kind == "screw" else 0.0
-        return rotation_about(0, q[0]), s
-    if kind == "prismatic":
-        return np.eye(3), np.array([q[0], 0.0, 0.0])
-    if kind == "cylindrical":
-        return rotation_about(0, q[1]), np.array([q[0], 0.0, 0.0])
-    if kind == "universal":
-        return rotation_about(0, q[0]) @ rotation_about(1, q[1]), s
-    if kind == "planar":
-        return rotation_about(0, q[2]), np.array([0.0, q[0], q[1]])
-    if kind == "spherical":
-        return matrix_from_quaternion(q), s
-    if kind == "free":
-        return matrix_from_quaternion(q[3:]), q[:3].copy()
-    return np.eye(3), s
+    q, kind = np.atleast_1d(np.asarray(q, float)), of(joint.type)
+    R, s = np.eye(3), np.zeros(3)
+    for x, d in zip(q[: kind.scalars], kind.free, strict=False):
+        if d < 3:
+            s[d] = x
+        else:
+            R = R @ rotation_about(d - 3, x)
+    if kind.lead:
+        s[0] = lead(joint) * q[0]
+    return (matrix_from_quaternion(q[kind.scalars :]) if kind.ball else R), s
 
 
 def joint_rates(joint, R: np.ndarray, qd) -> tuple[np.ndarray, np.ndarray]:
     """Relative angular velocity and sliding velocity in the inboard joint frame."""
-    six = np.zeros(6)
-    six[list(FREE_DIRECTIONS[joint.type])] = np.atleast_1d(np.asarray(qd, float))
-    if joint.type == "universal":
+    six, kind = np.zeros(6), of(joint.type)
+    six[list(kind.free)] = np.atleast_1d(np.asarray(qd, float))
+    if kind.crossed:
         return six[3] * np.array([1.0, 0.0, 0.0]) + six[4] * R[:, 1], six[:3]
-    if joint.type == "screw":
+    if kind.lead:
         six[0] = lead(joint) * six[3]
     return six[3:], six[:3]
 
 
 def joint_coordinates(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Coordinates of a joint from the poses: angles by atan2, a screw continued through its travel."""
-    kind = joint.type
-    angle = np.arctan2(R[2, 1], R[1, 1])
-    if kind == "screw" and joint.pitch:
-        angle += 2 * np.pi * np.round((s[0] / lead(joint) - angle) / (2 * np.pi))
-    if kind in ("revolute", "screw"):
-        return np.array([angle])
-    if kind == "prismatic":
-        return s[:1].copy()
-    if kind == "cylindrical":
-        return np.array([s[0], angle])
-    if kind == "universal":
-        return np.array([angle, np.arctan2(R[0, 2], R[0, 0])])
-    if kind == "planar":
-        return np.array([s[1], s[2], angle])
-    if kind == "spherical":
-        return quaternion_from_matrix(R)
-    if kind == "free":
-        return np.r_[s, quaternion_from_matrix(R)]
-    return np.zeros(0)
+    kind = of(joint.type)
+    if kind.crossed:
+        return np.array([np.arctan2(R[2, 1], R[1, 1]), np.arctan2(R[0, 2], R[0, 0])])
+    q = []
+    for d in kind.free[: kind.scalars]:
+        a, b = (d + 1) % 3, (d + 2) % 3
+        q.append(s[d] if d < 3 else np.arctan2(R[b, a], R[a, a]))
+    if kind.lead and joint.pitch:
+        q[0] += 2 * np.pi * np.round((s[0] / lead(joint) - q[0]) / (2 * np.pi))
+    return np.r_[q, quaternion_from_matrix(R)] if kind.ball else np.array(q)

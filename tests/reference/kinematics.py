@@ -9,8 +9,6 @@ import numpy as np
 
 from .bodies import GROUND, Frames, Part, joint_frames, parts
 from .joint_rows import (
-    FREE_DIRECTIONS,
-    SCALAR_COORDINATES,
     constraint_picker,
     directions,
     free_picker,
@@ -18,6 +16,7 @@ from .joint_rows import (
     joint_coordinates,
     joint_rates,
     joint_transform,
+    of,
     position_residual,
 )
 from .rotation import cross
@@ -107,7 +106,7 @@ def forward(scene, q: Mapping, qd: Mapping | None = None, t: float = 0.0) -> Sta
     qd = qd or {}
     state = empty_state(scene, t)
     listed = [n for n in scene.joints if n in q]
-    fixed = [n for n, j in scene.joints.items() if j.type == "fixed" and n not in q]
+    fixed = [n for n, j in scene.joints.items() if not freedoms(j.type) and n not in q]
     while len(state.R) <= len(scene.bodies):
         ready = [n for n in listed + fixed if _one_end(state, n)]
         if not ready:
@@ -168,10 +167,11 @@ def _walk(state: State, name: str, q, qd) -> None:
 def _continued(joint, q: np.ndarray, near: np.ndarray) -> np.ndarray:
     """q shifted by whole turns (or the quaternion's sign) to lie nearest to ``near``."""
     q = q.copy()
-    if joint.type in SCALAR_COORDINATES:
-        k = SCALAR_COORDINATES[joint.type]
+    kind = of(joint.type)
+    if kind.ball:
+        k = kind.scalars
         q[k:] *= -1.0 if q[k:] @ near[k:] < 0 else 1.0
         return q
-    angles = [i for i, d in enumerate(FREE_DIRECTIONS[joint.type]) if d >= 3 and joint.type != "screw"]
+    angles = [i for i, d in enumerate(kind.free) if d >= 3 and not kind.lead]
     q[angles] += 2 * np.pi * np.round((near[angles] - q[angles]) / (2 * np.pi))
     return q

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import place
-from .joint_rows import SCALAR_COORDINATES, directions, free_picker, freedoms
+from .joint_rows import directions, free_picker, freedoms, of
 from .kinematics import State
 from .rotation import cross
 from .signals import load_value, per_freedom
@@ -96,7 +96,7 @@ class Applied:
 
 def scalar_freedoms(joint) -> int:
     """How many leading freedoms have a coordinate that is a number (the others belong to a quaternion)."""
-    return SCALAR_COORDINATES.get(joint.type, freedoms(joint.type))
+    return of(joint.type).scalars
 
 
 def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from engine.joints import REGISTRY
 from engine.scene import model as sm
 
 from .bodies import GROUND
-from .joint_rows import FREE_DIRECTIONS, SCALAR_COORDINATES
+from .joint_rows import of
 from .rotation import random_rotation
 from .signals import drive_motion
 
 AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
-RUBBING_TYPES = ("revolute", "prismatic", "cylindrical", "universal", "spherical")
+RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction)
 
 
 def numbers(rng, n: int, size: float = 1.0) -> tuple[float, ...]:
@@ -49,7 +50,7 @@ def body(rng) -> sm.Body:
 
 def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> dict:
     """Both sides of a joint and their axes in one of the ways a scene can say them."""
-    way, needs_axis = rng.integers(4), kind not in ("fixed", "free", "spherical")
+    way, needs_axis = rng.integers(4), REGISTRY[kind].needs_axis
     if way == 0:  # general frames on both sides
         both = [sm.Side(b, numbers(rng, 3, 0.4), axis=unit(rng), reference=unit(rng)) for b in (inboard, outboard)]
         return {"inboard": both[0], "outboard": both[1]}
@@ -133,8 +134,7 @@ def applied(rng, parts: list[str]) -> dict:
 
 def devices(rng, kind: str, q) -> dict:
     """Springs, damping, stops and efforts of a joint, each on a random subset of its freedoms."""
-    n = len(FREE_DIRECTIONS[kind])
-    scalar = SCALAR_COORDINATES.get(kind, n)
+    n, scalar = len(of(kind).free), of(kind).scalars
 
     def some(make, upto, chance=0.4):
         entries = tuple(make(k) if k < upto and rng.random() < chance else None for k in range(n))
@@ -175,10 +175,10 @@ def drive(rng, t: float) -> tuple[sm.Drive, float, float]:
 
 def coordinates(rng, kind: str) -> tuple[np.ndarray, np.ndarray]:
     """Random q and rates of a joint type."""
-    free = FREE_DIRECTIONS[kind]
+    free = of(kind).free
     size = np.array([0.4 if d < 3 else 3.0 for d in free])
     q = size * rng.uniform(-1, 1, len(free))
-    if kind in SCALAR_COORDINATES:
+    if of(kind).ball:
         ball = rng.normal(size=4)
-        q = np.r_[q[: SCALAR_COORDINATES[kind]], ball / np.linalg.norm(ball)]
+        q = np.r_[q[: of(kind).scalars], ball / np.linalg.norm(ball)]
     return q, rng.uniform(-2, 2, len(free))

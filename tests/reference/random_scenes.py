@@ -1,21 +1,31 @@
-"""Random scenes with consistent states: trees of every joint type, and closed loops made from them."""
+"""Random scenes with consistent states: trees of every joint type, and closed loops made from them.
+
+Every choice has a stream of random numbers of its own, named by what it is for: a joint type that is added changes only the joints
+that become one, not the bodies, places, devices and numbers of the others. So a scene without it stays as it was. Tests find the
+cases they need by what must hold in them (``first``, ``covering``), not by seed.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from engine.joints import REGISTRY
 from engine.scene import model as sm
 
 from . import random_parts as rp
 from .bodies import GROUND
-from .joint_rows import FREE_DIRECTIONS, SCALAR_COORDINATES, freedoms, joint_transform
+from .joint_rows import freedoms, joint_transform, of
 from .kinematics import State, closure, forward, measured
 from .signals import per_freedom
 
-ALL_TYPES = tuple(FREE_DIRECTIONS)
-CLOSING_TYPES = ("spherical", "universal", "cylindrical", "revolute", "planar", "prismatic", "screw", "fixed")
+ALL_TYPES = tuple(REGISTRY)
+CLOSING_TYPES = tuple(k.name for k in REGISTRY.values() if k.nv < 6)
+SEARCHED = 400
+"""Random scenes tried before a property is said not to occur."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +50,54 @@ class Case:
         return state
 
 
+# -- streams and choices -----------------------------------------------------------------------------------------------
+
+
+def stream(*names) -> np.random.Generator:
+    """Random numbers that depend on nothing but these names."""
+    return np.random.default_rng(_hashed(*names))
+
+
+def chosen(options: Iterable[str], *names) -> str:
+    """One of the options (as often as it stands among them), so that another option takes choices over but moves none between the
+    old ones: every option draws a number of its own, the largest wins."""
+    return max(enumerate(options), key=lambda o: (_hashed(*names, o[1], list(options)[: o[0]].count(o[1])), o[0]))[1]
+
+
+def _hashed(*names) -> int:
+    return int.from_bytes(hashlib.blake2b("/".join(map(str, names)).encode(), digest_size=8).digest(), "big")
+
+
+def first(what: str, holds: Callable[[Case], bool], make: Callable[[int], Case]) -> Case:
+    """The first random case in which something holds."""
+    for seed in range(SEARCHED):
+        case = make(seed)
+        if holds(case):
+            return case
+    raise LookupError(f"no random case among {SEARCHED} has {what}")
+
+
+def covering(claims: Mapping[str, Callable[[Case], bool]], make: Callable[[int], Case], least: int = 0) -> dict[int, Case]:
+    """By seed: the first ``least`` random cases, and of the following those in which a claim holds that held in none before, until
+    every claim held in one."""
+    missing, kept = dict(claims), {}
+    for seed in range(SEARCHED):
+        case = make(seed)
+        held = [c for c, holds in missing.items() if holds(case)]
+        if held or seed < least:
+            kept[seed] = case
+        for claim in held:
+            del missing[claim]
+        if not missing and seed + 1 >= least:
+            return kept
+    raise LookupError(f"no random case among {SEARCHED} has {', '.join(missing)}")
+
+
+# -- trees -------------------------------------------------------------------------------------------------------------
+
+
 def random_tree(
-    seed: int,
+    seed: int | str,
     bodies: int | None = None,
     types: tuple[str, ...] = ALL_TYPES,
     friction: float = 0.4,
@@ -53,40 +109,46 @@ def random_tree(
     adams: float = 0.2,
 ) -> Case:
     """A random tree of 1 to 6 bodies; ``friction``, ``devices``, ``drives``, ``adams`` are probabilities per joint."""
-    rng = np.random.default_rng(seed)
-    number = bodies or int(rng.integers(1, 7))
+    number = bodies or int(stream(seed, "bodies").integers(1, 7))
     parts, joints, q, qd = [GROUND], {}, {}, {}
     for i in range(number):
-        name, kind, parent, child = f"j{i + 1}", str(rng.choice(types)), str(rng.choice(parts)), f"b{i + 1}"
-        q[name], qd[name] = rp.coordinates(rng, kind)
-        ends = (parent, child) if rng.random() < 0.5 else (child, parent)
-        entries = rp.sides(rng, kind, *ends) | _extras(rng, kind)
-        if rng.random() < devices:
-            entries |= rp.devices(rng, kind, q[name])
-        if kind in rp.RUBBING_TYPES and rng.random() < friction:
-            entries["friction"] = rp.friction(rng, kind, laws, adams)
-        if SCALAR_COORDINATES.get(kind, freedoms(kind)) and rng.random() < drives:
-            entries["drive"] = _driven(rng, kind, q[name], qd[name], t)
+        name, child = f"j{i + 1}", f"b{i + 1}"
+        kind = chosen(types, seed, name)
+        place = stream(seed, name, "place")
+        parent = str(place.choice(parts))
+        ends = (parent, child) if place.random() < 0.5 else (child, parent)
+        q[name], qd[name] = rp.coordinates(stream(seed, name, kind), kind)
+        entries = rp.sides(stream(seed, name, kind, "sides"), kind, *ends) | _extras(stream(seed, name, kind, "extras"), kind)
+        some = stream(seed, name, kind, "devices")
+        if some.random() < devices:
+            entries |= rp.devices(some, kind, q[name])
+        rub = stream(seed, name, kind, "friction")
+        if kind in rp.RUBBING_TYPES and rub.random() < friction:
+            entries["friction"] = rp.friction(rub, kind, laws, adams)
+        drive = stream(seed, name, kind, "drive")
+        if of(kind).scalars and drive.random() < drives:
+            entries["drive"] = _driven(drive, kind, q[name], qd[name], t)
         joints[name] = _started(sm.Joint(type=kind, **entries), q[name], qd[name])
         parts.append(child)
+    rng = stream(seed, "world")
     ground = sm.Ground({name: rp.numbers(rng, 3, 0.5) for name in ("a", "b", "s")})
-    bodies = {p: rp.body(rng) for p in parts[1:]}
     gravity = tuple(9.81 * x for x in rp.numbers(rng, 3))
-    forces = rp.applied(rng, parts) if loads else {}
+    bodies = {p: rp.body(stream(seed, p)) for p in parts[1:]}
+    forces = rp.applied(stream(seed, "forces"), parts) if loads else {}
     inputs = {"push": sm.Input(start=float(rng.uniform(-2, 2)))}
     scene = sm.Scene(bodies, joints, f"tree{seed}", gravity=gravity, ground=ground, forces=forces, inputs=inputs)
     return Case(scene, q, qd, t, tuple(joints))
 
 
 def _extras(rng, kind: str) -> dict:
-    pitch = {"pitch": float(rng.choice([-1, 1]) * rng.uniform(0.1, 1.0))} if kind == "screw" else {}
+    pitch = {"pitch": float(rng.choice([-1, 1]) * rng.uniform(0.1, 1.0))} if REGISTRY[kind].pitched else {}
     return {"pin": str(rng.choice(["inboard", "outboard"])), **pitch}
 
 
 def _driven(rng, kind: str, q, qd, t: float):
     """A drive of one freedom; sets its q and qd in place."""
     n = freedoms(kind)
-    k = int(rng.integers(SCALAR_COORDINATES.get(kind, n)))
+    k = int(rng.integers(of(kind).scalars))
     drive, q[k], qd[k] = rp.drive(rng, t)
     return drive if n == 1 else tuple(drive if i == k else None for i in range(n))
 
@@ -103,37 +165,50 @@ def _started(joint: sm.Joint, q, qd) -> sm.Joint:
 # -- loops -----------------------------------------------------------------------------------------------------------
 
 
-def random_loop(seed: int, loops: int = 1, bodies: int | None = None, drives: float = 0.3, **options) -> Case:
-    """A random tree with ``loops`` more joints, closed at its state, with consistent rates and a freedom left or more.
+def random_loop(
+    seed: int | str,
+    loops: int = 1,
+    bodies: int | None = None,
+    drives: float = 0.3,
+    closing: tuple[str, ...] = CLOSING_TYPES,
+    cut: bool | None = None,
+    **options,
+) -> Case:
+    """A random tree with ``loops`` more joints of the types ``closing``, closed at its state, with consistent rates and a freedom
+    left or more; ``cut``: the wish written into those joints.
 
     Rows of the loops are independent and well conditioned. Options as for ``random_tree``.
     """
-    rng = np.random.default_rng([seed, 77])
     for attempt in range(200):
-        count = bodies or int(rng.integers(2, 7))
-        case = random_tree(seed * 1000 + attempt, count, drives=0.0, **options)
-        for _ in range(loops):
-            case = _close(rng, case, options) if case else None
+        count = bodies or int(stream(seed, attempt, "loop bodies").integers(2, 7))
+        case = random_tree(f"{seed}_{attempt}", count, drives=0.0, **options)
+        for k in range(loops):
+            case = _close(case, (seed, attempt, k), closing, {"cut": cut, **options}) if case else None
         if case:
-            case = _projected(case)
+            case, rng = _projected(case), stream(seed, "loop drive")
             return _drive_one(rng, case) if rng.random() < drives else case
     raise RuntimeError(f"no loop found for seed {seed}")
 
 
-def _close(rng, case: Case, options: dict) -> Case | None:
+def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
     """One more joint between two parts that no joint joins yet; None where nothing fits."""
     parts = [GROUND, *case.scene.bodies]
     state = case.state()
     joined = {frozenset((f.inboard, f.outboard)) for f in state.frames.values()}
-    for _ in range(10):
-        a, b = (str(x) for x in rng.choice(parts, 2, replace=False))
-        kind, name = str(rng.choice(CLOSING_TYPES)), f"loop{len(case.scene.joints) - len(case.tree) + 1}"
+    for attempt in range(10):
+        a, b = (str(x) for x in stream(*names, attempt, "ends").choice(parts, 2, replace=False))
         if frozenset((a, b)) in joined:
             continue
-        joint, q = _closing_joint(rng, state, kind, a, b)
-        if kind in rp.RUBBING_TYPES and rng.random() < options.get("friction", 0.4):
+        kind, name = chosen(closing, *names, attempt), f"loop{len(case.scene.joints) - len(case.tree) + 1}"
+        joint, q = _closing_joint(stream(*names, attempt, kind), state, kind, a, b)
+        rub = stream(*names, attempt, kind, "friction")
+        if kind in rp.RUBBING_TYPES and rub.random() < options.get("friction", 0.4):
             how = {k: options[k] for k in ("laws", "adams") if k in options}
-            joint = replace(joint, friction=rp.friction(rng, kind, **how))
+            joint = replace(joint, friction=rp.friction(rub, kind, **how))
+        some = stream(*names, attempt, kind, "devices")
+        if some.random() < options.get("devices", 0.4):
+            joint = replace(joint, **rp.devices(some, kind, q))
+        joint = replace(joint, cut=options["cut"])
         scene = replace(case.scene, joints={**case.scene.joints, name: joint}, name=f"{case.scene.name}_{name}")
         new = Case(scene, {**case.q, name: q}, case.qd, case.t, case.tree)
         G = loop_matrix(new)
@@ -195,8 +270,7 @@ def _drive_one(rng, case: Case) -> Case:
         for k in range(len(case.qd[name])):
             row = np.eye(G.shape[1])[at]
             at += 1
-            scalar = SCALAR_COORDINATES.get(case.scene.joints[name].type, freedoms(case.scene.joints[name].type))
-            if k < scalar and np.linalg.svd(np.vstack([G, row]), compute_uv=False)[-1] > 0.05:
+            if k < of(case.scene.joints[name].type).scalars and np.linalg.svd(np.vstack([G, row]), compute_uv=False)[-1] > 0.05:
                 choices.append((name, k))
     if not choices:
         return case

@@ -10,7 +10,7 @@ import numpy as np
 from engine.scene import model as sm
 
 from .bodies import joint_frames
-from .joint_rows import SCALAR_COORDINATES, freedoms, joint_rates, joint_transform
+from .joint_rows import free_picker, freedoms, joint_coordinates, joint_rates, joint_transform, of
 from .random_scenes import Case, _started
 from .rotation import cross
 from .signals import per_freedom
@@ -31,10 +31,13 @@ class Reversal:
 
 
 def reversed_joint(case: Case, name: str) -> Moved:
-    """Swap the sides of joint ``name``; impossible with devices on freedoms of planar, free and spherical joints."""
+    """Swap the sides of joint ``name``; ValueError where that cannot be said: one-sided types, devices on freedoms that do not
+    simply change sign."""
     joint = case.scene.joints[name]
-    many = joint.type in ("planar", "free", "spherical")
-    if many and any(x is not None for x in (joint.spring, joint.damping, joint.stops, joint.drive, joint.effort)):
+    if of(joint.type).one_sided:
+        raise ValueError(f"{name}: a {joint.type} joint means something else from the other side")
+    devices = (joint.spring, joint.damping, joint.stops, joint.drive, joint.effort)
+    if not of(joint.type).coaxial and any(x is not None for x in devices):
         raise ValueError(f"{name}: devices of a {joint.type} joint cannot be said from the other side")
     how = _reversal(joint, case.q[name])
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]
@@ -45,31 +48,24 @@ def reversed_joint(case: Case, name: str) -> Moved:
 
 
 def _reversal(joint, q) -> Reversal:
-    kind = joint.type
+    """The other side sees s' = -R^T s and rates -R^T (s_dot - omega x s), -R^T omega; the same the other way."""
     R, s = joint_transform(joint, q)
-    if kind == "universal":
+    if of(joint.type).crossed:
         return Reversal(-SWAP[:2, :2], -np.asarray(q)[::-1], SWAP.T @ R.T)
-    if kind in ("spherical", "free"):
-        k = SCALAR_COORDINATES[kind]
-        conjugate = np.asarray(q)[k:] * [1, -1, -1, -1]
-        ball = -R.T
-        if kind == "spherical":
-            return Reversal(ball, conjugate, R.T)
-        # s' = -R^T s, rate -R^T s_dot - R^T (s x omega)
-        across = np.array([cross(s, e) for e in np.eye(3)]).T
-        rates = np.block([[-R.T, -R.T @ across], [np.zeros((3, 3)), ball]])
-        return Reversal(rates, np.r_[-R.T @ s, conjugate], R.T)
-    if kind == "planar":
-        back, angle = -R.T @ s, -q[2]
-        spin = -R.T @ cross(s, [1.0, 0.0, 0.0])
-        rates = np.block([[-R.T[1:, 1:], spin[1:, None]], [np.zeros((1, 2)), -np.ones((1, 1))]])
-        return Reversal(rates, np.array([back[1], back[2], angle]), R.T)
-    return Reversal(-np.eye(freedoms(kind)), -np.asarray(q), R.T)
+    rates = []
+    for one in np.eye(freedoms(joint.type)):
+        turn, slide = joint_rates(joint, R, one)
+        rates.append(np.r_[-R.T @ (slide - cross(turn, s)), -R.T @ turn])
+    back = joint_coordinates(joint, R.T, -R.T @ s)
+    k = of(joint.type).scalars
+    angles = [i for i, d in enumerate(of(joint.type).free[:k]) if d >= 3]
+    back[angles] = -np.asarray(q)[angles]  # not only within a turn
+    return Reversal(free_picker(joint) @ np.array(rates).reshape(-1, 6).T, back, R.T)
 
 
 def _swapped(scene, joint: sm.Joint) -> sm.Joint:
     """The same joint with sides, pin, devices and radii said from the other side."""
-    f, universal = joint_frames(scene, joint), joint.type == "universal"
+    f, universal = joint_frames(scene, joint), of(joint.type).crossed
     turn = SWAP if universal else np.eye(3)
     sides = {}
     for which, body, p, F in (("inboard", f.outboard, f.p_out, f.F_out), ("outboard", f.inboard, f.p_in, f.F_in)):
@@ -123,7 +119,7 @@ def _minus_drive(drive: sm.Drive) -> sm.Drive:
 def _undo(case: Case, name: str, how: Reversal) -> Callable:
     """Results of joint ``name`` said from the old side again; contact angles are left out where their frame changed."""
     joint, T = case.scene.joints[name], how.to_new.T
-    universal, ball = joint.type == "universal", joint.type == "spherical"
+    universal, ball = of(joint.type).crossed, of(joint.type).ball
     order = [2, 3, 0, 1] if universal else slice(None)
     extra = _coriolis(joint, case.q[name], case.qd[name])
 
@@ -151,10 +147,7 @@ def _undo(case: Case, name: str, how: Reversal) -> Callable:
 
 
 def _coriolis(joint, q, qd) -> np.ndarray:
-    """What the change of the map of the rates adds to the new accelerations (planar and free joints only)."""
-    if joint.type not in ("planar", "free"):
-        return np.zeros(freedoms(joint.type))
+    """What the change of the map of the rates adds to the new accelerations (where a travel is seen from a part that turns)."""
     R, s = joint_transform(joint, q)
     w, slide = joint_rates(joint, R, qd)
-    a = R.T @ (2 * cross(w, slide) - cross(w, cross(w, s)))
-    return np.r_[a, np.zeros(3)] if joint.type == "free" else np.r_[a[1:], 0.0]
+    return free_picker(joint) @ np.r_[R.T @ (2 * cross(w, slide) - cross(w, cross(w, s))), np.zeros(3)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from engine.scene import model as sm
 
-from .joint_rows import FREE_DIRECTIONS, freedoms
+from .joint_rows import freedoms, of
 from .random_scenes import Case, _started
 from .signals import load_value, per_freedom
 from .values import Moved
@@ -40,7 +40,7 @@ class Units:
 def rescaled(case: Case, length: float, mass: float, time: float) -> Moved:
     """The case with every length, mass and time multiplied by the given factors."""
     u, s = Units(length, mass, time), case.scene
-    travel = {n: np.array([length if d < 3 else 1.0 for d in FREE_DIRECTIONS[j.type]]) for n, j in s.joints.items()}
+    travel = {n: np.array([length if d < 3 else 1.0 for d in of(j.type).free]) for n, j in s.joints.items()}
     q = {n: _scaled_q(s.joints[n].type, x, travel[n]) for n, x in case.q.items()}
     qd = {n: np.asarray(x) * travel[n] / time for n, x in case.qd.items()}
     joints = {}
@@ -86,11 +86,8 @@ def _times(x, f: float):
 
 
 def _scaled_q(kind: str, q, travel) -> np.ndarray:
-    q = np.array(q, float)
-    if kind == "free":
-        q[:3] *= travel[0]
-    elif kind != "spherical":
-        q = q * travel
+    q, n = np.array(q, float), of(kind).scalars
+    q[:n] *= travel[:n]
     return q
 
 

@@ -1,13 +1,15 @@
 """Reported reactions keep every body in balance; drives follow their signals; random scenes cover everything."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from reference import random_scenes as rs
-from reference import solve
-from reference.joint_rows import FREE_DIRECTIONS
-from reference.loads import Applied
-from reference.random_parts import drive, load
-from reference.signals import drive_motion, load_value
+
+from tests.reference import random_scenes as rs
+from tests.reference import solve
+from tests.reference.loads import Applied
+from tests.reference.random_parts import RUBBING_TYPES, drive, load
+from tests.reference.signals import drive_motion, load_value
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -62,13 +64,16 @@ def test_loads_hold_their_ends():
 
 
 def test_random_scenes_hold_every_type_told_from_both_sides_with_either_pin():
-    seen = set()
-    for seed in range(60):
-        scene = rs.random_tree(seed).scene
-        for joint in scene.joints.values():
-            inner = joint.inboard if isinstance(joint.inboard, str) else joint.inboard.body
-            outer = joint.outboard if isinstance(joint.outboard, str) else joint.outboard.body
-            number = [0 if x.startswith("ground") else int(x.partition(".")[0][1:]) for x in (inner, outer)]
-            seen.add((joint.type, joint.pin, number[0] < number[1], joint.friction is not None))
-    assert len({s[:3] for s in seen}) == 4 * len(FREE_DIRECTIONS)
-    assert {s[0] for s in seen if s[3]} == {"revolute", "prismatic", "cylindrical", "universal", "spherical"}
+    """Rubbing where the type can; ``covering`` raises where something is not to be found."""
+
+    def told(joint, kind, pin, outward):
+        ends = [x if isinstance(x, str) else x.body for x in (joint.inboard, joint.outboard)]
+        inner, outer = (0 if x.startswith("ground") else int(x.partition(".")[0][1:]) for x in ends)
+        return (joint.type, joint.pin, inner < outer) == (kind, pin, outward) and bool(joint.friction) >= (kind in RUBBING_TYPES)
+
+    claims = {
+        f"{kind}, pin {pin}, {outward}": lambda c, how=(kind, pin, outward): any(told(j, *how) for j in c.scene.joints.values())
+        for kind, pin, outward in product(rs.ALL_TYPES, ("inboard", "outboard"), (True, False))
+    }
+    rubbing = {j.type for case in rs.covering(claims, rs.random_tree).values() for j in case.scene.joints.values() if j.friction}
+    assert rubbing == set(RUBBING_TYPES)

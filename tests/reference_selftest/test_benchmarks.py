@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from reference import NoRoot, every_root, forward, solve, solve_scene
-from reference.examples import ball_pendulum, double_pendulum, pendulum_start, slider_crank, slider_crank_state
 from scipy.integrate import solve_ivp
+
+from tests.reference import NoRoot, every_root, forward, solve, solve_scene
+from tests.reference.examples import ball_pendulum, double_pendulum, pendulum_start, slider_crank, slider_crank_state
 
 F2 = [(0.0, -4680.6, -369.147681, 13.4913692), (0.05, -3682.15986, 1368.19074, 11.2874138)]
 F2 += [(0.1, -1078.24889, 1037.43376, 4.29956317)]

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference import forward, solve, solve_scene
-from reference.random_scenes import random_tree
 
 from engine.scene import model as sm
+from tests.reference import forward, solve, solve_scene
+from tests.reference.joint_rows import TYPES
+from tests.reference.random_scenes import random_tree
 
 G = 9.81
 LIGHT = {"mass": 1e-9, "inertia": (1e-12, 1e-12, 1e-12)}
@@ -102,10 +103,11 @@ def test_universal_is_two_journals_on_a_massless_cross(pin, adams):
 
 
 CHAINS = {
-    "cylindrical": [("prismatic", 0), ("revolute", 0)],
-    "planar": [("prismatic", 1), ("prismatic", 2), ("revolute", 0)],
-    "universal": [("revolute", 0), ("revolute", 1)],
+    kind: [("prismatic" if d < 3 else "revolute", d % 3) for d in r.free]
+    for kind, r in TYPES.items()
+    if len(r.free) > 1 and not r.ball and not r.lead
 }
+"""Types whose freedoms are travels and turns of their own, one after the other: (simple type, axis)."""
 
 
 @pytest.mark.parametrize("kind", CHAINS)

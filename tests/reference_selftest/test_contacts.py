@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from reference.contacts import adams_ball, ball, journal, sleeve
-from reference.laws import Law
 from scipy.optimize import fsolve
+
+from tests.reference.contacts import adams_ball, ball, journal, sleeve
+from tests.reference.laws import Law
 
 LAWS = [Law("regularized", 0.6, 1e-4), Law("regularized", 0.4, 0.5), Law("viscous", viscosity=0.7), Law("coulomb", 0.3)]
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from reference import forward, solve
-from reference.dynamics import Result
-from reference.joint_rows import FREE_DIRECTIONS, SCALAR_COORDINATES
-from reference.loads import Applied, kinetic_energy
-from reference.random_scenes import Case, random_loop, random_tree
-from reference.rotation import matrix_from_quaternion, quaternion_from_matrix, turned
+
+from tests.reference import forward, solve
+from tests.reference.dynamics import Result
+from tests.reference.joint_rows import of
+from tests.reference.loads import Applied, kinetic_energy
+from tests.reference.random_scenes import ALL_TYPES, Case, random_loop, random_tree
+from tests.reference.rotation import matrix_from_quaternion, quaternion_from_matrix, turned
 
 
 def later(case: Case, result: Result, h: float) -> float:
@@ -17,8 +18,8 @@ def later(case: Case, result: Result, h: float) -> float:
         kind, a = case.scene.joints[name].type, result.qdd[name]
         step = h * case.qd[name] + h * h / 2 * a
         qd[name] = case.qd[name] + h * a
-        k = SCALAR_COORDINATES.get(kind)
-        if k is None:
+        k = of(kind).scalars
+        if not of(kind).ball:
             q[name] = case.q[name] + step
         else:
             ball = quaternion_from_matrix(turned(matrix_from_quaternion(case.q[name][k:]), step[k:]))
@@ -46,7 +47,7 @@ def check(case: Case) -> None:
             assert np.all(friction * case.qd[name] >= -1e-12)
 
 
-@pytest.mark.parametrize("kind", FREE_DIRECTIONS)
+@pytest.mark.parametrize("kind", ALL_TYPES)
 def test_power_balance_of_every_joint_type(kind):
     for seed in range(4):
         check(random_tree(seed, 3, types=(kind, kind, kind, "revolute"), friction=0.8, t=0.3))

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference.equations import motion_row
-from reference.joint_rows import FREE_DIRECTIONS, constraint_picker, directions, free_picker
-from reference.kinematics import State, closure, forward, measured
-from reference.random_scenes import random_tree
-from reference.rotation import turned
+
+from tests.reference.equations import motion_row
+from tests.reference.joint_rows import TYPES, constraint_picker, directions, free_picker, of
+from tests.reference.kinematics import State, closure, forward, measured
+from tests.reference.random_scenes import ALL_TYPES, covering, first, random_tree
+from tests.reference.rotation import turned
 
 SEEDS = range(3)
 
@@ -43,7 +44,7 @@ def moved(state: State, velocity: np.ndarray, acceleration: np.ndarray, h: float
     return new
 
 
-@pytest.mark.parametrize("kind", FREE_DIRECTIONS)
+@pytest.mark.parametrize("kind", ALL_TYPES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_position_constraints_change_at_the_rate_of_their_rows(kind, seed):
     state = two_bodies(kind, seed)
@@ -56,7 +57,7 @@ def test_position_constraints_change_at_the_rate_of_their_rows(kind, seed):
     assert np.allclose((plus - minus) / (2 * h), rows, atol=1e-8)
 
 
-@pytest.mark.parametrize("kind", FREE_DIRECTIONS)
+@pytest.mark.parametrize("kind", ALL_TYPES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_rates_change_at_the_rate_of_rows_and_bias(kind, seed):
     state = two_bodies(kind, seed)
@@ -70,7 +71,7 @@ def test_rates_change_at_the_rate_of_rows_and_bias(kind, seed):
     assert np.allclose((plus - minus) / (2 * h), rows @ a + here.bias, atol=1e-8)
 
 
-@pytest.mark.parametrize("kind", FREE_DIRECTIONS)
+@pytest.mark.parametrize("kind", ALL_TYPES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_walked_joints_are_closed_and_measure_as_given(kind, seed):
     case = random_tree(seed, 3, types=(kind,), friction=0, devices=0, drives=0)
@@ -81,6 +82,32 @@ def test_walked_joints_are_closed_and_measure_as_given(kind, seed):
         assert np.max(np.abs([*position, *velocity]), initial=0) < 1e-12
         assert np.allclose(q, case.q[name], atol=1e-12)
         assert np.allclose(qd, case.qd[name], atol=1e-12)
+
+
+def test_a_joint_type_without_a_reference_says_what_to_add():
+    assert set(ALL_TYPES) <= set(TYPES), [str(of(k)) for k in ALL_TYPES]
+    with pytest.raises(LookupError, match="add an entry to TYPES"):
+        of("rack")
+
+
+def test_adding_a_joint_type_changes_only_the_joints_that_become_one():
+    """Trees of two types and of three: without the third in it a scene is the same, else the others' numbers are."""
+    same = changed = 0
+    for seed in range(20):
+        before, after = (random_tree(seed, 3, types=t).scene for t in (("revolute", "free"), ("revolute", "free", "planar")))
+        became = {n for n, j in after.joints.items() if j.type == "planar"}
+        assert before.bodies == after.bodies
+        assert all(before.joints[n] == j for n, j in after.joints.items() if n not in became)
+        same, changed = same + (before == after), changed + bool(became)
+    assert same >= 3
+    assert changed >= 3
+
+
+def test_a_property_no_case_has_is_said():
+    with pytest.raises(LookupError, match="no random case among 400 has two grounds"):
+        first("two grounds", lambda case: False, lambda seed: seed)
+    with pytest.raises(LookupError, match="has moons"):
+        covering({"stars": lambda case: True, "moons": lambda case: False}, lambda seed: seed)
 
 
 def test_freedoms_and_constraints_make_six():

@@ -1,12 +1,13 @@
 """What must not change: order, world axes, body frames, units, and the side a joint is told from."""
 
 import pytest
-from reference import solve
-from reference.random_scenes import random_loop, random_tree
-from reference.reversal import reversed_joint
-from reference.transforms import reframed, rotated, shuffled
-from reference.units import rescaled
-from reference.values import largest_difference, table
+
+from tests.reference import solve
+from tests.reference.random_scenes import random_loop, random_tree
+from tests.reference.reversal import reversed_joint
+from tests.reference.transforms import reframed, rotated, shuffled
+from tests.reference.units import rescaled
+from tests.reference.values import largest_difference, table
 
 TOLERANCE = 1e-9  # roots are solved to 1e-11 of the forces
 

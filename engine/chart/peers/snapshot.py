@@ -153,7 +153,7 @@ def _link(model: Model, parts: tuple[Part, ...], j: Joint, at: dict[str, float])
         point = parts[j.out].center + R_out @ (point - center)
     frame_in, frame_out = R_in @ matrix(j.inb_frame), R_out @ matrix(j.out_frame)
     freedoms = []
-    for k, axes in enumerate(j.kind.columns):
+    for k, axes in enumerate(j.kind.axes):
         a = axes[0]
         freedoms.append(Freedom((frame_in if a.side == "in" else frame_out)[:, a.index], a.rot, at[f"{j.name}.qd[{k + 1}]"]))
     w_in = parts[j.inb].omega if j.inb != GROUND else np.zeros(3)

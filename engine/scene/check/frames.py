@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
 from engine.scene.model import AxisAngle, Direction, Joint, Scene, Side
 
-NEED_AXIS = ("revolute", "prismatic", "cylindrical", "universal", "planar", "screw")
 PARALLEL = 1e-6
 """Sine of the angle between axis and reference below which e2 would be rounding (rad)."""
 _NAMED = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -55,7 +55,7 @@ def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]
     reference = own.reference if own.reference is not None else j.reference
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))
     if axis is None:
-        if j.type in NEED_AXIS:
+        if REGISTRY[j.type].needs_axis:
             other = j.outboard if key == "inboard" else j.inboard
             alone = isinstance(other, Side) and other.axis is not None
             what = f"a {j.type} joint needs an axis" + (" on both sides" if alone else "")
@@ -69,7 +69,8 @@ def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]
         return
     if _sine(vector(axis), vector(reference)) < PARALLEL:
         at = (*path, key, "reference") if own.reference is not None else (*path, "reference")
-        role = "; its e2 is the second axis of the universal joint" if j.type == "universal" else ""
+        second = REGISTRY[j.type].second_axis
+        role = f"; its e{second + 1} is the second axis of the {j.type} joint" if second >= 0 else ""
         yield Finding(at, f"the reference is parallel to the axis{role}", "choose a direction across the axis")
 
 
@@ -85,9 +86,10 @@ def _scaled(a: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def _pitch(path: Path, j: Joint) -> Iterator[Finding]:
-    if j.type == "screw" and j.pitch is None:
-        yield Finding(
-            (*path, "pitch"), "a screw needs a pitch (travel a turn) that is not zero", 'for example pitch: "5 mm"'
-        )
-    if j.type != "screw" and j.pitch is not None:
-        yield Finding((*path, "pitch"), f"a {j.type} joint has no pitch", "remove it, or use type: screw")
+    pitched = REGISTRY[j.type].pitched
+    if pitched and j.pitch is None:
+        what = f"a {j.type} needs a pitch (travel a turn) that is not zero"
+        yield Finding((*path, "pitch"), what, 'for example pitch: "5 mm"')
+    if not pitched and j.pitch is not None:
+        able = " or ".join(k.name for k in REGISTRY.values() if k.pitched)
+        yield Finding((*path, "pitch"), f"a {j.type} joint has no pitch", f"remove it, or use type: {able}")

@@ -28,16 +28,20 @@ def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Findin
         if kind.quaternion < 0:
             yield Finding(
                 path,
-                f"axis and angle are for spherical and free joints, not for a {kind.name} joint",
+                f"axis and angle are for {_turning_freely()} joints, not for a {kind.name} joint",
                 "give its coordinates",
             )
         return
     values = q if isinstance(q, tuple) else (q,)
     if len(values) != kind.nq:
-        hint = "q: {axis: y, angle: 30 deg}, or four numbers [w, x, y, z]" if kind.name == "spherical" else ""
+        hint = "q: {axis: y, angle: 30 deg}, or four numbers [w, x, y, z]" if kind.quaternion == 0 else ""
         yield Finding(path, f"a {kind.name} joint has {_count(kind.nq, 'coordinate')}, not {len(values)}", hint)
     elif kind.quaternion >= 0 and not any(values[kind.quaternion :]):
         yield Finding(path, "a quaternion of four zeros is no rotation", "no rotation is [1, 0, 0, 0]")
+
+
+def _turning_freely() -> str:
+    return " and ".join(k.name for k in REGISTRY.values() if k.quaternion >= 0)
 
 
 def _count(n: int, word: str) -> str:

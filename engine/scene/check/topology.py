@@ -75,7 +75,7 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     """A loop of fixed joints alone cannot move and cannot be told from a contradiction."""
     groups = _Groups([GROUND, *scene.bodies])
     for name, (a, b) in ends.items():
-        if scene.joints[name].type == "fixed" and not groups.join(a, b):
+        if not REGISTRY[scene.joints[name].type].nv and not groups.join(a, b):
             what = f"{shown(a)} and {shown(b)} are fixed to each other already: impossible loop closure"
             yield Finding(("joints", name), what, "remove this fixed joint")
 
