@@ -41,7 +41,8 @@ def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Findin
 
 
 def _turning_freely() -> str:
-    return " and ".join(k.name for k in REGISTRY.values() if k.quaternion >= 0)
+    balls = [k for k in REGISTRY.values() if k.quaternion >= 0]
+    return " and ".join(k.name for k in sorted(balls, key=lambda k: k.nv))
 
 
 def _count(n: int, word: str) -> str:
