@@ -3,8 +3,9 @@ coefficient for every load, as long as the arm of axial friction times the coeff
 
 import numpy as np
 import pytest
-from reference.contacts import journal, sleeve
-from reference.laws import Law
+
+from tests.reference.contacts import journal, sleeve
+from tests.reference.laws import Law
 
 MOST = 1.5
 """Largest coefficient of friction that is tried."""
