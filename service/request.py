@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_vali
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.plan import Plan, Run, plan
+from engine.integrators import METHODS
 from engine.scene.dump import scene_to_dict
 from engine.scene.library import model_file, model_names
 from engine.scene.load import load_scene, scene_from_dict, scene_from_text
@@ -94,7 +95,7 @@ class JobRequest(SceneSource):
     until: float | None = Field(None, description="End time, s (default: the scene's).")
     every: float | None = Field(None, description="Spacing of the rows that are reduced, s; 0: the solver's own steps.")
     rtol: float | None = Field(None, description="Relative tolerance.")
-    method: Plain | None = Field(None, description="auto, rk5, rk8, rosenbrock.")
+    method: Plain | None = Field(None, description=f"{', '.join(METHODS)}.")
     budget: float | None = Field(None, gt=0, description="Stepping seconds after which the job is stopped.")
     label: Plain = Field("", description="Words of your own.")
 

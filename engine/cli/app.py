@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from engine.cli.extensions import Commands
+from engine.integrators import METHODS
 
 app = typer.Typer(
     name="trunnion",
@@ -22,6 +23,7 @@ app = typer.Typer(
 OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
 """Words typer does not know are handed to the command, which tells all of them together with its other problems."""
 SCENE = typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.", show_default=False)
+METHOD = f"{', '.join(METHODS)}."
 JSON = typer.Option("--json", help="Print one JSON document instead of text.")
 VERBOSE = typer.Option("-v", "--verbose", help="Tell what is being done, and details of defects, on standard error.")
 
@@ -59,7 +61,7 @@ def simulate(
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
     ] = None,
     law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
-    method: Annotated[str | None, typer.Option(metavar="M", help="auto, rk5, rk8, rosenbrock.")] = None,
+    method: Annotated[str | None, typer.Option(metavar="M", help=METHOD)] = None,
     rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
     outputs: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="Columns wanted, such as 'ball.*' (repeatable).")
@@ -104,7 +106,7 @@ def sweep(
     until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
     every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows that are reduced.")] = None,
     rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
-    method: Annotated[str | None, typer.Option(metavar="M", help="auto, rk5, rk8, rosenbrock.")] = None,
+    method: Annotated[str | None, typer.Option(metavar="M", help=METHOD)] = None,
     law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
     save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")] = None,
     workers: Annotated[int | None, typer.Option(metavar="N", help="Threads (default: one a core).")] = None,

@@ -9,11 +9,12 @@ numbers, ``check`` finds the mistakes that need more than one field to see. The 
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic.dataclasses import dataclass
 
 from engine.basics.numbers import Bound
+from engine.integrators import METHODS
 from engine.scene.bodies import Body, Cylinder, Ground
 from engine.scene.jointed import (
     AxisAngle,
@@ -32,6 +33,11 @@ from engine.scene.quantities import Acceleration, Duration, Per
 from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Ramp, Signal, Table
 from engine.scene.values import STRICT, AxisName, Direction, Position, Vector
 
+if TYPE_CHECKING:
+    MethodName = str
+else:
+    MethodName = Literal[METHODS]
+    """The registered methods: what the schema lists and the reader takes."""
 RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
 """Relative tolerances: below, steps drown in round-off; above, they are no approximation."""
 
@@ -46,7 +52,7 @@ class Simulation:
     """Interval of the output; left out, the solver's own steps."""
     rtol: Annotated[float, Per("1", RTOL)] = 1e-6
     """Relative tolerance of the integration."""
-    method: str = "auto"
+    method: MethodName = "auto"
     """Integration method."""
     jams: Literal["stop", "impact"] = "stop"
     """What a jam does: end the run as ``jammed``, or stop the jammed joint by a tangential impact and go on."""

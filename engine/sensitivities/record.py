@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.basics.problems import SimulationError
+from engine.integrators import RK8
 from engine.simulation import block as bl
 from engine.simulation.outcome import from_status
 from engine.simulation.run import Model
@@ -51,7 +52,7 @@ class Record:
 
 def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> Record:
     """Run from the assembled start through all sample times with the explicit method of order 8. SimulationError when it fails."""
-    settings = bl.Settings(rtol=rtol, method="rk8", max_step=samples[-1] / LEAST_STEPS)
+    settings = bl.Settings(rtol=rtol, method=RK8.name, max_step=samples[-1] / LEAST_STEPS)
     model.block.configure(settings)
     row = np.zeros(model.block.width)
     status = model.begin(settings, 0.0, samples[-1], 2 * samples[-1], row)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.basics.problems import Problem, SceneError
 from engine.friction import REGISTRY as LAWS
+from engine.integrators import REGISTRY as METHODS
+from engine.integrators import Impulses
 from engine.scene.model import RTOL, Scene
 from engine.simulation import block as bl
 
@@ -22,8 +24,8 @@ def check_settings(until: float, every: float, s: bl.Settings, scene: Scene) -> 
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
     laws = {j.friction.law or scene.friction.law for j in scene.joints.values() if j.friction}
     stiff = sorted(law for law in laws if not LAWS[law].steps)
-    if s.method == "moreau" and stiff:
+    if s.method in {m.name for m in METHODS if isinstance(m, Impulses)} and stiff:
         able = " or ".join(name for name, law in LAWS.items() if law.steps)
-        problems.append(Problem("method", f"moreau cannot step law {stiff[0]}", f"use law {able}, or method auto"))
+        problems.append(Problem("method", f"{s.method} cannot step law {stiff[0]}", f"use law {able}, or method auto"))
     if problems:
         raise SceneError(problems)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from engine.integrators import AUTO
 from engine.simulation.block import Block
 from engine.simulation.pairs import slider_names
 from engine.simulation.redundancy import Redundancy
@@ -17,7 +18,7 @@ class Certificate:
     contraction: largest factor by which fixed-point iteration of the complement equations contracts (start, events, end); below
     1 no other root is near. roots: roots of these equations found at start and end. complement: their largest relative residual.
     indeterminate: (time, joint) of the first decision between sticking and slipping that several answers satisfied, or None.
-    time_stepped: when events first accumulated so that method moreau took over, or None.
+    time_stepped: when events first accumulated so that time stepping took over, or None.
     redundancy: independent reaction patterns the motion leaves open; not_unique: joints whose reactions are therefore a choice."""
 
     contraction: float = 0.0
@@ -46,7 +47,8 @@ def certificate_notes(c: Certificate) -> list[str]:
         way = "could both stick and slip, or slip either way; sticking was preferred"
         out.append(f"indeterminate at t = {time:.6g} s: joint {joint} {way}")
     if c.time_stepped is not None:
-        what = "time stepping (moreau, first order) took over while they did"
+        method = AUTO.accumulating
+        what = f"time stepping ({method.name}, order {method.order}) took over while they did"
         out.append(f"events accumulated at t = {c.time_stepped:.6g} s: {what}")
     if max(c.roots) > 1:
         out.append(f"the complement equations have {max(c.roots)} roots: the one continued from zero friction was followed")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from engine.abi import Status
 from engine.friction import DEFAULT, twin_of
-from engine.integrators import METHODS
+from engine.integrators import AUTO, METHODS
 
 DONE = "done"
 NAMES: dict[int, str] = {
@@ -21,9 +21,9 @@ NAMES: dict[int, str] = {
 }
 ADVICE = {
     "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint; "
-    "with a fixed step, take a smaller step or method rosenbrock",
-    "step_underflow": "the motion becomes singular or far stiffer than the tolerance allows here: try method rosenbrock, a looser "
-    "rtol, or look at the mechanism's configuration at this time",
+    f"with a fixed step, take a smaller step or method {AUTO.stiff.name}",
+    "step_underflow": f"the motion becomes singular or far stiffer than the tolerance allows here: try method {AUTO.stiff.name}, a "
+    "looser rtol, or look at the mechanism's configuration at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
     "Painlevé); lengthen the guide (half_length), lower mu or radius, or bring the load closer",
     "jammed": "friction grows without bound, so that the joint's sliding stops at once (an impact without a collision): "
@@ -34,7 +34,7 @@ ADVICE = {
     "lengths along the loop and how far its drives go (with a fixed step, try a smaller one)",
     "gimbal": "all free turning axes of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of its reach), "
     "so that it cannot turn as its drives ask: keep its angles away from there, or add a turning freedom across that plane",
-    "max_steps": "the step budget is used up: raise max_steps, or try method rosenbrock",
+    "max_steps": f"the step budget is used up: raise max_steps, or try method {AUTO.stiff.name}",
     "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
     "stopped": "stopped on request; results up to then are kept",
 }

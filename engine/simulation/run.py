@@ -94,13 +94,13 @@ def simulate(
 ) -> Result:
     """Run a scene.
 
-    scene: a Scene, a file, or a bundled model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0: every
-    step). rtol: relative tolerance of positions and velocities (also absolute, in the scene's own scales). method: auto, rk5, rk8,
-    rosenbrock. overrides: {"joints.ball.friction.mu": 0.5, …}. outputs: patterns of columns. step: fixed step instead of error
-    control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a
-    Result with what it has and a named outcome. Ctrl-C while it steps does the same: every row and event up to then, outcome
-    ``stopped``; a script that should end with it raises KeyboardInterrupt when it finds that outcome. Before the first row, while
-    the kernel is built, there is nothing to keep, and KeyboardInterrupt is raised.
+    scene: a Scene, a file, or a bundled model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0:
+    every step). rtol: relative tolerance of positions and velocities (also absolute, in the scene's own scales). method: one of
+    ``engine.integrators.METHODS``. overrides: {"joints.ball.friction.mu": 0.5, …}. outputs: patterns of columns. step: fixed
+    step instead of error control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that
+    cannot go on returns a Result with what it has and a named outcome. Ctrl-C while it steps does the same: every row and event
+    up to then, outcome ``stopped``; a script that should end with it raises KeyboardInterrupt when it finds that outcome.
+    Before the first row, while the kernel is built, there is nothing to keep, and KeyboardInterrupt is raised.
     """
     from engine.scene import load_scene
     from engine.scene.overrides import apply

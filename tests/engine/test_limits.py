@@ -10,11 +10,12 @@ import pytest
 from engine.joints import REGISTRY
 from engine.scene import load_scene
 from engine.scene import model as sm
+from engine.simulation import block as bl
 from engine.simulation.run import simulate
 from tests.reference.rotation import rotation_about
 from tests.stability.tellings import TELLINGS, TIME, told
 
-METHODS = ("rk5", "rk8", "rosenbrock", "moreau", "auto")
+METHODS = tuple(bl.METHODS)
 REACH = np.arcsin(0.6) / 10
 """When 8.2 with a rod of 0.3 m is stretched to its end, s."""
 
