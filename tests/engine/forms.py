@@ -20,11 +20,11 @@ NUMBERS = {
     "journal": ("radius", "half_length", "thrust_radius"),
     "shaft": ("radius", "half_length"),
     "ball": ("radius",),
-    "universal": ("radius[1]", "radius[2]", "half_length[1]", "half_length[2]"),
+    "cross": ("radius[1]", "radius[2]", "half_length[1]", "half_length[2]"),
     "sleeve": ("half_width", "half_height", "half_length"),
 }
-RATES = {"journal": 1, "shaft": 2, "ball": 3, "universal": 2, "sleeve": 1}
-PAIRS = {"journal": 1, "shaft": 1, "ball": 1, "universal": 2, "sleeve": 1}
+RATES = {"journal": 1, "shaft": 2, "ball": 3, "cross": 2, "sleeve": 1}
+PAIRS = {"journal": 1, "shaft": 1, "ball": 1, "cross": 2, "sleeve": 1}
 LAW_NUMBERS = {"regularized": ("mu", "v_eps"), "viscous": ("viscosity",), "coulomb": ("mu",),
                "stribeck": ("mu", "mu_static", "v_stribeck", "viscosity")}
 ELEMENTS = tuple(NUMBERS)
@@ -122,7 +122,7 @@ def reference(s: States, i: int, adams: bool, pin: int) -> tuple[np.ndarray, lis
     """Friction on the inboard part and contacts of state i from the numerical roots (pin frame)."""
     w, r, g = s.wrench[:, i], pin * s.rates[:, i], {k: float(s.number(k)[i]) for k in (*NUMBERS[s.element], *LAW_NUMBERS[s.law])}
     law = ReferenceLaw(s.law, g.get("mu", 0.0), g.get("v_eps", 1e-4), g.get("viscosity", 0.0))
-    if s.element == "universal":
+    if s.element == "cross":
         return _universal(w, s.rates[:, i], g, law, adams, pin)
     fc, mc = w[:3], w[3:]
     if s.element == "ball":
