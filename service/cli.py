@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import logging
+import os
+import socket
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated
@@ -12,6 +15,9 @@ import typer
 from engine.basics.extras import absent
 from engine.basics.problems import Problem, SceneError, SimulationError
 from service.settings import Limits, Settings
+
+BACKLOG = 2048
+"""Connections that may wait to be accepted, as uvicorn has it."""
 
 
 def limit_names() -> list[str]:
@@ -109,6 +115,29 @@ def _make_key(settings: Settings, text: str) -> int:
     return 0
 
 
+def listener(host: str, port: int) -> socket.socket:
+    """The socket to listen on, taken before anything else is started; SceneError when it cannot be had."""
+    try:
+        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        taken = socket.socket(family, kind)
+    except OSError as e:
+        what = f"{host!r} is no address of this machine: {e.strerror or e}"
+        raise SceneError([Problem("--host", what, "127.0.0.1 for this machine alone, 0.0.0.0 for all its addresses")]) from e
+    try:
+        if os.name == "posix":  # elsewhere it would let two servers share a port
+            taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        taken.bind(address)
+        taken.listen(BACKLOG)
+    except OSError as e:
+        taken.close()
+        if e.errno in (errno.EADDRINUSE, errno.EACCES):
+            what = "is in use" if e.errno == errno.EADDRINUSE else "may not be used by you"
+            hint = f"choose another, such as --port {port + 1}, or end what listens there" if port < 65535 else "choose another"
+            raise SceneError([Problem("--port", f"{port} {what} at {host}", hint)]) from e
+        raise SceneError([Problem("--host", f"{host!r} is no address of this machine: {e.strerror or e}")]) from e
+    return taken
+
+
 def _serve(settings: Settings) -> int:
     """Serve until stopped."""
     import uvicorn
@@ -117,11 +146,12 @@ def _serve(settings: Settings) -> int:
 
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     logging.getLogger("trunnion").setLevel(logging.INFO)
+    listening = listener(settings.host, settings.port)
     app = create_app(settings)
     if not settings.open and not app.state.service.store.all_keys():
         print("no keys yet: make the first with trunnion serve --new-key me:admin")
-    print(f"Trunnion at http://{settings.host}:{settings.port} (data in {settings.data}); end with Ctrl-C", flush=True)
+    print(f"Trunnion at http://{settings.host}:{listening.getsockname()[1]} (data in {settings.data}); end with Ctrl-C", flush=True)
     config = uvicorn.Config(app, settings.host, settings.port, log_level="warning", timeout_graceful_shutdown=5)
     server = uvicorn.Server(config)
-    server.run()
+    server.run(sockets=[listening])
     return 0 if server.started else 1

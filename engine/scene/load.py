@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -11,11 +11,13 @@ from engine.basics.problems import Problem, SceneError
 from engine.scene.building import build, copied
 from engine.scene.check import findings
 from engine.scene.finding import Finding, Path, error_of
-from engine.scene.library import SCENE_FILE, model_file
+from engine.scene.library import SCENE_FILE, model_file, model_names
 from engine.scene.model import Scene
 from engine.scene.reading import LARGEST, read
 
 SUFFIXES = (".yaml", ".yml", ".json")
+MOST_NAMED = 5
+"""Files of a folder that are named."""
 
 
 def load_scene(source: str | os.PathLike[str]) -> Scene:
@@ -42,11 +44,21 @@ def _file(source: str | os.PathLike[str]) -> FilePath:
             return path / SCENE_FILE
         if path.exists() and not path.is_dir():
             return path
+        others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
     except (OSError, ValueError):  # a name no file system takes
-        pass
+        others = None
+    if others is not None and text not in model_names():
+        raise SceneError([_no_scene_in(path, others, text)])
     if path.suffix.lower() in SUFFIXES or len(path.parts) > 1:
         raise SceneError([Problem("scene", "there is no such file", "", text[:200])])
     return model_file(text)
+
+
+def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Problem:
+    """A folder was given that holds no scene, or only others of another name."""
+    shown = ", ".join(map(str, others[:MOST_NAMED]))
+    hint = f"give the file itself: {shown}" if others else f"a scene's folder holds one; `trunnion new {folder.name}` writes one"
+    return Problem("scene", f"the folder has no {SCENE_FILE}", hint, text[:200])
 
 
 def scene_from_text(content: bytes | str, file: str = "", is_json: bool = False, name: str = "") -> Scene:

@@ -9,6 +9,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.kernel.columns import Column, columns, select
 from engine.scene.model import Scene
 from engine.sensitivities.start import parameter_problems
+from engine.simulation.memory import row_problems
 from engine.simulation.run import pattern_problems
 from engine.system.build import build
 
@@ -28,6 +29,8 @@ def checked_request(
     spacing = float(every or end / SAMPLES)
     if not (0 < end < math.inf and 0 < spacing <= end):
         problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
+    else:
+        problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
     if not 1e-14 <= rtol <= 0.1:
         problems.append(Problem("rtol", f"{rtol:g} is out of range", "between 1e-14 and 0.1; 1e-9 is a good start"))
     if problems:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.basics.problems import Problem, SceneError
 from engine.friction import REGISTRY as LAWS
 from engine.integrators import REGISTRY as METHODS
 from engine.integrators import Impulses
+from engine.kernel.columns import columns, select
 from engine.scene.model import RTOL, Scene
 from engine.simulation import block as bl
+from engine.simulation.memory import NEVER_MANY, expected_rows, row_problems
+from engine.system.build import build
 
 
-def check_settings(until: float, every: float, s: bl.Settings, scene: Scene) -> None:
-    """SceneError with everything that is wrong with these for the scene."""
+def check_settings(until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None) -> None:
+    """SceneError with everything that is wrong with these for the scene. outputs: patterns of the columns that are kept of every
+    row; None where none is."""
     asked = {
         "until": (until, POSITIVE, "give a positive end time"),
         "every": (every, NOT_NEGATIVE, "give a positive spacing, or 0 for every step"),
@@ -23,9 +30,18 @@ def check_settings(until: float, every: float, s: bl.Settings, scene: Scene) -> 
     if s.method not in bl.METHODS:
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
     laws = {j.friction.law or scene.friction.law for j in scene.joints.values() if j.friction}
+    if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
+        problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))
     stiff = sorted(law for law in laws if not LAWS[law].steps)
     if s.method in {m.name for m in METHODS if isinstance(m, Impulses)} and stiff:
         able = " or ".join(name for name, law in LAWS.items() if law.steps)
         problems.append(Problem("method", f"{s.method} cannot step law {stiff[0]}", f"use law {able}, or method auto"))
     if problems:
         raise SceneError(problems)
+
+
+def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:
+    """Numbers of a row that is kept, its time included; 0 where none is kept, or too few rows for it to matter."""
+    if outputs is None or rows <= NEVER_MANY:
+        return 0
+    return 1 + len(select(columns(build(scene).system), tuple(outputs)))

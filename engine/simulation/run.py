@@ -115,7 +115,7 @@ def simulate(
     rtol = float(sim.rtol if rtol is None else rtol)
     jams = sim.jams == "impact"
     settings = bl.Settings(rtol, method or sim.method, step, max_steps=max_steps, through_jams=jams)
-    check_settings(until, every, settings, loaded)
+    check_settings(until, every, settings, loaded, loaded.outputs if outputs is None else outputs)
     model = Model(loaded, outputs)
     return OneRun(model, until, every, settings, progress).result()
 

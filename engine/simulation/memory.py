@@ -1,0 +1,74 @@
+"""What the rows of a run would take, before they take it: refused with numbers, wherever a run is asked for."""
+
+from __future__ import annotations
+
+import math
+import os
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+
+from engine.basics.problems import Problem
+
+NUMBER = 8
+"""Bytes of a number of a row."""
+COPIES = 2
+"""Rows are collected in pieces and then put together, so that they are there twice for a moment."""
+SHARE = 0.5
+"""Of this machine's memory that a result's rows may take; the rest is for drawing, writing and everybody else."""
+ASSUMED = 8 * 1024**3
+"""Bytes, where a machine does not say how much it has."""
+MOST_ROWS = 1e9
+"""Of one run, also where only their extremes are kept: at a microsecond a row, a quarter of an hour."""
+NEVER_MANY = 100_000
+"""Rows below which no scene has enough columns to matter, so that nobody need count them."""
+CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
+
+
+@lru_cache(maxsize=1)
+def memory() -> int:
+    """Bytes this process may use: the machine's, or what a container allows."""
+    found = [ASSUMED]
+    with suppress(AttributeError, ValueError, OSError):
+        found = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
+    with suppress(OSError, ValueError):
+        found.append(int(CONTROL_GROUP.read_text()))
+    return min(found)
+
+
+def expected_rows(until: float, every: float, step: float = 0.0) -> float:
+    """Output rows of a run; 0 where only the error control knows."""
+    spacing = every if every > 0.0 else step
+    return until / spacing + 1.0 if spacing > 0.0 else 0.0
+
+
+def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0) -> list[Problem]:
+    """Why so many rows cannot be had. columns: kept of each row, 0 where none is kept and only time limits them."""
+    rows = expected_rows(until, every, step)
+    need = COPIES * NUMBER * columns * rows
+    if rows <= MOST_ROWS and need <= SHARE * memory():
+        return []
+    most = min(MOST_ROWS, SHARE * memory() / (COPIES * NUMBER * columns) if columns else MOST_ROWS)
+    spacing = rounded_up(until / max(most - 1.0, 1.0))
+    what = f"{until:g} s at {every or step:g} s are {rows:.3g} rows"
+    if columns:
+        what += f" of {columns} numbers, {size(need)} with what putting them together takes; this machine has {size(memory())}"
+    else:
+        what += f"; a run may have {most:.0e}"
+    hint = f"set every to {spacing:g} s or more, end earlier" + (", or ask for fewer columns with outputs" if columns > 2 else "")
+    return [Problem("every" if every > 0.0 else "step", what, hint)]
+
+
+def rounded_up(value: float) -> float:
+    """The next number with one digit."""
+    unit = 10.0 ** math.floor(math.log10(value))
+    return float(f"{math.ceil(value / unit * (1 - 1e-12)) * unit:.1g}")
+
+
+def size(count: float) -> str:
+    """Bytes, readable."""
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if count < 1000.0 or unit == "TB":
+            return f"{count:.3g} {unit}"
+        count /= 1000.0
+    return ""

@@ -1,0 +1,106 @@
+"""More rows than there is memory or time for, a port somebody has, a folder without a scene: told before anything starts."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import engine
+from engine.cli import main
+from engine.simulation import memory
+from engine.simulation.memory import expected_rows, row_problems
+
+MU = "joints.ball.friction.mu"
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine of 1 GB, whatever the tests run on."""
+    monkeypatch.setattr(memory, "memory", lambda: 10**9)
+
+
+ASKED: dict[str, Callable[[], object]] = {
+    "simulate": lambda: engine.simulate("spherical_pendulum", until=5, every=1e-9),
+    "fixed steps": lambda: engine.simulate("spherical_pendulum", until=5, every=0, step=1e-9),
+    "sweep": lambda: engine.sweep("spherical_pendulum", {MU: [0.1]}, until=5, every=1e-9),
+    "sensitivity": lambda: engine.sensitivity("spherical_pendulum", [MU], ["ball.qd[2]"], until=5, every=1e-9),
+    "one case again": lambda: engine.sweep("spherical_pendulum", {MU: [0.1]}, until=5, every=1e-5).trajectory(0),
+}
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize("who", ASKED)
+def test_python_is_refused_with_how_many_rows_and_what_to_set(who: str) -> None:
+    with pytest.raises(engine.SceneError) as told:
+        ASKED[who]()
+    (problem,) = told.value.problems
+    assert ("5e+05 rows" if who == "one case again" else "5e+09 rows") in problem.what
+    assert "set every to" in problem.hint
+
+
+@pytest.mark.usefixtures("small")
+def test_the_command_is_refused_with_memory_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "r.csv"
+    assert main(["simulate", "spherical_pendulum", "--until", "5", "--every", "1e-9", "-o", str(file), "--json"]) == 2
+    (problem,) = json.loads(capsys.readouterr().out)["problems"]
+    assert "5e+09 rows of 63 numbers, 5.04 TB" in problem["what"]
+    assert "1 GB" in problem["what"]
+    assert not file.exists()
+
+
+@pytest.mark.usefixtures("small")
+def test_the_spacing_that_is_advised_is_taken_and_a_finer_one_is_not() -> None:
+    advised = float(row_problems(5.0, 1e-9, columns=63)[0].hint.split()[3])
+    assert not row_problems(5.0, advised, columns=63)
+    assert row_problems(5.0, 0.5 * advised, columns=63)
+    assert expected_rows(5.0, advised) * 63 * 16 <= 0.5e9
+
+
+def test_a_request_to_the_service_goes_through_the_same_place() -> None:
+    from service.request import JobRequest, plan_of_request
+    from service.settings import Limits
+
+    asked = JobRequest(scene="spherical_pendulum", over={MU: [0.1]}, until=5.0, every=1e-9)
+    with pytest.raises(engine.SceneError, match=r"5e\+09 rows"):
+        plan_of_request(asked, Limits(rows=10**12))
+
+
+def test_a_machine_says_how_much_memory_it_has() -> None:
+    assert 2**28 < memory.memory() < 2**50
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+def test_a_port_in_use_is_told_before_anything_is_started(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        assert main(["serve", "--host", host, "--port", str(port), "--data", str(tmp_path / "data")]) == 2
+    out, err = capsys.readouterr()
+    assert f"--port: {port} is in use at {host}" in err
+    assert f"--port {port + 1}" in err
+    assert out == ""
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_host_that_is_not_ours_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["serve", "--host", "203.0.113.7", "--port", "0", "--data", str(tmp_path / "data")]) == 2
+    assert "--host: '203.0.113.7' is no address of this machine" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_scene_is_told_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", str(tmp_path)]) == 2
+    assert "the folder has no scene.yaml" in capsys.readouterr().err
+    (tmp_path / "crane.yaml").write_text("schema: 1\n")
+    assert main(["check", str(tmp_path)]) == 2
+    err = capsys.readouterr().err
+    assert "the folder has no scene.yaml" in err
+    assert f"give the file itself: {tmp_path / 'crane.yaml'}" in err
+
+
+def test_a_folder_beside_us_does_not_hide_a_bundled_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "crank_slider").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert engine.load_scene("crank_slider").name == "crank_slider"
