@@ -6,10 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from engine.cli import helping
+
 if TYPE_CHECKING:
     from engine.scene.model import Scene
 
-SCENE = typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.", show_default=False)
+SCENE = typer.Argument(
+    metavar="SCENE",
+    help="A scene file, a folder with a scene.yaml, or a bundled model.",
+    show_default=False,
+    autocompletion=helping.scenes,
+)
 KNOWN = ("--output", "--flavour", "--platform", "--set", "--outputs", "--step", "--json", "--help")
 
 
@@ -22,10 +29,16 @@ def command(
         list[str] | None, typer.Option(metavar="P", help="host (default), all, linux64, win64, darwin64, aarch64-darwin.")
     ] = None,
     changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).", autocompletion=helping.assignments
+        ),
     ] = None,
     outputs: Annotated[
-        list[str] | None, typer.Option(metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).")
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
+        ),
     ] = None,
     step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step, for real time.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
@@ -53,7 +66,13 @@ def command(
 
 
 def _write(
-    scene: Scene, target: str, flavour: str, platforms: list[str], values: dict[str, Any], outputs: list[str] | None, step: float,
+    scene: Scene,
+    target: str,
+    flavour: str,
+    platforms: list[str],
+    values: dict[str, Any],
+    outputs: list[str] | None,
+    step: float,
     as_json: bool,
 ) -> None:
     """Do it, with a progress bar, and tell."""

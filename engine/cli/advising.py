@@ -14,7 +14,7 @@ from engine.cli.running import DONE, FAILED, print_json
 if TYPE_CHECKING:
     from engine.advise import Advice, Rung
 
-KNOWN = ("--error", "--output", "--until", "--set", "--norm", "--repeat", "-o", "--file", "--json", "--verbose", "--help")
+KNOWN = ("--error", "--outputs", "--until", "--set", "--norm", "--repeat", "--output", "--json", "--verbose", "--help")
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def advise_command(wish: AdviseWish) -> int:
     if scene is not None:
         found.problems += unknown_outputs(scene, wish.outputs)
     if not wish.outputs:
-        found.add("--output", "none is given", "what must be right? for example --output 'slider.position[1]'")
+        found.add("--outputs", "none is given", "what must be right? for example --outputs 'slider.position[1]'")
     found.end()
     assert scene is not None
     assert error is not None

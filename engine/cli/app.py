@@ -6,13 +6,14 @@ from typing import Annotated
 
 import typer
 
+from engine.cli import helping
 from engine.cli.extensions import Commands
-from engine.integrators import METHODS
+from engine.cli.helping import Listed
 
 app = typer.Typer(
     name="trunnion",
     cls=Commands,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     invoke_without_command=True,
@@ -22,8 +23,21 @@ app = typer.Typer(
 )
 OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
 """Words typer does not know are handed to the command, which tells all of them together with its other problems."""
-SCENE = typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.", show_default=False)
-METHOD = f"{', '.join(METHODS)}."
+SCENE = typer.Argument(
+    metavar="SCENE",
+    help="A scene file, a folder with a scene.yaml, or a bundled model.",
+    show_default=False,
+    autocompletion=helping.scenes,
+)
+CHANGES = typer.Option(
+    "--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).", autocompletion=helping.assignments
+)
+OUTPUTS = typer.Option(
+    "--outputs", metavar="PATTERN", help="Columns wanted, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
+)
+LAW = typer.Option("--law", metavar="L", help="Friction law of all joints: {laws}.", autocompletion=helping.laws)
+METHOD = typer.Option("--method", metavar="M", help="{methods}.", autocompletion=helping.methods)
+TABLE = typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")
 JSON = typer.Option("--json", help="Print one JSON document instead of text.")
 VERBOSE = typer.Option("-v", "--verbose", help="Tell what is being done, and details of defects, on standard error.")
 
@@ -51,22 +65,18 @@ def top(
         typer.echo(ctx.get_help())
 
 
-@app.command(context_settings=OPEN)
+@app.command(cls=Listed, context_settings=OPEN)
 def simulate(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
     every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows; 0: the solver's own steps.")] = None,
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
-    ] = None,
-    law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
-    method: Annotated[str | None, typer.Option(metavar="M", help=METHOD)] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    law: Annotated[str | None, LAW] = None,
+    method: Annotated[str | None, METHOD] = None,
     rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
-    outputs: Annotated[
-        list[str] | None, typer.Option(metavar="PATTERN", help="Columns wanted, such as 'ball.*' (repeatable).")
-    ] = None,
-    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")] = None,
+    outputs: Annotated[list[str] | None, OUTPUTS] = None,
+    save: Annotated[str | None, TABLE] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="Draw the curves: .png, .svg or .pdf.")] = None,
     animate: Annotated[str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html.")] = None,
     linear: Annotated[
@@ -84,15 +94,22 @@ def simulate(
     raise typer.Exit(simulate_command(wish))
 
 
-@app.command(context_settings=OPEN)
+@app.command(cls=Listed, context_settings=OPEN)
 def sweep(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATH=VALUES", help="Values of a number: first:last:count, or a,b,c (repeatable: every combination)."),
+        typer.Option(
+            metavar="PATH=VALUES",
+            help="Values of a number: first:last:count, or a,b,c (repeatable: every combination).",
+            autocompletion=helping.assignments,
+        ),
     ] = None,
-    sample: Annotated[list[str] | None, typer.Option(metavar="PATH=LOW:HIGH", help="Range to sample from (repeatable).")] = None,
+    sample: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH=LOW:HIGH", help="Range to sample from (repeatable).", autocompletion=helping.assignments),
+    ] = None,
     count: Annotated[int, typer.Option(metavar="N", help="How many cases to sample.")] = 0,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of the sample.")] = 0,
     sampling: Annotated[str, typer.Option(metavar="HOW", help="latin or random.")] = "latin",
@@ -100,15 +117,13 @@ def sweep(
         list[str] | None,
         typer.Option(metavar="KIND:WHAT", help="max, min, mean, final of a column pattern; first, count of an event (repeatable)."),
     ] = None,
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
-    ] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
     until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
     every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows that are reduced.")] = None,
     rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
-    method: Annotated[str | None, typer.Option(metavar="M", help=METHOD)] = None,
-    law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
-    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")] = None,
+    method: Annotated[str | None, METHOD] = None,
+    law: Annotated[str | None, LAW] = None,
+    save: Annotated[str | None, TABLE] = None,
     workers: Annotated[int | None, typer.Option(metavar="N", help="Threads (default: one a core).")] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
@@ -124,15 +139,13 @@ def sweep(
     raise typer.Exit(sweep_command(wish))
 
 
-@app.command(context_settings=OPEN)
+@app.command(cls=Listed, context_settings=OPEN)
 def check(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     outputs: Annotated[bool, typer.Option("--outputs", help="List every column the scene can give.")] = False,
     hold: Annotated[bool, typer.Option("--hold", help="Does it hold at its start, at rest? By what margin?")] = False,
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
-    ] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from engine.chart import Study
 
 KNOWN = (
-    "--output-dir", "--until", "--set", "--law", "--v-eps", "--method", "--rtol", "--output", "--norm", "--repeat", "--samples",
+    "--output", "--until", "--set", "--law", "--v-eps", "--method", "--rtol", "--outputs", "--norm", "--repeat", "--samples",
     "--no-fixed", "--no-peers", "--scaling", "--json", "--verbose", "--help",
 )  # fmt: skip
 
@@ -76,9 +76,10 @@ def print_lines(lines: Sequence[str]) -> None:
     import sys
 
     from engine.cli.summary import plain
+    from engine.cli.terminal import coloured
 
     for line in lines:
-        print(line if sys.stdout.isatty() else plain(line))
+        print(line if coloured(sys.stdout) else plain(line))
 
 
 def _choice(arguments: dict[str, Any]):
@@ -98,6 +99,8 @@ def understood(wish: ChartWish):
     changes = options.assignments(wish.changes, found)
     if wish.folder is None:
         found.add("-o", "no folder is given", "for example -o charts")
+    elif options.names_columns(wish.folder):
+        found.add("-o", f"{wish.folder!r} is not the name of a folder", options.ASK)
     if wish.repeats < 1:
         found.add("--repeat", f"{wish.repeats} repeats cannot be measured", "at least 1; 7 is a good start")
     if wish.samples < 1:

@@ -6,25 +6,39 @@ from typing import Annotated
 
 import typer
 
-from engine.cli.app import JSON, OPEN, SCENE, VERBOSE, _words, app
+from engine.cli import helping
+from engine.cli.app import CHANGES, JSON, LAW, OPEN, SCENE, VERBOSE, _words, app
+from engine.cli.helping import Listed
 
-CHANGES = typer.Option("--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).")
-FOLDER = typer.Option("-o", "--output-dir", metavar="DIR", help="Where to write.", show_default=False)
+FOLDER = typer.Option("-o", "--output", metavar="DIR", help="Folder to write to.", show_default=False)
+OLD_FILE = typer.Option("--file", hidden=True)
+OLD_FOLDER = typer.Option("--output-dir", hidden=True)
+"""Names that -o had in some commands; they go on working."""
 
 
-@app.command(context_settings=OPEN)
+@app.command(cls=Listed, context_settings=OPEN)
 def chart(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     folder: Annotated[str | None, FOLDER] = None,
+    old_folder: Annotated[str | None, OLD_FOLDER] = None,
     until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
-    law: Annotated[list[str] | None, typer.Option(metavar="L", help="Friction laws (repeatable; default: all).")] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(metavar="L", help="Friction laws (repeatable; default: all): {laws}.", autocompletion=helping.laws),
+    ] = None,
     v_eps: Annotated[list[str] | None, typer.Option("--v-eps", metavar="V", help="Values of v_eps (repeatable).")] = None,
-    method: Annotated[list[str] | None, typer.Option(metavar="M", help="Methods (repeatable; default: all).")] = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(metavar="M", help="Methods (repeatable; default: all): {methods}.", autocompletion=helping.methods),
+    ] = None,
     rtol: Annotated[list[str] | None, typer.Option(metavar="R", help="Tolerances (repeatable; default 1e-2 … 1e-12).")] = None,
-    output: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Columns compared (default: positions of all bodies).")
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--outputs", metavar="NAME", help="Columns compared (default: positions of all bodies).", autocompletion=helping.outputs
+        ),
     ] = None,
     norm: Annotated[str | None, typer.Option(metavar="N", help="max, or rms for columns that jump.")] = None,
     repeat: Annotated[int, typer.Option(metavar="N", help="Repeats of each run.")] = 7,
@@ -38,23 +52,36 @@ def chart(
     """Chart accuracy against cost: every method, tolerance, step and friction law."""
     from engine.cli.charting import ChartWish, chart_command
 
-    wish = ChartWish(_words(scene, ctx), folder, until, changes or [], law or [], v_eps or [], method or [], rtol or [],
-                     output or [], norm, repeat, samples, fixed, peers, scaling, as_json, verbose)  # fmt: skip
+    wish = ChartWish(_words(scene, ctx), folder or old_folder,
+                     until, changes or [], law or [], v_eps or [], method or [], rtol or [],
+                     outputs or [], norm, repeat, samples, fixed, peers, scaling, as_json, verbose)  # fmt: skip
     raise typer.Exit(chart_command(wish))
 
 
-@app.command(context_settings=OPEN)
+@app.command(cls=Listed, context_settings=OPEN)
 def sensitivity(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
-    to: Annotated[list[str] | None, typer.Option("--to", metavar="PATH", help="Parameter (repeatable), as for --set.")] = None,
-    output: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Output, such as 'ball.*' (repeatable).")] = None,
+    to: Annotated[
+        list[str] | None,
+        typer.Option("--to", metavar="PATH", help="Parameter (repeatable), as for --set.", autocompletion=helping.parameters),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--outputs",
+            metavar="NAME",
+            help="Columns to differentiate, such as 'ball.*' (repeatable).",
+            autocompletion=helping.outputs,
+        ),
+    ] = None,
     until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
     every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows (default: a hundredth).")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
-    law: Annotated[str | None, typer.Option(metavar="L", help="Friction law of all joints.")] = None,
+    law: Annotated[str | None, LAW] = None,
     rtol: Annotated[str | None, typer.Option(metavar="R", help="Tolerance of the run underneath (default 1e-9).")] = None,
-    save: Annotated[str | None, typer.Option("-o", "--file", metavar="FILE", help="Write .csv.")] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv.")] = None,
+    old_file: Annotated[str | None, OLD_FILE] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
@@ -62,35 +89,44 @@ def sensitivity(
     from engine.cli.sensing import SensitivityWish, sensitivity_command
 
     words = _words(scene, ctx)
-    wish = SensitivityWish(words, to or [], output or [], until, every, changes or [], law, rtol, save, as_json, verbose)
+    wish = SensitivityWish(
+        words, to or [], outputs or [], until, every, changes or [], law, rtol, save or old_file, as_json, verbose
+    )
     raise typer.Exit(sensitivity_command(wish))
 
 
-@app.command(context_settings=OPEN)
+@app.command(cls=Listed, context_settings=OPEN)
 def advise(
     ctx: typer.Context,
     scene: Annotated[str | None, SCENE] = None,
     error: Annotated[str | None, typer.Option(metavar="E", help="Relative error the outputs may have: 1e-3.")] = None,
-    output: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What must be right (repeatable).")] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option("--outputs", metavar="NAME", help="Columns that must be right (repeatable).", autocompletion=helping.outputs),
+    ] = None,
     until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     norm: Annotated[str | None, typer.Option(metavar="N", help="rms, or max.")] = None,
     repeat: Annotated[int, typer.Option(metavar="N", help="Repeats of each timed run.")] = 7,
-    save: Annotated[str | None, typer.Option("-o", "--file", metavar="FILE", help="Write the reduced scene: .yaml.")] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write the reduced scene: .yaml.")] = None,
+    old_file: Annotated[str | None, OLD_FILE] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
     """The least model, method and tolerance that are good enough, with the evidence."""
     from engine.cli.advising import AdviseWish, advise_command
 
-    wish = AdviseWish(_words(scene, ctx), error, output or [], until, changes or [], norm, repeat, save, as_json, verbose)
+    wish = AdviseWish(
+        _words(scene, ctx), error, outputs or [], until, changes or [], norm, repeat, save or old_file, as_json, verbose
+    )
     raise typer.Exit(advise_command(wish))
 
 
 @app.command(name="import")
 def import_(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A URDF (a whole scene) or a closed mesh: STL, OBJ, PLY (a body).")],
-    save: Annotated[str | None, typer.Option("-o", "--file", metavar="FILE", help="Write .yaml instead of printing.")] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .yaml instead of printing.")] = None,
+    old_file: Annotated[str | None, OLD_FILE] = None,
     density: Annotated[str, typer.Option(metavar="D", help="Density of a mesh's solid.")] = "7800 kg/m^3",
     unit: Annotated[str, typer.Option(metavar="U", help="Unit of a mesh's numbers: m, cm, mm, in.")] = "mm",
     as_json: Annotated[bool, JSON] = False,
@@ -98,4 +134,4 @@ def import_(
     """Take over a URDF as a scene, or a mesh as a body with its mass properties."""
     from engine.cli.importing import import_command
 
-    raise typer.Exit(import_command(file, save, density, unit, as_json))
+    raise typer.Exit(import_command(file, save or old_file, density, unit, as_json))

@@ -6,6 +6,8 @@ import sys
 from types import TracebackType
 from typing import Any
 
+from engine.cli.terminal import moves
+
 
 class Meter:
     """Use it around the work and hand it ``tell``."""
@@ -16,7 +18,7 @@ class Meter:
         self.task: Any = None
 
     def __enter__(self) -> Meter:
-        if sys.stderr.isatty():
+        if moves(sys.stderr):
             from rich.console import Console
             from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from engine.scene.model import Scene
 
 T = TypeVar("T")
+ASK = "columns are chosen with --outputs"
 RTOL = (1e-14, 0.1)
 
 
@@ -98,8 +99,14 @@ def destination(text: str | None, suffixes: Sequence[str], where: str, findings:
     """A file that can be written."""
     if text is None:
         return None
-    findings.problems += destination_problems(text, suffixes, where)
+    found = destination_problems(text, suffixes, where)
+    findings.problems += [replace(p, hint=f"{p.hint}; {ASK}") for p in found] if names_columns(text) else found
     return Path(text)
+
+
+def names_columns(text: str) -> bool:
+    """Whether the name of a file looks like a pattern of columns: a slip of --output for --outputs."""
+    return any(mark in text for mark in "[*?")
 
 
 def assignments(texts: Sequence[str], findings: Findings) -> dict[str, Any]:

@@ -7,6 +7,8 @@ import threading
 from types import TracebackType
 from typing import Any
 
+from engine.cli.terminal import moves
+
 PATIENCE = 1.0
 """Seconds before anything is shown."""
 
@@ -24,7 +26,7 @@ class Watch:
         self.timer: threading.Timer | None = None
 
     def __enter__(self) -> Watch:
-        if sys.stderr.isatty():
+        if moves(sys.stderr):
             self.timer = threading.Timer(PATIENCE, self._show)
             self.timer.daemon = True
             self.timer.start()

@@ -15,7 +15,7 @@ from engine.cli.running import DONE, print_json
 if TYPE_CHECKING:
     from engine.sensitivities import Sensitivity
 
-KNOWN = ("--to", "--output", "--until", "--every", "--set", "--law", "--rtol", "-o", "--file", "--json", "--verbose", "--help")
+KNOWN = ("--to", "--outputs", "--until", "--every", "--set", "--law", "--rtol", "--output", "--json", "--verbose", "--help")
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ def sensitivity_command(wish: SensitivityWish) -> int:
     scene = loaded(source, options.assignments(wish.changes, found), law, found)
     if scene is not None:
         found.problems += unknown_outputs(scene, wish.outputs)
-    for what, given in (("--to", wish.parameters), ("--output", wish.outputs)):
+    for what, given in (("--to", wish.parameters), ("--outputs", wish.outputs)):
         if not given:
-            found.add(what, "none is given", "for example --to joints.ball.friction.mu --output 'ball.qd*'")
+            found.add(what, "none is given", "for example --to joints.ball.friction.mu --outputs 'ball.qd*'")
     found.end()
     assert scene is not None
     result = sensitivity(scene, tuple(wish.parameters), tuple(wish.outputs), until, every, rtol)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from engine.basics.problems import Problem
 from engine.cli.running import problem_lines
+from engine.cli.terminal import coloured
 from engine.simulation.summary import counted, ranges
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ GREEN, RED, BOLD, DIM, PLAIN = "\033[32m", "\033[31m", "\033[1m", "\033[2m", "\0
 
 def print_summary(result: Result, files: dict[str, str], late: Sequence[Problem] = ()) -> None:
     """Print it; what failed goes to standard error too."""
-    color = sys.stdout.isatty()
+    color = coloured(sys.stdout)
     for line in summary_lines(result, files):
         print(plain(line) if not color else line)
     for line in problem_lines(late):

@@ -74,7 +74,7 @@ def test_a_column_the_lesser_model_does_not_have_counts_as_zero() -> None:
 
 def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "reduced.yaml"
-    words = ["advise", "crank_slider", "--error", "1e-4", "--output", "crank_pivot.drive.effort[1]", "--until", "0.65"]
+    words = ["advise", "crank_slider", "--error", "1e-4", "--outputs", "crank_pivot.drive.effort[1]", "--until", "0.65"]
     assert main([*words, "--repeat", "1", "-o", str(file)]) == 0
     assert "advice: friction in slider_pin" in capsys.readouterr().out
     mine = engine.simulate(str(file), 0.65, 0.013)
@@ -107,7 +107,7 @@ def test_forms_reach_joints_that_name_their_own() -> None:
 def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["advise", "crank_slider", "--error", "2", "--norm", "least", "-o", "x.txt"]) == 2
     err = capsys.readouterr().err
-    for word in ("--error", "least", "-o", "--output"):
+    for word in ("--error", "least", "-o", "--outputs"):
         assert word in err
     with pytest.raises(SceneError) as e:
         advise(load_scene("crank_slider"), 0.0, ())
@@ -115,7 +115,7 @@ def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["advise", "crank_slider", "--error", "1e-3", "--output", "slider.position[1]", "--until", "0.2"]
+    words = ["advise", "crank_slider", "--error", "1e-3", "--outputs", "slider.position[1]", "--until", "0.2"]
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     model = document["rungs"][document["chosen"]]["model"]

@@ -28,7 +28,7 @@ def test_its_json_is_one_document(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
-    wrong = ["chart", "simple_pendulum", "--method", "rk6", "--rtol", "7", "--norm", "least", "--output", "no.such"]
+    wrong = ["chart", "simple_pendulum", "--method", "rk6", "--rtol", "7", "--norm", "least", "--outputs", "no.such"]
     assert main([*wrong, "--repeat", "0"]) == 2
     err = capsys.readouterr().err
     for word in ("-o:", "rk6", "--rtol", "least", "no.such", "--repeat"):

@@ -75,7 +75,7 @@ def test_the_command_differentiates_by_an_input(tmp_path: Path, capsys: pytest.C
     scene, names = SCENES["an input is an effort"]
     file = tmp_path / "arms.yaml"
     file.write_text(scene_to_yaml(scene))
-    words = ["sensitivity", str(file), "--output", "shoulder.q[1]", "--until", "0.1", "--json"]
+    words = ["sensitivity", str(file), "--outputs", "shoulder.q[1]", "--until", "0.1", "--json"]
     assert main([*words, *(w for n in names for w in ("--to", n))]) == 0
     got = json.loads(capsys.readouterr().out)
     assert np.array_equal(got["derivatives"], engine.sensitivity(scene, names, ["shoulder.q[1]"], 0.1).derivatives)

@@ -161,7 +161,7 @@ def test_a_reaction_that_is_not_unique_has_no_derivative() -> None:
 
 def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["sensitivity", "spherical_pendulum", "--law", "regularized", "--to", "joints.ball.friction.mu"]
-    words += ["--output", "ball.qd[2]", "--until", "0.5"]
+    words += ["--outputs", "ball.qd[2]", "--until", "0.5"]
     file = tmp_path / "s.csv"
     assert main([*words, "-o", str(file)]) == 0
     assert "derivative" in capsys.readouterr().out
