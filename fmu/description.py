@@ -3,12 +3,18 @@ both flavours are made."""
 
 from __future__ import annotations
 
-import re
+import math
+import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound, Order
+from engine.contact import sizes
+from engine.friction import numbers as law_numbers
 from engine.kernel.columns import Column
-from engine.scene.model import Scene
+from engine.scene.contexts import bound_of, order_of
+from engine.scene.finding import Path, dotted, parse_path
+from engine.scene.model import RTOL
 from engine.scene.overrides import list_parameters
 from engine.simulation.run import Model
 from engine.system.curves import Outside
@@ -18,15 +24,13 @@ NUMBER, START_Q, START_QD, BANDWIDTH, TOLERANCE, STEP, MAX_STEPS = range(7)
 """What a parameter stands for (``fmu_setting_kind``)."""
 HUGE = 1e300
 """Bound of what has none."""
-NOT_OFFERED = re.compile(r"\.ramp\.(begin|duration)$")
-"""Their changes would move the kinks the integrator stops at, which are laid down at export."""
-TUNABLE = re.compile(
-    r"\.friction\.|^friction\.|\.spring(\[\d\])?\.|\.damping(\[\d\])?$|\.effort|^forces\.|^gravity|\.stops(\[\d\])?\.(stiffness|damping)$"
-)
+NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"))
+"""Ends of paths whose changes would move the kinks the integrator stops at, which are laid down at export."""
+TUNABLE_SECTIONS = ("friction", "forces", "gravity")
+TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort")
+TUNABLE_OF_STOPS = ("stiffness", "damping")
 """Numbers that may change while the mechanism moves: nothing stored in the state depends on them. Masses, lengths, drives and stop
 positions are fixed: a change would create momentum or open a loop."""
-POSITIVE = re.compile(r"\.(mass|half_length|v_eps|radius|length)$")
-NOT_NEGATIVE = re.compile(r"\.(mu\w*|damping(\[\d\])?|viscosity|thrust_radius|stiffness|half_\w+)$")
 DIRECT = ("acceleration", "qdd", "reaction", "drive", "friction", "contact", "extra")
 """Keys of columns on which forces act at once; the others follow by integration."""
 STEPS = ("state", "extra")
@@ -34,7 +38,8 @@ STEPS = ("state", "extra")
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable; its value reference is its place in the list. ``role``, ``index``: what a parameter stands for."""
+    """One variable; its value reference is its place in the list. ``role``, ``index``: what a parameter stands for. ``above``: the
+    parameter on whose right side it must stay, with their ``order``. ``rotation``: whether a quaternion begins here."""
 
     name: str
     unit: str
@@ -43,12 +48,27 @@ class Variable:
     variability: str
     initial: str
     start: float | None
-    minimum: float = -HUGE
-    maximum: float = HUGE
+    bound: Bound = ANY
     nominal: float = 1.0
     role: int = -1
     index: int = 0
     direct: bool = False
+    above: str = ""
+    order: Order | None = None
+    rotation: bool = False
+
+    @property
+    def minimum(self) -> float:
+        """Smallest value allowed; where the bound itself is excluded, the next ordinary number."""
+        least = self.bound.least
+        if least == -math.inf:
+            return -HUGE
+        return max(math.nextafter(least, math.inf), sys.float_info.min if least == 0.0 else least) if self.bound.open else least
+
+    @property
+    def maximum(self) -> float:
+        """Largest value allowed."""
+        return min(self.bound.most, HUGE)
 
     @property
     def tunable(self) -> bool:
@@ -67,7 +87,7 @@ class _Scales:
 
     def __init__(self, model: Model):
         n, table = model.built.numbers, model.built.parameters
-        mass = sum(v for p, v in zip(table.paths, table.values, strict=True) if re.fullmatch(r"bodies\.\w+\.mass", p)) or 1.0
+        mass = sum(v for p, v in zip(table.paths, table.values, strict=True) if (parse_path(p) or ())[2:] == ("mass",)) or 1.0
         length, rate = n.length, n.rate
         force = mass * length * rate**2
         self.of = {
@@ -78,12 +98,10 @@ class _Scales:
 
 def _output(c: Column, scales: _Scales) -> Variable:
     steps = c.key[0] in STEPS and (c.name.endswith(".state") or ".state[" in c.name or c.name.startswith("events."))
-    low, high = -HUGE, HUGE
-    if c.name.endswith((".normal_force", "events.count")):
-        low = 0.0
+    counts = c.name == "events.count" or (c.key[0] == "contact" and c.key[-1] == "force")
     nominal = float(f"{scales.of.get(c.unit, 1.0):.2g}")
-    return Variable(c.name, c.unit, c.description, "output", "discrete" if steps else "continuous", "calculated", None, low, high,
-                    nominal, direct=c.key[0] in DIRECT)
+    return Variable(c.name, c.unit, c.description, "output", "discrete" if steps else "continuous", "calculated", None,
+                    NOT_NEGATIVE if counts else ANY, nominal, direct=c.key[0] in DIRECT)
 
 
 def _inputs(model: Model) -> Iterator[Variable]:
@@ -97,26 +115,45 @@ def _numbers(model: Model) -> Iterator[Variable]:
     """Numbers of the scene that are run-time numbers of the equations with the same meaning."""
     scene, table = model.built.scene, model.built.parameters
     own = {p.path: p.value for p in list_parameters(scene)}
-    for i, (path, value, unit) in enumerate(zip(table.paths, table.values, table.units, strict=True)):
-        derived = re.fullmatch(r"bodies\.\w+\.mass|joints\.\w+\.friction\.\w+", path)
-        if NOT_OFFERED.search(path) or (own.get(path) != value and not derived):
+    found = []
+    for i, (text, value, unit) in enumerate(zip(table.paths, table.values, table.units, strict=True)):
+        path = parse_path(text)
+        if path is None or path[-2:] in NOT_OFFERED or (own.get(text) != value and not _derived(path)):
             continue
-        low = 1e-30 if POSITIVE.search(path) and ".spring" not in path and not path.startswith("forces") else -HUGE
-        low = 0.0 if NOT_NEGATIVE.search(path) and low < 0 else low
-        variability = "tunable" if TUNABLE.search(path) else "fixed"
-        yield Variable(path, unit, describe(path, scene), "parameter", variability, "exact", value, low, role=NUMBER, index=i)
+        variability = "tunable" if _tunable(path) else "fixed"
+        made = Variable(text, unit, describe(path, text), "parameter", variability, "exact", value, bound_of(path),
+                        role=NUMBER, index=i)
+        order = order_of(path)
+        found.append(made if order is None else replace(made, above=dotted((*path[:-1], order.low)), order=order))
+    names = {v.name for v in found}
+    yield from (v if v.above in names else replace(v, above="", order=None) for v in found)
 
 
-def describe(path: str, scene: Scene) -> str:
-    """A path in words: "coefficient of friction of joint ball"."""
-    parts = path.split(".")
-    words = {"mu": "coefficient of friction", "v_eps": "sliding speed at which friction saturates", "qd": "rate",
-             "half_length": "half length of the bearing", "radius": "radius of the pin"}
-    what = words.get(parts[-1], " ".join(parts[2:] or parts).replace("_", " "))
-    owner = {"bodies": "body", "joints": "joint", "forces": "load"}.get(parts[0])
-    if owner and parts[-1] == "mass":
-        return f"mass of body {parts[1]} (its inertia goes with it where a shape gives it)"
-    return f"{what} of {owner} {parts[1]}" if owner else what
+def _derived(path: Path) -> bool:
+    """Whether a number of the equations keeps its meaning though the scene says it in another way: a mass from a density, friction
+    from the scene's defaults."""
+    return (path[0] == "bodies" and path[2:] == ("mass",)) or (path[0] == "joints" and path[2] == "friction")
+
+
+def _tunable(path: Path) -> bool:
+    """Whether a number may change while the mechanism moves."""
+    if path[0] != "joints":
+        return path[0] in TUNABLE_SECTIONS
+    return path[2] in TUNABLE_OF_JOINTS or (path[2] == "stops" and path[-1] in TUNABLE_OF_STOPS)
+
+
+def describe(path: Path, text: str) -> str:
+    """A path in words: "coefficient of (sliding) friction of joint ball"."""
+    owner = {"bodies": "body", "joints": "joint", "forces": "load"}.get(str(path[0]))
+    if owner is None:
+        return text.replace("_", " ")
+    if path[0] == "bodies" and path[2:] == ("mass",):
+        return f"mass of body {path[1]} (its inertia goes with it where a shape gives it)"
+    what = dotted(path[2:]).replace("_", " ").replace(".", " ")
+    if path[0] == "joints" and path[2] == "friction":
+        number, _ = (law_numbers() | sizes())[str(path[3])]
+        what = number.text + (f" {int(path[4]) + 1}" if len(path) > 4 else "")
+    return f"{what} of {owner} {path[1]}"
 
 
 def _starts(model: Model) -> Iterator[Variable]:
@@ -125,9 +162,9 @@ def _starts(model: Model) -> Iterator[Variable]:
     units = {"angle": "rad", "length": "m", "quaternion": "1"}
     for j in model.system.tree:
         for at, i in enumerate(state_coordinates(j)):
-            unit = units[j.kind.coordinates[i]]
+            unit, rotation = units[j.kind.coordinates[i]], i == j.kind.quaternion
             yield Variable(f"joints.{j.name}.start.q[{i + 1}]", unit, f"start coordinate {i + 1} of joint {j.name}", "parameter",
-                           "fixed", "exact", float(n.q[j.q0 + at]), role=START_Q, index=j.q0 + at)
+                           "fixed", "exact", float(n.q[j.q0 + at]), role=START_Q, index=j.q0 + at, rotation=rotation)
         for at, k in enumerate(j.free):
             unit = "rad/s" if j.kind.turns(k) else "m/s"
             yield Variable(f"joints.{j.name}.start.qd[{k + 1}]", unit, f"start rate {k + 1} of joint {j.name}", "parameter",
@@ -136,15 +173,16 @@ def _starts(model: Model) -> Iterator[Variable]:
         if isinstance(given, Outside) and given.tracked:
             name = model.system.inputs[i]
             yield Variable(f"inputs.{name}.bandwidth", "rad/s", f"how fast the motion follows input {name} (critically damped)",
-                           "parameter", "tunable", "exact", given.bandwidth, 1e-6, role=BANDWIDTH, index=i)
+                           "parameter", "tunable", "exact", given.bandwidth, bound_of(("inputs", name, "bandwidth")),
+                           role=BANDWIDTH, index=i)
 
 
 def _solver(step: float, rtol: float) -> list[Variable]:
     return [
         Variable("solver.tolerance", "1", "relative tolerance of the steps (unless the host gives one)", "parameter", "fixed",
-                 "exact", rtol, 1e-14, 0.1, role=TOLERANCE),
+                 "exact", rtol, RTOL, role=TOLERANCE),
         Variable("solver.step", "s", "internal step; 0: chosen by error control; > 0: fixed, for real time", "parameter", "fixed",
-                 "exact", step, 0.0, role=STEP),
+                 "exact", step, NOT_NEGATIVE, role=STEP),
         Variable("solver.max_steps", "1", "internal steps allowed in one communication step; 0: any number", "parameter", "tunable",
-                 "exact", 0.0, 0.0, 1e9, role=MAX_STEPS),
+                 "exact", 0.0, Bound(0.0, 1e9), role=MAX_STEPS),
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from engine.scene.finding import called, parse_path
 from engine.simulation.block import METHODS
 from engine.simulation.outcome import ADVICE, NAMES
 from engine.simulation.run import Model
@@ -53,11 +54,21 @@ def doubles(name: str, values: Iterable[float]) -> str:
 
 
 def _settings(settings: list[Variable]) -> str:
+    """What parameters stand for, the values they may have, and the words of their refusal."""
+    place = {v.name: i for i, v in enumerate(settings)}
     rows = ",\n".join(
-        f"{{{v.role},{v.index},{int(v.tunable)},{number(v.start or 0.0)},{number(v.minimum)},{number(v.maximum)},{string(v.name)}}}"
+        f"{{{v.role},{v.index},{int(v.tunable)},{number(v.start or 0.0)},{number(v.bound.least)},{number(v.bound.most)},"
+        f"{int(v.bound.open)},{int(v.bound.nonzero)},{place.get(v.above, -1)},{int(v.order is not None and v.order.strict)},"
+        f"{int(v.rotation)},{string(v.name)},{string(key(v.name))},{string(v.bound.rule)}}}"
         for v in settings
     )
     return f"static const fmu_setting m_setting[]={{\n{rows}\n}};\n"
+
+
+def key(name: str) -> str:
+    """What a refusal calls a parameter: the last key of its path."""
+    path = parse_path(name)
+    return called(path) if path else name
 
 
 def _outcomes(model: Model) -> str:

@@ -62,6 +62,24 @@ NOT_NEGATIVE = Bound(0.0)
 
 
 @dataclass(frozen=True)
+class Order:
+    """Two numbers of one owner: ``high`` must not be below ``low`` (strict: must be above)."""
+
+    low: str
+    high: str
+    strict: bool = False
+
+    def holds(self, low: float, high: float) -> bool:
+        """Whether values are in order."""
+        return low < high if self.strict else low <= high
+
+    def refusal(self, low: float, high: float) -> str:
+        """Why values are refused; the same words everywhere."""
+        rule, fault = ("be above", "not above") if self.strict else ("not be below", "below")
+        return f"{self.high} must {rule} {self.low}: {high:g} is {fault} {low:g}"
+
+
+@dataclass(frozen=True)
 class Number:
     """A number of a friction law or contact element, as its file declares it.
 
@@ -99,13 +117,14 @@ class Number:
             raise ValueError(f"number {self.name}: there cannot be {self.count} of it")
 
     @property
+    def order(self) -> Order | None:
+        """The condition that ``not_below`` stands for."""
+        return Order(self.not_below, self.name) if self.not_below else None
+
+    @property
     def labels(self) -> tuple[str, ...]:
         """Names of its entries: itself, or ``radius[1]``, ``radius[2]``."""
         return (self.name,) if self.count == 1 else tuple(f"{self.name}[{k + 1}]" for k in range(self.count))
-
-    def too_low(self, value: float, least: float) -> str:
-        """Why a value below that of ``not_below`` is refused; the same words everywhere."""
-        return f"{self.name} must not be below {self.not_below}: {value:g} is below {least:g}"
 
     @property
     def hint(self) -> str:

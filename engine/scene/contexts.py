@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from engine.basics.numbers import Bound
+from engine.basics.numbers import Bound, Order
 from engine.joints import REGISTRY, JointKind
 from engine.scene.finding import Path
+from engine.scene.jointed import ORDERS
 from engine.scene.model import Force, Scene
 from engine.scene.typed import bound_at, unit_at
 
@@ -50,6 +51,12 @@ def unit_of(scene: Scene, path: Path) -> str:
 def bound_of(path: Path) -> Bound:
     """The values the number at a path may have, whatever the scene."""
     return bound_at(_shape(path))
+
+
+def order_of(path: Path) -> Order | None:
+    """The order in which the number at a path is the higher one."""
+    owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
+    return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
 
 
 def _shape(path: Path) -> Path:

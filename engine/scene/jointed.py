@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Strict, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.basics.numbers import Bound
+from engine.basics.numbers import Bound, Order
 from engine.friction import DEFAULT
+from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
@@ -103,6 +104,13 @@ class Spring:
     """N/m, or N*m/rad."""
     rest: Number = 0.0
     """Coordinate at which it is relaxed."""
+
+
+ORDERS = {
+    "friction": tuple(n.order for n, _ in law_numbers().values() if n.order is not None),
+    "stops": (Order("lower", "upper", strict=True),),
+}
+"""Field of a joint → numbers in it that must be in order."""
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -11,10 +11,13 @@
 /* What a parameter of the FMU stands for; index: engine parameter, coordinate, rate, input. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS };
 
+/* A parameter. open: min itself is excluded; nonzero: 0 is. above: another parameter that it must not be below (strict: nor at), -1:
+ * none. rotation: a quaternion begins here. name: path in the scene; key: its last key; rule: what its value must be, in words. */
 typedef struct fmu_setting {
   int kind, index, tunable;
   double start, min, max;
-  const char *name;
+  int open, nonzero, above, strict, rotation;
+  const char *name, *key, *rule;
 } fmu_setting;
 
 /* Why a run cannot go on, in the same words as everywhere. */

@@ -115,9 +115,26 @@ static void fmu_start_values(fmu_state *s) {
   }
 }
 
+/* Whether parameters that depend on each other go together; says which do not. They are judged when they take effect, not when they
+ * are set, for hosts set them one after the other. Nothing is lost: the host can set others and go on. */
+static fmi2Status fmu_together(fmu_instance *m) {
+  const double *value = FMU_A(m->state, settings);
+  for (int i = 0; i < MODEL->settings; ++i) {
+    const fmu_setting *g = MODEL->setting + i, *low = MODEL->setting + g->above;
+    if (g->above >= 0 && !(g->strict ? value[g->above] < value[i] : value[g->above] <= value[i]))
+      return fmu_log(m, fmi2Discard, "%s: %s must %s %s: %g is %s %g", g->name, g->key, g->strict ? "be above" : "not be below", low->key,
+                     value[i], g->strict ? "not above" : "below", value[g->above]);
+    if (g->rotation && value[i] == 0.0 && value[i + 1] == 0.0 && value[i + 2] == 0.0 && value[i + 3] == 0.0)
+      return fmu_log(m, fmi2Discard, "%s: a quaternion of four zeros is no rotation", g->name);
+  }
+  return fmi2OK;
+}
+
 /* Assemble and start the run at the start time, from the values as they are set. */
 static fmi2Status fmu_begin(fmu_instance *m) {
   fmu_state *s = m->state;
+  fmi2Status together = fmu_together(m);
+  if (together != fmi2OK) return together;
   tr_sim *sim = FMU_SIM(s);
   memset(sim, 0, s->bytes - ((char *)sim - (char *)s));
   tr_init(sim, MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
@@ -154,6 +171,8 @@ static fmi2Status fmu_take_over(fmu_instance *m) {
   fmu_state *s = m->state;
   tr_sim *sim = FMU_SIM(s);
   if (!s->changed) return fmi2OK;
+  fmi2Status together = fmu_together(m);
+  if (together != fmi2OK) return together;
   int status = tr_cut(sim, s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
   if (status == TR_OK && anew) fmu_numbers(s);
   fmu_hand_inputs(s, s->time, 0);

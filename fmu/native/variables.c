@@ -26,8 +26,8 @@ static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t 
 
 /* Whether a parameter may have this value now; says why not. */
 static fmi2Status fmu_check_setting(fmu_instance *m, const fmu_setting *g, double value) {
-  if (!(value >= g->min && value <= g->max))
-    return fmu_log(m, fmi2Error, "%s = %g is out of range: %g to %g", g->name, value, g->min, g->max);
+  int within = (g->open ? value > g->min : value >= g->min) && value <= g->max && !(g->nonzero && value == 0.0);
+  if (!within) return fmu_log(m, fmi2Discard, "%s: %s %s (it is %g)", g->name, g->key, g->rule, value);
   if (m->state->mode == FMU_STEPPING && !g->tunable)
     return fmu_log(m, fmi2Error, "%s is fixed: set it before the initialization ends, or reset", g->name);
   if (m->state->mode == FMU_TERMINATED) return fmu_log(m, fmi2Error, "%s cannot be set after termination", g->name);

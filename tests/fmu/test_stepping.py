@@ -145,7 +145,7 @@ def test_a_fixed_parameter_set_too_late_and_values_out_of_range_are_refused_with
         with pytest.raises(FMICallException):
             host.put(name, value)
     said = " ".join(text for _, text in host.log)
-    for word in ("fixed", "out of range", "finite", "output"):
+    for word in ("fixed", "mu must not be negative (it is -0.1)", "finite", "output"):
         assert word in said
     host.run(0.0, 3, 0.01)
 

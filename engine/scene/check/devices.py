@@ -55,8 +55,6 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
 def _stops(path: Path, s: Stops) -> Iterator[Finding]:
     if s.lower is None and s.upper is None:
         yield Finding(path, "stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
-    if s.lower is not None and s.upper is not None and not s.lower < s.upper:
-        yield Finding((*path, "lower"), f"the lower stop ({s.lower:g}) is not below the upper one ({s.upper:g})")
 
 
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from engine.basics.numbers import Number
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact import sizes
 from engine.friction import REGISTRY as LAWS
@@ -52,8 +51,7 @@ def _counts(element: str, name: str) -> int:
 
 
 def _coefficients(path: Path, f: Friction, law: str) -> Iterator[Finding]:
-    """Numbers the law needs; numbers that must not be below another. A number of another law may stand there: it waits for its
-    law."""
+    """Numbers the law needs. Numbers of other laws may stand there: they wait for their law."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
         if getattr(f, n.name) is not None or n.default is not None:
@@ -63,12 +61,3 @@ def _coefficients(path: Path, f: Friction, law: str) -> Iterator[Finding]:
         elif n.needed_with and getattr(f, n.needed_with) is not None:
             what = f'with {n.needed_with} the law "{law}" needs {n.name}'
             yield Finding((*path, n.name), what, n.hint, about=laws)
-    for n in {n.name: n for each in LAWS.values() for n in each.numbers if n.not_below}.values():
-        yield from _order(path, f, n)
-
-
-def _order(path: Path, f: Friction, n: Number) -> Iterator[Finding]:
-    """A number that must not be below another."""
-    value, least = getattr(f, n.name), getattr(f, n.not_below)
-    if value is not None and least is not None and n.bound.holds(value) and value < least:
-        yield Finding((*path, n.name), n.too_low(value, least), f"{n.name} is {n.not_below} or more")

@@ -1,20 +1,22 @@
-"""Every number: a value it may have, and a dimension that fits where that depends on the joint it belongs to (a hinge angle in
-millimetres is a mistake)."""
+"""Every number: a value it may have, the right side of another, and a dimension that fits where that depends on the joint it
+belongs to (a hinge angle in millimetres is a mistake)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from engine.scene.contexts import PLAIN, bound_of, numbers
-from engine.scene.finding import Finding, called
+from engine.scene.contexts import PLAIN, bound_of, numbers, order_of
+from engine.scene.finding import Finding, Path, called
 from engine.scene.model import Scene
 from engine.scene.quantities import Quantity, agree
 from engine.scene.units import UnitError, parse_unit
 
 
 def check(scene: Scene) -> Iterator[Finding]:
-    """All findings about values and dimensions."""
+    """All findings about values, their order and dimensions."""
+    values: dict[Path, float] = {}
     for path, value, unit in numbers(scene):
+        values[path] = value
         bound = bound_of(path)
         if not bound.holds(value):
             yield Finding(path, bound.refusal(called(path), value), bound.advice)
@@ -28,6 +30,18 @@ def check(scene: Scene) -> Iterator[Finding]:
             agree(value, unit)
         except UnitError as e:
             yield Finding(path, e.what, e.hint)
+    for path, value in values.items():
+        yield from _order(path, value, values)
+
+
+def _order(path: Path, high: float, values: Mapping[Path, float]) -> Iterator[Finding]:
+    """A number that is on the wrong side of another of its owner; the others' own mistakes come first."""
+    order = order_of(path)
+    below = (*path[:-1], order.low) if order is not None else path
+    if order is None or below not in values or order.holds(values[below], high):
+        return
+    if bound_of(path).holds(high) and bound_of(below).holds(values[below]):
+        yield Finding(path, order.refusal(values[below], high), about=(below,))
 
 
 def _is_unit(text: str) -> bool:
