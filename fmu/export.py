@@ -13,6 +13,7 @@ from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel import cache
 from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
 from engine.scene.model import Scene
+from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import Settings
 from engine.simulation.result import Result
 from engine.simulation.run import Model, run
@@ -39,7 +40,7 @@ class Export:
 
 
 def export(
-    scene: Scene | str,
+    scene: Given,
     file: str | Path,
     flavour: str = "native",
     platform: Sequence[str] | str = "host",
@@ -50,20 +51,16 @@ def export(
 ) -> Export:
     """Write an FMI 2.0 co-simulation FMU.
 
-    scene: a Scene, a file, or a bundled model's name. flavour: native or python. platform: host, all, or names (linux64, win64,
+    scene: a Scene, file, mapping, or a model's name. flavour: native or python. platform: host, all, or names (linux64, win64,
     darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``. step: default of
     solver.step, s (0: error control). SceneError for wrong input, SimulationError when the scene cannot start.
     """
-    from engine.scene import load_scene
-    from engine.scene.overrides import apply
 
     target = Path(file)
     _check(flavour, target, step)
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform))
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
-    loaded = load_scene(scene) if isinstance(scene, str) else scene
-    if overrides:
-        loaded = apply(loaded, overrides)
+    loaded = scene_given(scene, overrides)
     tell = progress or (lambda what, done, of: None)
     total = 2 + len(names)
     tell("deriving the equations", 0, total)

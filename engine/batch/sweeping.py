@@ -15,7 +15,7 @@ from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.interrupts import Held, held
 from engine.batch.plan import Plan, Run, Runner, Stopped, plan
-from engine.scene.model import Scene
+from engine.scene.overrides import Given, scene_given
 from engine.simulation.result import Result
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Res
 
 
 def sweep(
-    scene: Scene | str,
+    scene: Given,
     over: Mapping[str, Any] | None = None,
     cases: Sequence[Mapping[str, Any]] | None = None,
     sample: Mapping[str, Sequence[Any]] | None = None,
@@ -104,19 +104,15 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    scene: a Scene, a file, or a bundled model's name. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
+    scene: a Scene, file, mapping, or a model's name. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
     combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
     or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
     until, every, rtol, method: as in ``simulate``; reductions are over its output rows. workers: threads (default: one a core).
     A case that fails is a row with its outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by
     then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
     """
-    from engine.scene import load_scene
-    from engine.scene.overrides import apply
 
-    loaded = load_scene(scene) if isinstance(scene, str) else scene
-    if overrides:
-        loaded = apply(loaded, overrides)
+    loaded = scene_given(scene, overrides)
     run = Run(until, every, rtol, method)
     chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=reductions, run=run)
     return run_plan(chosen, workers, progress)

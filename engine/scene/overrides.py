@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any
 
 from engine.basics.problems import MOST, Problem, SceneError
+from engine.scene.check import checked
 from engine.scene.contexts import numbers
 from engine.scene.finding import Finding, Path, dotted, parse_path
-from engine.scene.load import scene_from_data
+from engine.scene.load import load_scene, scene_from_data, scene_from_dict
 from engine.scene.model import Scene
 from engine.scene.reading import read
 from engine.scene.suggest import Nearest, closest, shown
@@ -41,6 +43,21 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     if doc.findings:
         raise SceneError([Problem(path.strip(), f.what, str(f.hint)) for f in doc.findings])
     return path.strip(), doc.data
+
+
+Given = Scene | str | os.PathLike[str] | Mapping[str, Any]
+"""What a caller from Python gives for a scene: made by hand, a file or folder, a bundled model's name, what a file would hold."""
+
+
+def scene_given(source: Given, changes: Mapping[str, Any] | None = None) -> Scene:
+    """The checked scene that a caller means, with changes made. SceneError names everything that is wrong with it."""
+    if isinstance(source, Mapping):
+        scene = scene_from_dict(source)
+    elif isinstance(source, Scene):
+        scene = source if changes else checked(source)
+    else:
+        scene = load_scene(source)
+    return apply(scene, changes) if changes else scene
 
 
 def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:

@@ -11,8 +11,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel.columns import Column
-from engine.scene.model import Scene
-from engine.scene.overrides import list_parameters
+from engine.scene.overrides import Given, list_parameters, scene_given
 from engine.sensitivities.asked import checked_request
 from engine.sensitivities.march import EventShift, marched
 from engine.sensitivities.record import Tick, record
@@ -57,7 +56,7 @@ class Sensitivity:
 
 
 def sensitivity(
-    scene: Scene | str,
+    scene: Given,
     parameters: Sequence[str],
     outputs: Sequence[str],
     until: float | None = None,
@@ -68,16 +67,13 @@ def sensitivity(
 ) -> Sensitivity:
     """Differentiate a run by parameters of its scene, exactly along its steps and across its events.
 
-    scene: a Scene, a file, or a bundled model's name. parameters: paths as for ``overrides``, one number each (start values too).
+    scene: a Scene, file, mapping, or a model's name. parameters: paths as for ``overrides``, one number each (start values too).
     outputs: patterns of columns. until, every: as for ``simulate`` (default 100 samples). rtol: of the run underneath; derivatives
     are about a hundred times less accurate. tick: called at least once a step; what it raises ends the work. Raises SceneError for
     wrong input, SimulationError when the run does not reach its end.
     """
-    from engine.scene import load_scene
-    from engine.scene.overrides import apply
 
-    loaded = load_scene(scene) if isinstance(scene, str) else scene
-    loaded = apply(loaded, overrides) if overrides else loaded
+    loaded = scene_given(scene, overrides)
     tick = tick or _nothing
     chosen, until, every = checked_request(loaded, parameters, outputs, until, every, rtol)
     model = Model(loaded, tuple(outputs))

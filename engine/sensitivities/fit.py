@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.scene.model import Scene
-from engine.scene.overrides import apply
+from engine.scene.overrides import Given, apply, scene_given
 from engine.sensitivities.api import sensitivity
 from engine.sensitivities.start import checked
 
@@ -33,7 +33,7 @@ class Fit:
 
 
 def fit(
-    scene: Scene | str,
+    scene: Given,
     parameters: Sequence[str],
     time: np.ndarray,
     measured: Mapping[str, np.ndarray],
@@ -45,10 +45,8 @@ def fit(
     time (n), s, evenly spaced from 0; measured: curves (n) by column name, all in one unit or scaled to one. Positive parameters
     stay positive. SceneError for wrong names or lengths.
     """
-    from engine.scene import load_scene
 
-    loaded = load_scene(scene) if isinstance(scene, str) else scene
-    loaded = apply(loaded, overrides) if overrides else loaded
+    loaded = scene_given(scene, overrides)
     curves = {k: np.asarray(v, float) for k, v in measured.items()}
     return _Search(loaded, list(parameters), np.asarray(time, float), curves, rtol).run()
 

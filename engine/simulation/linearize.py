@@ -14,7 +14,7 @@ import numpy as np
 from engine.abi import Status
 from engine.basics.problems import SimulationError
 from engine.kernel.library import linear_unit
-from engine.scene.model import Scene
+from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import Settings
 from engine.simulation.run import Model, run
 from engine.system.curves import Outside
@@ -54,7 +54,7 @@ class Linearization:
 
 
 def linearize(
-    scene: Scene | str,
+    scene: Given,
     at: float = 0.0,
     outputs: Sequence[str] | None = None,
     overrides: Mapping[str, Any] | None = None,
@@ -66,12 +66,8 @@ def linearize(
     (integrals, counts, states of friction) has no derivative: its rows are zero. An input that prescribes a motion acts through the
     acceleration with which the motion follows it. SceneError for wrong input, SimulationError when the run does not get there.
     """
-    from engine.scene import load_scene
-    from engine.scene.overrides import apply
 
-    loaded = load_scene(scene) if isinstance(scene, str) else scene
-    if overrides:
-        loaded = apply(loaded, overrides)
+    loaded = scene_given(scene, overrides)
     model = Model(loaded, outputs)
     _go(model, at, Settings(rtol=float(rtol or loaded.simulation.rtol), method=loaded.simulation.method))
     return _Point(model).linearization()

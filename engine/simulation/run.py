@@ -14,6 +14,7 @@ from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
 from engine.scene.model import Scene
+from engine.scene.overrides import Given, scene_given
 from engine.scene.suggest import shown
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
@@ -81,7 +82,7 @@ def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where:
 
 
 def simulate(
-    scene: Scene | str,
+    scene: Given,
     until: float | None = None,
     every: float | None = None,
     rtol: float | None = None,
@@ -94,7 +95,7 @@ def simulate(
 ) -> Result:
     """Run a scene.
 
-    scene: a Scene, a file, or a bundled model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0:
+    scene: a Scene, file, mapping, or a model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0:
     every step). rtol: relative tolerance of positions and velocities (also absolute, in the scene's own scales). method: one of
     ``engine.integrators.METHODS``. overrides: {"joints.ball.friction.mu": 0.5, …}. outputs: patterns of columns. step: fixed
     step instead of error control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that
@@ -102,12 +103,8 @@ def simulate(
     up to then, outcome ``stopped``; a script that should end with it raises KeyboardInterrupt when it finds that outcome.
     Before the first row, while the kernel is built, there is nothing to keep, and KeyboardInterrupt is raised.
     """
-    from engine.scene import load_scene
-    from engine.scene.overrides import apply
 
-    loaded = load_scene(scene) if isinstance(scene, str) else scene
-    if overrides:
-        loaded = apply(loaded, overrides)
+    loaded = scene_given(scene, overrides)
     sim = loaded.simulation
     until = float(sim.until if until is None else until)
     if every is None:

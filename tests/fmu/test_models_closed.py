@@ -7,6 +7,7 @@ import pytest
 from engine.scene import model_names
 
 from .hosting import claim_equal_to_engine
+from .refusals import claim_refuses_what_the_scene_refuses
 from .test_models_open import test_both_flavours_are_the_engine as open_models
 
 OPEN = open_models.pytestmark[0].args[1]
@@ -15,3 +16,8 @@ OPEN = open_models.pytestmark[0].args[1]
 @pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
 def test_both_flavours_are_the_engine(model: str) -> None:
     claim_equal_to_engine(model)
+
+
+@pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
+def test_it_refuses_what_the_scene_refuses(model: str) -> None:
+    claim_refuses_what_the_scene_refuses(model)

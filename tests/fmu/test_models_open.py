@@ -3,13 +3,49 @@
 from __future__ import annotations
 
 import pytest
+from fmpy.fmi1 import FMICallException
 
-from .hosting import claim_equal_to_engine
+from .hosting import Host, claim_equal_to_engine, exported
+from .refusals import claim_refuses_what_the_scene_refuses
 
 
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
 def test_both_flavours_are_the_engine(model: str) -> None:
     claim_equal_to_engine(model)
+
+
+@pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
+def test_it_refuses_what_the_scene_refuses(model: str) -> None:
+    claim_refuses_what_the_scene_refuses(model)
+
+
+def test_numbers_that_do_not_go_together_are_refused_when_they_take_effect_and_the_run_goes_on() -> None:
+    """Hosts set parameters one after the other: in between they may be in the wrong order."""
+    host, same = (Host(exported("spherical_pendulum:stribeck")) for _ in range(2))
+    mu, static = "joints.ball.friction.mu", "joints.ball.friction.mu_static"
+    host.run(0.0, 3, 0.01)
+    host.put(mu, 0.9)
+    with pytest.raises(FMICallException) as refused:
+        host.fmu.doStep(0.03, 0.01)
+    assert refused.value.status == 2
+    assert host.log[-1][1] == f"{static}: mu_static must not be below mu: 0.8 is below 0.9"
+    host.put(static, 0.95)
+    same.run(0.0, 3, 0.01)
+    same.put(static, 0.95)
+    same.put(mu, 0.9)
+    assert host.run(0.03, 3, 0.01, "ball.qd[2]") == same.run(0.03, 3, 0.01, "ball.qd[2]")
+
+
+def test_a_quaternion_of_zeros_is_refused_until_it_is_a_rotation() -> None:
+    host = Host(exported("spherical_pendulum:stribeck"), begin=False)
+    host.put("joints.ball.start.q[1]", 0.0)
+    with pytest.raises(FMICallException) as refused:
+        host.fmu.exitInitializationMode()
+    assert refused.value.status == 2
+    assert host.log[-1][1] == "joints.ball.start.q[1]: a quaternion of four zeros is no rotation"
+    host.put("joints.ball.start.q[3]", 1.0)
+    host.fmu.exitInitializationMode()
+    host.run(0.0, 3, 0.01)
 
 
 @pytest.mark.parametrize("law", ["lugre", "stribeck", "regularized"])

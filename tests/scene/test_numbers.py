@@ -1,0 +1,150 @@
+"""Numbers that a scene refuses are refused at every door, in the same words; numbers it accepts are accepted at all of them.
+
+What each kind of number may be is written out here by hand; the doors are compared for every number of every bundled model."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import engine
+from engine.basics.problems import SceneError
+from engine.batch.preparing import Preparer, Run
+from engine.scene import load_scene, model_names, scene_from_dict, scene_from_text
+from engine.scene.finding import parse_path
+from engine.scene.overrides import _opened, apply, list_parameters, parse_assignment
+from service.request import SceneSource, scene_of
+from service.settings import Limits
+
+from .making import VALID
+
+POSITIVE, NOT_NEGATIVE, NOT_ZERO = (-1.0, 0.0), (-1.0, -1e-300), (0.0,)
+ANY: tuple[float, ...] = ()
+BEYOND = {
+    "bodies.arm.box[1]": POSITIVE, "bodies.arm.density": POSITIVE, "bodies.link.cylinder.radius": POSITIVE,
+    "bodies.arm.center[1]": ANY, "gravity[3]": ANY,
+    "friction.v_eps": POSITIVE, "joints.socket.friction.radius": POSITIVE, "joints.hinge.friction.mu": NOT_NEGATIVE,
+    "joints.hinge.friction.half_length": POSITIVE, "joints.hinge.friction.viscosity": NOT_NEGATIVE,
+    "joints.hinge.friction.v_stribeck": POSITIVE, "joints.hinge.friction.bristle_stiffness": POSITIVE,
+    "joints.hinge.friction.bristle_damping": NOT_NEGATIVE, "joints.hinge.friction.thrust_radius": POSITIVE,
+    "joints.hinge.spring.stiffness": NOT_NEGATIVE, "joints.hinge.spring.rest": ANY, "joints.hinge.damping": NOT_NEGATIVE,
+    "joints.hinge.stops.stiffness": POSITIVE, "joints.hinge.stops.damping": NOT_NEGATIVE,
+    "forces.rubber.stiffness": NOT_NEGATIVE, "forces.rubber.damping": NOT_NEGATIVE, "forces.rubber.length": NOT_NEGATIVE,
+    "simulation.until": POSITIVE, "simulation.every": POSITIVE, "simulation.rtol": (0.0, 1e-15, 0.2, -1e-6),
+}  # fmt: skip
+
+
+def said(change: Any) -> list[str]:
+    """What is wrong, without hints, when something is done."""
+    try:
+        change()
+    except SceneError as e:
+        return sorted(f"{p.where}: {p.what}" for p in e.problems)
+    return []
+
+
+def from_text(scene: engine.Scene, path: str, value: float) -> engine.Scene:
+    """The scene as a file with another number in it."""
+    data = _opened(scene)
+    at = parse_path(path)
+    assert at is not None
+    owner = data
+    for key in at[:-1]:
+        owner = owner[key]
+    owner[at[-1]] = value
+    return scene_from_text(json.dumps(data), is_json=True)
+
+
+def swept(scene: engine.Scene, path: str, value: float) -> None:
+    """One case of a sweep."""
+    _, wrong = Preparer(scene, [path], Run()).rows(np.array([[value]]))
+    if wrong:
+        raise wrong[0]
+
+
+def asked_of_the_service(scene: engine.Scene, path: str, value: float) -> None:
+    """As a REST request."""
+    scene_of(SceneSource(scene=_opened(scene), overrides={path: value}), Limits())
+
+
+def doors(scene: engine.Scene, path: str, value: float) -> dict[str, list[str]]:
+    """What every door says about a value."""
+    return {
+        "override": said(lambda: apply(scene, {path: value})),
+        "--set": said(lambda: apply(scene, dict([parse_assignment(f"{path}={value!r}")]))),
+        "file": said(lambda: from_text(scene, path, value)),
+        "sweep": said(lambda: swept(scene, path, value)),
+        "service": said(lambda: asked_of_the_service(scene, path, value)),
+    }
+
+
+def kinds(scene: engine.Scene) -> dict[tuple[Any, ...], tuple[str, float]]:
+    """One number of every kind: (path, value) by its path without names."""
+    out: dict[tuple[Any, ...], tuple[str, float]] = {}
+    for p in list_parameters(scene):
+        path = parse_path(p.path)
+        assert path is not None
+        named = (1, 3) if path[2:3] == ("points",) else (1,)
+        shape = tuple(min(k, 1) if isinstance(k, int) else "*" if i in named else k for i, k in enumerate(path))
+        kind = (*shape[:2], scene.joints[str(path[1])].type, *shape[2:]) if path[0] == "joints" else shape
+        out.setdefault(kind, (p.path, p.value))
+    return out
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_every_door_says_the_same_about_every_number(model: str) -> None:
+    scene = load_scene(model)
+    small = len(list_parameters(scene)) < 400
+    refused = 0
+    for path, value in kinds(scene).values():
+        for trial in (-1.0, 0.0, 0.5 * value) if small else (-1.0,):
+            found = doors(scene, path, trial)
+            assert len({tuple(f) for f in found.values()}) == 1, (path, trial, found)
+            refused += bool(found["file"])
+    assert refused >= 4  # a mass or density, a size, the run's settings
+
+
+@pytest.mark.parametrize("path", BEYOND)
+def test_a_number_beyond_its_bound_is_refused_and_one_inside_is_not(path: str) -> None:
+    scene = given_in_full(path)
+    name = path.rsplit(".", 1)[-1]
+    for value in BEYOND[path]:
+        found = said(lambda value=value: apply(scene, {path: value}))
+        assert len(found) == 1
+        assert found[0].startswith(f"{path}: {name} must ")
+        assert found[0].endswith(f"(it is {value:g})")
+    inside = (1e-12, 1e-3) if path.endswith("rtol") else (1e-9, 0.3) if POSITIVE[1] in BEYOND[path] else (0.0, 0.3)
+    for value in (*inside, *((-1.0,) if BEYOND[path] == ANY else ())):
+        assert not said(lambda value=value: apply(scene, {path: value})), value
+
+
+def given_in_full(path: str) -> engine.Scene:
+    """The scene with one of everything, and a number at ``path`` whose value is not what matters."""
+    scene = scene_from_dict(VALID)
+    known = {p.path for p in list_parameters(scene)}
+    return scene if path in known else apply(scene, {path: 0.05})
+
+
+def test_numbers_that_must_be_in_order_are_refused_on_the_wrong_side_of_each_other() -> None:
+    scene = apply(scene_from_dict(VALID), {"joints.hinge.friction.mu": 0.3, "joints.hinge.friction.mu_static": 0.4})
+    assert said(lambda: apply(scene, {"joints.hinge.friction.mu": 0.5})) == [
+        "joints.hinge.friction.mu_static: mu_static must not be below mu: 0.4 is below 0.5"
+    ]
+    assert not said(lambda: apply(scene, {"joints.hinge.friction.mu": 0.4}))
+    upper = float(scene.joints["hinge"].stops.upper)  # type: ignore[union-attr]
+    for lower in (upper, upper + 1):
+        assert said(lambda lower=lower: apply(scene, {"joints.hinge.stops.lower": lower})) == [
+            f"joints.hinge.stops.upper: upper must be above lower: {upper:g} is not above {lower:g}"
+        ]
+
+
+def test_a_scene_made_in_python_is_checked_before_it_runs() -> None:
+    scene = load_scene("simple_pendulum")
+    name, body = next(iter(scene.bodies.items()))
+    wrong = replace(scene, bodies={name: replace(body, mass=-1.0, density=None)})
+    for door in (engine.simulate, engine.linearize, lambda s: engine.sweep(s, over={"gravity[2]": [-9.0]})):
+        assert f"bodies.{name}.mass: mass must be positive (it is -1)" in said(lambda door=door: door(wrong))
