@@ -57,11 +57,12 @@ def _body(i: int, name: str, points: list[str]) -> Iterator[Column]:
 
 
 def _unit(kind: JointKind, freedom: int) -> tuple[str, str]:
-    """(unit of displacement, unit of effort) of a freedom."""
+    """Units of displacement and of effort along a freedom of a joint: rad and N*m where it turns, m and N where it slides."""
     return ("rad", "N*m") if kind.turns(freedom) else ("m", "N")
 
 
 def _joint(j: Joint) -> Iterator[Column]:
+    """Columns of a joint: motion, reaction, efforts of its drives, and those of its friction."""
     kind, name = j.kind, j.name
     for i, c in enumerate(kind.coordinates):
         unit = {"angle": "rad", "length": "m", "quaternion": "1"}[c]
@@ -84,6 +85,7 @@ def _joint(j: Joint) -> Iterator[Column]:
 
 
 def _friction(j: Joint) -> Iterator[Column]:
+    """Columns of a joint with friction: friction along its freedoms, state of each pair, work, and its contacts."""
     name, kind = j.name, j.kind
     assert j.friction is not None
     turn = 0

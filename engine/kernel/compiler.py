@@ -87,7 +87,7 @@ def run(arguments: Sequence[str], cache: Path) -> None:
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # pruned when unused for longest
+            os.utime(shared)  # it is pruned like any entry, when it is the one unused for longest
         done = _zig(arguments, shared, Path(own))
         if done.returncode:
             done = _zig(arguments, Path(own), Path(own))

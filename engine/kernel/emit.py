@@ -115,7 +115,7 @@ class _Emitter:
         return Code(text, self.kept, self.counts)
 
     def _read(self) -> None:
-        """Instructions as single assignments, with the stage of every value."""
+        """Read the expression graph as single assignments, and note the stage of every value."""
         f = self.f
         for k in range(f.n_instructions()):
             op = f.instruction_id(k)
@@ -141,7 +141,7 @@ class _Emitter:
                 self.stage[v] = max(0, *(self.stage[x] for x in a))
 
     def _order(self) -> list[list[int]]:
-        """Operations by stage, in order of computation, cut into pieces (recorded in ``home``)."""
+        """Operations of every stage in order of computation, cut into pieces; ``home`` notes the stage and piece of each value."""
         order: list[list[int]] = [[] for _ in self.stages]
         for v in self.op:
             k = self.stage[v]
@@ -151,7 +151,7 @@ class _Emitter:
         return order
 
     def _users(self, order: list[list[int]]) -> dict[int, set[tuple[int, int]]]:
-        """Places (stage, piece) that use each value."""
+        """For each value the places (stage, piece) that use it."""
         users: dict[int, set[tuple[int, int]]] = {}
         for members in order:
             for v in members:
@@ -163,7 +163,8 @@ class _Emitter:
         return users
 
     def _assign_slots(self, users: dict[int, set[tuple[int, int]]]) -> None:
-        """Array elements for values used outside their own piece; transient inputs that later stages read are copied too."""
+        """Give each value that is used outside its own piece an element of the array that carries it there. Transient inputs that
+        later stages read are copied too."""
         for v, places in users.items():
             if self.stage[v] < 0:
                 continue
@@ -190,7 +191,7 @@ class _Emitter:
             self.stages[k].statements.append((place[1], f"{self.slot[v]}=v{v};"))
 
     def _function(self, k: int, stage: Stage) -> str:
-        """The stage's function, as pieces when it is long."""
+        """C text of a stage's function; a long one calls its pieces one after the other."""
         pieces = max((p for p, _ in stage.statements), default=0) + 1
         bodies: list[list[str]] = [[] for _ in range(pieces)]
         for v, slot in self.slot.items():

@@ -57,7 +57,7 @@ def _casadi_version() -> str:
 
 
 def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
-    """Content key of a system's kernel."""
+    """Key of a system's kernel in the cache: a digest of all that shapes its code."""
     names = ",".join(c.name for c in chosen)
     return cache.digest(repr(system), str(parameters), names, f"{quadratures} {redundant}", sources_key(), *_toolchain())
 
@@ -104,7 +104,7 @@ class Kernel:
         return self.address("jacobian")
 
     def build_jacobian(self, folder: Path) -> None:
-        """Fill a cache entry with the unit."""
+        """Build the Jacobian unit into the folder of a cache entry."""
         from engine.kernel.source import jacobian_source
 
         _compile_unit(folder, "jacobian", jacobian_source(*self.structure))

@@ -1,5 +1,8 @@
-"""The linear unit: exact derivatives of F, R and the columns along a direction, for linearisation and for hosts that ask for
-directional derivatives. One product with a seed each, so that its code grows only linearly with the number of bodies."""
+"""The linear unit: exact derivatives along a direction, for linearisation and for hosts that ask for directional derivatives.
+
+Of F = [q̇; v̇; friction states; powers] and the residuals R of the multipliers (``jacobian_unit``), and of the columns. Each is one
+product with a seed, so that its code grows only linearly with the number of bodies.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ CALL_COLUMNS = f"{STATE},{CONST}z,{CONST}a,{CONST}seed,double*restrict out"
 
 
 def linear_text(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> tuple[str, int]:
-    """(C text of the unit's functions, constants it keeps)."""
+    """C text of the unit's functions, and how many constants they keep."""
     rates, kept = _rates(model(Symbols(system, parameters)), quadratures, redundant)
     columns, more = _columns(model(Symbols(system, parameters), reduce=False), chosen, quadratures)
     both = (
@@ -34,7 +37,8 @@ def linear_text(system: System, parameters: int, chosen: list[Column], quadratur
 
 
 def _along(values: SX, x: SX, first: int, count: int, others: list[SX]) -> tuple[SX, SX]:
-    """(derivative of ``values``, its seed [count entries of x from ``first``, the others])."""
+    """Derivative of ``values`` along a seed, and the symbol of that seed: ``count`` entries for those of x from ``first`` on, then
+    one for each entry of the others."""
     seed = SX.sym("seed", count + sum(int(o.numel()) for o in others))
     direction = SX.zeros(x.numel())
     for i in range(count):
@@ -43,7 +47,7 @@ def _along(values: SX, x: SX, first: int, count: int, others: list[SX]) -> tuple
 
 
 def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
-    """∂[F; R] along [inputs, y, z active]."""
+    """C text of the derivative of [F; R] along [inputs, y, z = (active λ, η)], and how many constants it keeps."""
     from engine.kernel.powers import powers
 
     sym = m.sym
@@ -66,7 +70,8 @@ def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
 
 
 def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, int]:
-    """∂columns along [inputs, y, z of all rows, accelerations]. Integrals and what only the runtime knows count as constant."""
+    """The same of the columns, along [inputs, y, λ of all rows, η, accelerations of the free rates]. Integrals, and what only the
+    runtime knows, count as constant."""
     o, sym = Outputs(m, quadratures), m.sym
     fixed = {"extra", "last", "state", "quad", "dissipated", "residual"}
     values = [SX(0) if c.key[0] in fixed else o.value(c.key) for c in chosen]

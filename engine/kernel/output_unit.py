@@ -38,8 +38,9 @@ class OutputUnit:
 
 
 class Outputs:
-    """Expressions of columns by key. a: accelerations of the free rates, which the runtime hands over; quad: symbols of the
-    integrals, named as in ``powers``."""
+    """Expressions of columns by their key (``Column.key``): the first word of a key is the method below that builds it. a: symbols
+    of the accelerations of the free rates, which the runtime hands over; quad: symbols of the integrals, named as in
+    ``powers``."""
 
     def __init__(self, m: Model, quadratures: bool):
         self.m, self.sym = m, m.sym
@@ -184,14 +185,15 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
 
 
 def _wants(chosen: list[Column]) -> int:
-    """Bits of ``OutputUnit.wants``."""
+    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``)."""
     contraction = any(c.name == "audit.contraction" for c in chosen)
     watched = any(c.key[0] == "contact" or c.name.startswith("events.") for c in chosen)
     return Wants.CONTRACTION * contraction + Wants.CONTACTS * watched
 
 
 def _oriented(c) -> tuple[SX, SX, SX]:
-    """The contact's vector turned so that its angle is atan2(second, first)."""
+    """The components of a contact's vector in the order (cosine axis, sine axis, third), so that its angle is atan2(second,
+    first)."""
     axis, base = c.plane
     return c.vector[axis], c.vector[base], c.vector[3 - axis - base]
 

@@ -59,7 +59,7 @@ def linear_source(system: System, parameters: int, chosen: list[Column], quadrat
 
 
 def _ints(name: str, values: Sequence[int]) -> str:
-    """A static table of integers (never empty in C)."""
+    """C text of a static table of integers; an empty one gets a zero, since C knows no empty tables."""
     return f"static const int {name}[]={{{','.join(map(str, values)) or '0'}}};\n"
 
 
