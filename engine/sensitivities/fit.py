@@ -1,4 +1,4 @@
-"""Parameters from measured curves: least squares with exact gradients (Levenberg and Marquardt's method)."""
+"""Parameters from measured curves: SciPy's least squares (trust-region reflective, inside bounds) with exact gradients."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.scene.contexts import bound_of
+from engine.scene.finding import parse_path
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, apply, scene_given
 from engine.sensitivities.api import sensitivity
@@ -16,13 +18,16 @@ from engine.sensitivities.start import checked
 
 ROUNDS = 50
 ENOUGH = 1e-9
-"""Relative change of the parameters, or of the misfit, below which the search ends."""
+"""Relative change of the parameters, or of the sum of squares, below which the search ends."""
+
+NOTHING = 1e-11
+"""Change of the curves when a parameter doubles, of their largest value, that is the round-off of a run."""
 
 
 @dataclass(frozen=True)
 class Fit:
     """values by parameter; deviation: their standard deviations, from the misfit itself; correlation (m × m); misfit: root mean
-    square of (model − measured); rounds needed; converged."""
+    square of (model − measured); rounds: runs that were needed; converged; notes: trials that failed on the way, and why."""
 
     values: dict[str, float]
     deviation: dict[str, float]
@@ -30,6 +35,7 @@ class Fit:
     misfit: float
     rounds: int
     converged: bool
+    notes: tuple[str, ...] = ()
 
 
 def fit(
@@ -42,8 +48,9 @@ def fit(
 ) -> Fit:
     """Find the parameters with which the scene's outputs follow measured curves best, starting from the scene's own values.
 
-    time (n), s, evenly spaced from 0; measured: curves (n) by column name, all in one unit or scaled to one. Positive parameters
-    stay positive. SceneError for wrong names or lengths.
+    time (n), s, evenly spaced from 0; measured: curves (n) by column name, all in one unit or scaled to one. Parameters
+    stay within the values their numbers may have; a trial that cannot be run shortens the step. SceneError for wrong names or
+    lengths and for a parameter that changes nothing; SimulationError when the scene as it is does not run to the last time.
     """
 
     loaded = scene_given(scene, overrides)
@@ -52,9 +59,12 @@ def fit(
 
 
 class _Search:
+    """The misfit as a function of the parameters, each in units of its start value; the last evaluation is kept."""
+
     def __init__(self, scene: Scene, names: list[str], time: np.ndarray, measured: dict[str, np.ndarray], rtol: float):
         self.scene, self.names, self.measured, self.rtol = scene, names, measured, rtol
         self.start = np.array(checked(scene, names))
+        self.unit = np.where(self.start == 0.0, 1.0, np.abs(self.start))
         step = np.diff(time)
         problems = []
         if len(time) < 2 or abs(time[0]) > 1e-12 or np.abs(step - step.mean()).max() > 1e-9 * time[-1]:
@@ -64,37 +74,59 @@ class _Search:
         if problems:
             raise SceneError(problems)
         self.until, self.every = float(time[-1]), float(step.mean())
+        self.at: np.ndarray | None = None
+        self.failed: list[str] = []
 
     def run(self) -> Fit:
-        """Damped Gauss–Newton steps, damping by the size of each parameter's own effect."""
-        p, damping = self.start, 1e-3
-        r, J = self._model(p)
-        rounds, converged = 0, False
-        while rounds < ROUNDS and not converged:
-            rounds += 1
-            normal = J.T @ J
-            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -J.T @ r)
-            trial = np.where((p > 0) & (p + step <= 0), 0.5 * p, p + step)
-            r1, J1 = self._model(trial)
-            if r1 @ r1 <= r @ r * (1 + 1e-14):
-                small = np.abs(trial - p) <= ENOUGH * np.abs(trial)
-                converged = bool(small.all()) or r @ r - r1 @ r1 <= ENOUGH * (r @ r)
-                p, r, J, damping = trial, r1, J1, 0.2 * damping
-            else:
-                damping *= 8
-        return self._result(p, r, J, rounds, converged)
+        """Least squares inside the bounds that the scene's numbers have."""
+        from scipy.optimize import least_squares
 
-    def _model(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(residuals, their derivatives) over all curves."""
-        changed = apply(self.scene, dict(zip(self.names, p.tolist(), strict=True)))
+        bounds = [bound_of(parse_path(n) or ()) for n in self.names]
+        low, high = (np.array([getattr(b, side) for b in bounds]) / self.unit for side in ("least", "most"))
+        u = self.start / self.unit
+        self._evaluate(u)
+        most = max(np.abs(v).max() for v in self.measured.values())
+        still = [n for n, c, p in zip(self.names, self.J.T, self.unit, strict=True) if np.abs(c).max() * p <= NOTHING * most]
+        if still:
+            hint = "leave it out, or measure something it changes"
+            raise SceneError([Problem("parameters", f"{n} changes none of the measured curves", hint) for n in still])
+        found = least_squares(self._misfit, u, self._slopes, (low, high), "trf", ENOUGH, ENOUGH, None, "jac", max_nfev=ROUNDS)
+        self._evaluate(found.x)
+        return self._result(found.nfev, found.status > 0)
+
+    def _misfit(self, u: np.ndarray) -> np.ndarray:
+        """Residuals; infinite where the scene cannot be made or run, whereupon the search shortens its step."""
+        try:
+            self._evaluate(u)
+        except (SceneError, SimulationError) as e:
+            values = ", ".join(f"{n} = {v:g}" for n, v in zip(self.names, u * self.unit, strict=True))
+            self.failed.append(f"a trial failed, and a shorter step was taken: {values}: {e}")
+            return np.full(sum(map(len, self.measured.values())), np.inf)
+        return self.r
+
+    def _slopes(self, u: np.ndarray) -> np.ndarray:
+        self._evaluate(u)
+        return self.J * self.unit
+
+    def _evaluate(self, u: np.ndarray) -> None:
+        """Residuals r and their derivatives J by the parameters, over all curves."""
+        if self.at is not None and np.array_equal(self.at, u):
+            return
+        changed = apply(self.scene, dict(zip(self.names, (u * self.unit).tolist(), strict=True)))
         s = sensitivity(changed, self.names, list(self.measured), self.until, self.every, self.rtol)
-        r = np.concatenate([s[k] - v for k, v in self.measured.items()])
-        return r, np.vstack([s.derivatives[:, s.names.index(k), :] for k in self.measured])
+        self.r = np.concatenate([s[k] - v for k, v in self.measured.items()])
+        self.J = np.vstack([s.derivatives[:, s.names.index(k), :] for k in self.measured])
+        self.at = u.copy()
 
-    def _result(self, p: np.ndarray, r: np.ndarray, J: np.ndarray, rounds: int, converged: bool) -> Fit:
-        covariance = np.linalg.inv(J.T @ J) * (r @ r) / max(1, len(r) - len(p))
+    def _result(self, rounds: int, converged: bool) -> Fit:
+        assert self.at is not None
+        r, size = self.r, np.linalg.norm(self.J, axis=0)
+        size[size == 0.0] = 1.0
+        scaled = self.J / size
+        covariance = np.linalg.pinv(scaled.T @ scaled) / np.outer(size, size) * (r @ r) / max(1, len(r) - len(self.names))
         sigma = np.sqrt(np.diag(covariance))
+        by = np.where(sigma == 0.0, 1.0, sigma)
         return Fit(
-            dict(zip(self.names, p.tolist(), strict=True)), dict(zip(self.names, sigma.tolist(), strict=True)),
-            covariance / np.outer(sigma, sigma), float(np.sqrt((r @ r) / len(r))), rounds, converged,
-        )
+            dict(zip(self.names, (self.at * self.unit).tolist(), strict=True)), dict(zip(self.names, sigma.tolist(), strict=True)),
+            covariance / np.outer(by, by), float(np.sqrt((r @ r) / len(r))), rounds, converged, tuple(self.failed),
+        )  # fmt: skip

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 import engine
@@ -42,3 +44,58 @@ def test_the_readme_tells_what_was_found(found: engine.Fit) -> None:
     text = (FOLDER / "README.md").read_text()
     assert f"{found.values['joints.pivot.friction.mu']:.5f}" in text
     assert f"{found.values['joints.pivot.damping']:.5f}" in text
+
+
+def test_the_search_takes_as_few_runs_as_the_readme_tells(found: engine.Fit) -> None:
+    assert "needs fewer than ten runs" in (FOLDER / "README.md").read_text()
+    assert found.rounds < 10
+
+
+MU, DRAG = "joints.pivot.friction.mu", "joints.pivot.damping"
+
+
+def measured(mu: float, drag: float = 0.02) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Two seconds of the arm's angle, without noise."""
+    r = engine.simulate("friction_identification", 2.0, 0.02, rtol=1e-10, overrides={MU: mu, DRAG: drag}, outputs=["pivot.q[1]"])
+    return r.time, {"pivot.q[1]": r["pivot.q[1]"]}
+
+
+def test_a_search_that_would_leave_the_valid_range_stays_inside_it() -> None:
+    """Data of hardly any friction, first guess ten times what stops the arm: the first steps of the search point below zero."""
+    time, curves = measured(1e-3)
+    found = engine.fit("friction_identification", [MU], time, curves, overrides={MU: 0.5})
+    assert found.converged
+    assert found.values[MU] == pytest.approx(1e-3, rel=1e-5)
+
+
+def test_a_bound_that_the_data_point_beyond_is_where_the_search_ends() -> None:
+    """With more dry friction than the arm has, the drag would have to drive it: the answer is the bound, not an abort."""
+    time, curves = measured(0.05, 1e-6)
+    found = engine.fit("friction_identification", [DRAG], time, curves, overrides={MU: 0.2, DRAG: 0.02})
+    assert 0.0 <= found.values[DRAG] < 1e-4
+
+
+def test_a_trial_that_cannot_be_run_shortens_the_step_and_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = importlib.import_module("engine.sensitivities.fit")
+    time, curves = measured(0.23)
+    whole, tried = module.sensitivity, []
+
+    def only_near(scene: engine.Scene, *rest: object) -> engine.Sensitivity:
+        mu = scene.joints["pivot"].friction.mu
+        tried.append(mu)
+        if mu > 0.12 and len(tried) < 5:
+            raise engine.SimulationError("the run ends early: stuck")
+        return whole(scene, *rest)
+
+    monkeypatch.setattr(module, "sensitivity", only_near)
+    found = engine.fit("friction_identification", [MU], time, curves, overrides={MU: 0.1})
+    assert found.values[MU] == pytest.approx(0.23, rel=1e-6)
+    assert found.notes
+    assert all("ends early" in n and "friction.mu = " in n for n in found.notes)
+
+
+def test_a_parameter_that_changes_nothing_is_named() -> None:
+    time, curves = measured(0.23)
+    tip = "bodies.arm.points.tip[1]"
+    with pytest.raises(engine.SceneError, match=r"tip\[1\] changes none"):
+        engine.fit("friction_identification", [MU, tip], time, curves)
