@@ -26,6 +26,8 @@ TIGHT = 1e-10
 RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
 """A first-order prediction this many times the wanted error is believed without a run."""
+HOPELESS = 10.0
+"""So many times the best time tells a slower method from a machine that was busy for a moment."""
 Tell = Callable[[str, int, int], None]
 
 
@@ -191,14 +193,18 @@ class _Ladder:
         return rung
 
     def _cheapest(self, ready: Prepared) -> Setting | None:
-        """The method that reaches the wanted error in the least time, at the loosest tolerance that does."""
-        found = []
+        """The method that reaches the wanted error in the least time, at the loosest tolerance that does. A method that takes
+        ``HOPELESS`` times as long as the best so far is tightened no further: it would only take longer."""
+        found: list[Setting] = []
         for method in methods():
+            best = min((s.median for s in found), default=math.inf)
             for rtol in RTOLS:
                 settings = Settings(rtol=rtol, method=method, max_steps=1_000_000)
                 result, outcome = ready.once(settings)
                 if result is None or outcome != "done":
                     continue
+                if result.stats.wall_time > HOPELESS * best:
+                    break
                 total = self.what.error(ready.samples(result), self.reference.data)
                 if total <= self.error:
                     low, middle, _ = repeated(lambda s=settings: self._again(ready, s), self.repeats)  # type: ignore[misc]

@@ -8,9 +8,13 @@ from itertools import combinations
 import numpy as np
 
 from engine.chart.runs import Prepared, methods
+from engine.integrators import REGISTRY, Impulses
 from engine.simulation.block import Settings
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
+TIME_STEPPING = tuple(m.name for m in REGISTRY if isinstance(m, Impulses))
+"""Methods of first order take millions of steps at tight tolerance and still agree with others to few digits only: they are
+asked only where another method has nothing to be compared with."""
 STEPS = 3_000_000
 """Step budget of a reference run."""
 
@@ -33,7 +37,9 @@ class _Try:
 
 def reference(ready: Prepared) -> Reference | None:
     """The best agreement of two different methods at tight tolerance; None when fewer than two reach the end."""
-    tried = [t for m in methods() if m != "auto" for t in _tight(ready, m)]
+    tried = [t for m in methods() if m not in ("auto", *TIME_STEPPING) for t in _tight(ready, m)]
+    if len({t.method for t in tried}) < 2:
+        tried += [t for m in TIME_STEPPING for t in _tight(ready, m)]
     pairs = [(ready.measure.error(b.data, a.data), a, b) for a, b in combinations(tried, 2) if a.method != b.method]
     if not pairs:
         return None

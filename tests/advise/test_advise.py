@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 import engine
 from engine.advise import Advice, advise
+from engine.advise.ladder import _Ladder
 from engine.advise.reduce import forms, in_form, planar, rubbing, with_friction_in
 from engine.basics.problems import SceneError
+from engine.chart.measures import Measure
+from engine.chart.reference import Reference
+from engine.chart.runs import Prepared
 from engine.cli import main
 from engine.scene import load_scene
+from engine.simulation.block import Settings
+from engine.simulation.result import Result
 
 WANTED = 1e-4
 QUICK = {"repeats": 1, "samples": 50, "until": 0.65}
@@ -63,6 +71,28 @@ def test_what_the_wanted_error_rules_out_is_not_run() -> None:
     assert a.rungs[0].model_error > 30 * 1e-3
     assert a.chosen is not None
     assert a.chosen.joints == ("ball",)
+
+
+def test_a_method_far_slower_than_the_best_is_not_tightened_further() -> None:
+    """Told of runs that all take 10 ms, but for time stepping: that takes 10 ms at the loosest tolerance and ten times longer at
+    each of the next. The automatic choice reaches the error at once, the others at the tightest tolerance only."""
+    asked: list[tuple[str, float]] = []
+
+    def once(settings: Settings) -> tuple[Result, str]:
+        asked.append((settings.method, settings.rtol))
+        good = settings.method == "auto" or settings.rtol < 1e-11
+        stats = SimpleNamespace(wall_time=1e-4 / settings.rtol if settings.method == "moreau" else 0.01)
+        return cast(Result, SimpleNamespace(good=good, stats=stats)), "done"
+
+    ladder = object.__new__(_Ladder)
+    ladder.what = cast(Measure, SimpleNamespace(error=lambda good, _: 0.0 if good else 1.0))
+    ladder.error, ladder.repeats, ladder.reference = WANTED, 1, cast(Reference, SimpleNamespace(data=None))
+    ready = cast(Prepared, SimpleNamespace(once=once, samples=lambda r: r.good))
+    best = ladder._cheapest(ready)
+    assert best is not None
+    assert best.method == "auto"
+    assert [r for m, r in asked if m == "moreau"] == pytest.approx([1e-2, 1e-3, 1e-4])
+    assert min(r for m, r in asked if m == "rk8") < 1e-11
 
 
 def test_a_column_the_lesser_model_does_not_have_counts_as_zero() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,10 +15,13 @@ from engine.chart import Choice, Study, chart, write
 from engine.chart.curves import curves
 from engine.chart.measures import Measure, measure
 from engine.chart.points import Point, Variant, front
-from engine.chart.runs import variants, with_law
+from engine.chart.reference import reference
+from engine.chart.runs import prepare, variants, with_law
 from engine.friction import REGISTRY
 from engine.scene import load_scene
 from engine.scene.overrides import apply
+from engine.simulation.block import Settings
+from engine.simulation.result import Result
 
 QUICK = Choice(methods=("rk5", "rk8"), rtols=(1e-4, 1e-7, 1e-10), repeats=1, samples=20, peers=False)
 PERIOD = 2.36784194757623745
@@ -52,6 +56,29 @@ def test_the_reference_is_the_closed_form() -> None:
     at = [study.measure.names.index(f"{body}.position[{k}]") for k in (1, 2)]
     end = study.references[Variant()].data[-1][at]
     assert np.abs(end - [-1.0, 0.0]).max() < 1e-10  # the period is known to 17 digits, the reference to about 1e-12
+
+
+def test_the_reference_asks_a_method_of_first_order_only_where_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Time stepping takes millions of steps at tight tolerance, and has few digits there."""
+    scene = load_scene("spherical_pendulum")
+    ready = prepare(scene, Variant("coulomb"), measure(scene), 0.1, 5)
+    once, asked = ready.once, []
+
+    def watched(settings: Settings) -> tuple[Result | None, str]:
+        asked.append(settings.method)
+        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # for the test's sake
+        return (None, "failed") if settings.method in failing else once(quick)
+
+    monkeypatch.setattr(ready, "once", watched)
+    failing: tuple[str, ...] = ()
+    first = reference(ready)
+    assert "moreau" not in asked
+    failing = ("rk8", "rosenbrock")
+    second = reference(ready)
+    assert first is not None
+    assert second is not None
+    assert "moreau" in second.made_by
+    assert first.error < 1e-3 * second.error
 
 
 def test_tighter_tolerances_give_smaller_errors_until_the_references_own(swing: Study) -> None:
