@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from engine.batch.sweeping import Sweep, sweep
     from engine.scene import Scene, load_scene, models_dir
     from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
+    from engine.simulation.event import Event
     from engine.simulation.linearize import Linearization, linearize
-    from engine.simulation.result import Event, Result
+    from engine.simulation.result import Result
     from engine.simulation.run import simulate
 
 _HOMES = {
@@ -31,7 +32,7 @@ _HOMES = {
     "Sensitivity": "engine.sensitivities",
     "fit": "engine.sensitivities",
     "sensitivity": "engine.sensitivities",
-    "Event": "engine.simulation.result",
+    "Event": "engine.simulation.event",
     "Result": "engine.simulation.result",
     "Linearization": "engine.simulation.linearize",
     "linearize": "engine.simulation.linearize",

@@ -65,6 +65,14 @@ class Study:
         """Points of other programs."""
         return [p for p in self.points if p.program != OURS]
 
+    def errors(self, variant: Variant, data: np.ndarray) -> tuple[float, float]:
+        """(distance from the same law's reference, from the exact law's); NaN without one."""
+        own, exact = self.references.get(variant), self.references.get(self.exact)
+        return (
+            self.measure.error(data, own.data) if own else math.nan,
+            self.measure.error(data, exact.data) if exact else math.nan,
+        )
+
 
 def chart(scene: Scene, choice: Choice | None = None, tell: Tell = lambda *_: None) -> Study:
     """Measure. Every failure is a point with its outcome; nothing is raised for one.
@@ -166,13 +174,4 @@ def _point(study: Study, ready: Prepared, settings: Settings) -> Point:
         return other.stats.wall_time if other is not None else math.inf
 
     low, middle, count = repeated(again, study.choice.repeats)
-    return Point(*where, *errors(study, ready.variant, ready.samples(result)), low, middle, count, **counts)  # type: ignore[arg-type]
-
-
-def errors(study: Study, variant: Variant, data: np.ndarray) -> tuple[float, float]:
-    """(distance from the same law's reference, from the exact law's); NaN without one."""
-    own, exact = study.references.get(variant), study.references.get(study.exact)
-    return (
-        study.measure.error(data, own.data) if own else math.nan,
-        study.measure.error(data, exact.data) if exact else math.nan,
-    )
+    return Point(*where, *study.errors(ready.variant, ready.samples(result)), low, middle, count, **counts)  # type: ignore[arg-type]

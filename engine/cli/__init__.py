@@ -8,6 +8,6 @@ from collections.abc import Sequence
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit code: 0 done, 1 failed with a diagnosis, 2 wrong use."""
-    from engine.cli.running import run
+    from engine.cli.entry import run
 
     return run(list(sys.argv[1:] if arguments is None else arguments))

@@ -60,20 +60,10 @@ def sensitivity_command(wish: SensitivityWish) -> int:
     if path:
         write_table(result, path)
     if wish.as_json:
-        print_json({"exit_code": DONE, **document(result), "file": wish.save})
+        print_json({"exit_code": DONE, **result.document(), "file": wish.save})
     else:
         print_lines([*lines(scene.name, result), *([f"wrote {path}"] if path else [])])
     return DONE
-
-
-def document(s: Sensitivity) -> dict:
-    """Everything, for JSON."""
-    return {
-        "time": s.time.tolist(), "outputs": list(s.names), "units": list(s.units), "parameters": list(s.parameters),
-        "parameter_units": list(s.parameter_units), "derivative_units": s.derivative_units(),
-        "values": s.values.tolist(), "derivatives": s.derivatives.tolist(), "notes": list(s.notes),
-        "events": [{"time": e.time, "joint": e.joint, "shift": e.shift.tolist()} for e in s.events],
-    }  # fmt: skip
 
 
 def lines(name: str, s: Sensitivity) -> list[str]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from engine.friction import REGISTRY
-from engine.simulation.result import Event, Result
+from engine.simulation.event import Event
+from engine.simulation.result import Result
 
 
 def caption(result: Result) -> str:

@@ -11,7 +11,8 @@ from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement
 from engine.joints import REGISTRY as JOINTS
 from engine.plots.angles import broken, rotation_vector
-from engine.simulation.result import Event, Result
+from engine.simulation.event import Event
+from engine.simulation.result import Result
 
 NEGLIGIBLE = 1e-7
 """A component this much smaller than the largest of its family is not drawn: in plane motion most of them are."""

@@ -54,6 +54,16 @@ class Sensitivity:
         """Units of the derivatives: outputs × parameters."""
         return [[_per(u, p) for p in self.parameter_units] for u in self.units]
 
+    def document(self) -> dict[str, Any]:
+        """Everything as plain data, for JSON."""
+        return {
+            "time": self.time.tolist(), "outputs": list(self.names), "units": list(self.units),
+            "parameters": list(self.parameters), "parameter_units": list(self.parameter_units),
+            "derivative_units": self.derivative_units(),
+            "values": self.values.tolist(), "derivatives": self.derivatives.tolist(), "notes": list(self.notes),
+            "events": [{"time": e.time, "joint": e.joint, "shift": e.shift.tolist()} for e in self.events],
+        }  # fmt: skip
+
 
 def sensitivity(
     scene: Given,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from engine.abi import EventKind
+from engine.simulation.event import Event
 from engine.simulation.pairs import slider_names, stop_names
-from engine.simulation.result import Event
 from engine.system.structure import System
 
 

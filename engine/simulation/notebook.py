@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import html as escape
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.simulation.result import Result
 from engine.simulation.summary import counted, main_columns
+
+if TYPE_CHECKING:
+    from engine.simulation.result import Result
 
 WIDTH, HEIGHT = 300, 84
 MOST_POINTS = 300

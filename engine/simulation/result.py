@@ -10,6 +10,7 @@ import numpy as np
 
 from engine.kernel.columns import Column
 from engine.simulation.certificate import Certificate
+from engine.simulation.event import Event
 from engine.simulation.outcome import Outcome
 from engine.simulation.redundancy import Redundancy
 
@@ -18,24 +19,6 @@ if TYPE_CHECKING:
     import pyarrow
 
     from engine.scene.model import Scene
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened at an instant.
-
-    kind: "reversal" (sliding turned round: the contact normal jumps, a possible impact), "stop_on", "stop_off", …
-    joint: its name; part: which of its sliding pairs (from 1). before, after: contact angles, rad; turn: angle by which each
-    contact's normal turned, rad.
-    """
-
-    time: float
-    kind: str
-    joint: str
-    part: int = 1
-    before: tuple[float, ...] = ()
-    after: tuple[float, ...] = ()
-    turn: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

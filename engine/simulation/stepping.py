@@ -13,10 +13,11 @@ from engine.basics.interrupts import Held, held
 from engine.simulation import block as bl
 from engine.simulation.certificate import Certificate, certificate, certificate_notes
 from engine.simulation.diagnosis import diagnose, open_loop
+from engine.simulation.event import Event
 from engine.simulation.events import decode
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
-from engine.simulation.result import Event, Result, Stats
+from engine.simulation.result import Result, Stats
 
 if TYPE_CHECKING:
     from engine.simulation.run import Model

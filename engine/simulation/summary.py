@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engine.joints import REGISTRY
-from engine.simulation.result import Event, Result
+from engine.simulation.event import Event
+
+if TYPE_CHECKING:
+    from engine.simulation.result import Result
 
 NEGLIGIBLE = 1e-9
 """A component this much smaller than the largest of its kind in the same joint is not a main column."""

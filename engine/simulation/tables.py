@@ -22,13 +22,14 @@ import numpy as np
 from engine.basics.files import writing
 from engine.basics.problems import Problem, SceneError
 from engine.basics.version import version
+from engine.simulation.event import Event
 from engine.simulation.outcome import Outcome
-from engine.simulation.result import Event, Result
 
 if TYPE_CHECKING:
     import pyarrow
 
     from engine.scene.model import Scene
+    from engine.simulation.result import Result
 
 SUFFIXES = (".csv", ".parquet")
 FORMAT = "trunnion result 1"

@@ -15,12 +15,11 @@ LOOK_SECONDS = 0.25
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
     """The answer as JSON. asked: a scene as plain data and the other arguments of ``engine.sensitivity``. SceneError when it is not
     there after ``seconds``, Cancelled when nobody waits for it any more."""
-    from engine.cli.sensing import document
     from engine.sensitivities import sensitivity
     from service.api.problems import text_of
 
     scene = scene_from_dict(asked.pop("scene"))
-    return text_of(document(sensitivity(scene, **asked, tick=_Watch(seconds))))
+    return text_of(sensitivity(scene, **asked, tick=_Watch(seconds)).document())
 
 
 class _Watch:

@@ -10,7 +10,8 @@ from scipy.optimize import minimize_scalar
 
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
-from engine.simulation.result import Event, Result
+from engine.simulation.event import Event
+from engine.simulation.result import Result
 from engine.simulation.run import Model, run, simulate
 
 Measure = Callable[[Scene, re.Match[str]], float]

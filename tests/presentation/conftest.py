@@ -8,8 +8,9 @@ import pytest
 from engine.kernel.columns import columns
 from engine.scene import load_scene
 from engine.scene.model import Scene
+from engine.simulation.event import Event
 from engine.simulation.outcome import DONE, Outcome
-from engine.simulation.result import Event, Result, Stats
+from engine.simulation.result import Result, Stats
 from engine.simulation.run import simulate
 from engine.system.build import build
 from tests.laws import PAPER

@@ -64,8 +64,6 @@ def _made(kind: type[Peer], ready: Prepared, scene: Snapshot) -> Peer:
 
 def _points(study: Study, peer: Peer, ready: Prepared) -> list[Point]:
     """All its settings; a method that has become too slow is not refined further."""
-    from engine.chart.study import errors
-
     out: list[Point] = []
     slow: set[str] = set()
     for s in peer.settings():
@@ -85,7 +83,7 @@ def _points(study: Study, peer: Peer, ready: Prepared) -> list[Point]:
             out.append(Point(*where, math.nan, math.nan, first, first, 1, outcome="not finite", leaves_out=peer.leaves_out()))
             continue
         low, middle, count = _repeats(peer, s, first, study.choice.repeats)
-        both = errors(study, ready.variant, data)
+        both = study.errors(ready.variant, data)
         out.append(Point(*where, *both, low, middle, count, leaves_out=peer.leaves_out()))
     return out
 

@@ -1,0 +1,84 @@
+"""Modules import each other one way: no circles, not even through imports inside functions; workers know no command line."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("engine", "fmu", "service")
+WORKERS = ("service.executor.work", "service.executor.differentiate", "service.executor.parts", "engine.batch")
+"""What runs in another process, on another machine perhaps: the cases of a batch, one run and its derivatives."""
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """Every module of the product by its dotted name."""
+    found = {}
+    for file in (f for p in PACKAGES for f in (ROOT / p).rglob("*.py")):
+        parts = file.relative_to(ROOT).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def executed(node: ast.AST) -> Iterator[ast.AST]:
+    """Nodes below this one but those under ``if TYPE_CHECKING``, which never run."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and isinstance(child.test, ast.Name) and child.test.id == "TYPE_CHECKING":
+            for other in child.orelse:
+                yield from (other, *executed(other))
+            continue
+        yield child
+        yield from executed(child)
+
+
+def imports_of(text: str, known: set[str]) -> set[str]:
+    """Modules among the known ones that a source imports, at its top or in a function."""
+    out: set[str] = set()
+    for n in executed(ast.parse(text)):
+        if isinstance(n, ast.Import):
+            out |= {a.name for a in n.names}
+        elif isinstance(n, ast.ImportFrom) and n.module:
+            out |= {f"{n.module}.{a.name}" if f"{n.module}.{a.name}" in known else n.module for a in n.names}
+    return out & known
+
+
+@cache
+def graph() -> dict[str, set[str]]:
+    """Module → the modules it imports."""
+    known = set(modules())
+    return {m: imports_of(f.read_text(encoding="utf-8"), known) - {m} for m, f in modules().items()}
+
+
+def reached(start: str) -> set[str]:
+    """Everything a module may come to import, itself among it."""
+    seen, todo = set(), [start]
+    while todo:
+        m = todo.pop()
+        if m not in seen:
+            seen.add(m)
+            todo += graph()[m]
+    return seen
+
+
+def test_no_module_imports_itself_by_a_detour() -> None:
+    try:
+        TopologicalSorter(graph()).prepare()
+    except CycleError as e:
+        pytest.fail(" → ".join(e.args[1]))
+
+
+def test_imports_inside_functions_count_and_those_for_types_do_not() -> None:
+    text = "if TYPE_CHECKING:\n    import a\nelse:\n    import b\ndef f():\n    from c.d import e\n    from c import g\n"
+    assert imports_of(text, {"a", "b", "c", "c.d", "c.d.e"}) == {"b", "c", "c.d.e"}
+
+
+@pytest.mark.parametrize("worker", WORKERS)
+def test_workers_do_not_import_the_command_line(worker: str) -> None:
+    found = sorted(m for m in reached(worker) if m.startswith(("engine.cli", "service.cli", "fmu.cli")))
+    assert not found
