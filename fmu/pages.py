@@ -37,7 +37,7 @@ def page(result: Result, listed: list[Variable], flavour: str, guid: str) -> byt
     notes = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
     text = Template(PAGE.read_text(encoding="utf-8")).substitute(
         name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes,
-        law=escape(", ".join(sorted({f.law or scene.friction.law for j in scene.joints.values() if (f := j.friction)})) or "none"),
+        law=escape(", ".join(sorted({scene.law_of(f) for j in scene.joints.values() if (f := j.friction)})) or "none"),
         scene=escape(scene_to_yaml(scene)), **tables,
     )
     return text.encode()

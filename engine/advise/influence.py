@@ -45,6 +45,6 @@ def _coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:
     """(path, value) of the number that scales a joint's friction."""
     friction = scene.joints[joint].friction
     assert friction is not None
-    scale = LAWS[friction.law or scene.friction.law].scale
+    scale = LAWS[scene.law_of(friction)].scale
     value = getattr(friction, scale)
     return (f"joints.{joint}.friction.{scale}", float(value)) if value else None

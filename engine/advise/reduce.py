@@ -35,7 +35,7 @@ def forms(scene: Scene) -> list[Form]:
     """From the coarsest to the scene's own truth, which comes last."""
     exact = exact_law(scene)
     order = [law for law in (twin_of(exact), exact) if law]
-    own = {law for j in scene.joints.values() if j.friction and (law := j.friction.law or scene.friction.law)}
+    own = {law for j in scene.joints.values() if j.friction and (law := scene.law_of(j.friction))}
     if not own <= set(order):
         order = sorted(own)
     return [Form(law, adams) for law in dict.fromkeys(order) for adams in (True, False)]

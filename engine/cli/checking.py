@@ -100,7 +100,7 @@ def _joint(j: Any, scene: Scene) -> dict[str, Any]:
     from engine.scene.refs import body_of
 
     given = scene.joints[j.name]
-    law = (given.friction.law or scene.friction.law) if given.friction is not None else ""
+    law = scene.law_of(given.friction) if given.friction is not None else ""
     sides = [body_of(given.inboard), body_of(given.outboard)]
     return {
         "name": j.name,

@@ -13,10 +13,10 @@ def caption(result: Result) -> str:
     """Friction laws with their regularisation, method, tolerance, outcome."""
     scene, used = result.scene, result.settings
     rubs = [j.friction for j in scene.joints.values() if j.friction is not None]
-    laws = {f.law or scene.friction.law for f in rubs}
+    laws = {scene.law_of(f) for f in rubs}
     words = [f"friction law {', '.join(sorted(laws))}"] if laws else []
     for n in {n.name: n for law in laws for n in REGISTRY[law].numbers if n.default is not None}.values():
-        has = [f for f in rubs if n in REGISTRY[f.law or scene.friction.law].numbers]
+        has = [f for f in rubs if n in REGISTRY[scene.law_of(f)].numbers]
         values = {float(getattr(f if getattr(f, n.name) is not None else scene.friction, n.name)) for f in has}
         words.append(f"{n.name} {', '.join(f'{v:g}' for v in sorted(values))} {n.unit}")
     words.append(f"method {used.get('method', '?')}")

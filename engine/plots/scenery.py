@@ -14,7 +14,7 @@ from engine.plots import meshes
 from engine.plots.meshes import Mesh
 from engine.plots.palette import BODIES
 from engine.scene import model as sm
-from engine.scene.refs import GROUND, body_of, points_of, split
+from engine.scene.refs import GROUND, axes_of, body_of, point_of
 from engine.system.frames import frame, matrix
 
 ON_GROUND = -1
@@ -93,8 +93,7 @@ def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:
 
 def _point(scene: sm.Scene, side: str | sm.Side) -> np.ndarray:
     """Joint point of a side, measured from the body's mass centre (on ground: from the origin), in the body's axes."""
-    body, name = split(side) if isinstance(side, str) else (side.body, side.point)
-    p = points_of(scene, body)[name] if isinstance(name, str) and name else (name or (0.0, 0.0, 0.0))
+    body, p = point_of(scene, side)
     center = (0.0, 0.0, 0.0) if body == GROUND else scene.bodies[body].center
     return np.array(p, float) - np.array(center, float)
 
@@ -154,16 +153,9 @@ def _distinct(points: list[np.ndarray], apart: float) -> list[np.ndarray]:
 def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size: float) -> JointMark:
     parts = (index[body_of(j.inboard)], index[body_of(j.outboard)])
     points = (_point(scene, j.inboard), _point(scene, j.outboard))
-    frames = (matrix(frame(*_axes(j, j.inboard))), matrix(frame(*_axes(j, j.outboard))))
+    frames = (matrix(frame(*axes_of(j, j.inboard))), matrix(frame(*axes_of(j, j.outboard))))
     bare = JointMark(name, j.type, parts, points, frames, int(j.pin == "outboard"))
     return replace(bare, pins=tuple(_pins(bare, j, size)), contacts=tuple(_contacts(bare, j)))
-
-
-def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Direction | None]:
-    """Axis and reference of a side, its own or the joint's."""
-    own = side if isinstance(side, sm.Side) else None
-    axis = own.axis if own and own.axis is not None else j.axis
-    return axis, own.reference if own and own.reference is not None else j.reference
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:

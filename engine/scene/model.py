@@ -86,6 +86,14 @@ class Scene:
     """Patterns of the result columns wanted."""
     simulation: Simulation = field(default_factory=Simulation)
     """Settings of a run."""
+
+    def law_of(self, friction: Friction) -> str:
+        """Friction law of a joint: its own, else the scene's."""
+        return friction.law or self.friction.law
+
+    def normal_force_of(self, friction: Friction) -> str:
+        """How the normal force of a joint is found: its own way, else the scene's."""
+        return friction.normal_force or self.friction.normal_force
     tunable: tuple[str, ...] = ()
     """Numbers (dotted paths, patterns) that stay run-time parameters even when they are zero as written."""
 

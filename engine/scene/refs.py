@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from engine.scene.finding import Path
-from engine.scene.model import Force, Joint, Scene, Side, SpringDamper, Torque
+from engine.scene.model import Direction, Force, Joint, Scene, Side, SpringDamper, Torque
 
 GROUND = "ground"
 
@@ -30,6 +30,29 @@ def split(text: str) -> tuple[str, str]:
 def body_of(side: str | Side) -> str:
     """Body a joint side is on."""
     return side.body if isinstance(side, Side) else split(side)[0]
+
+
+def named_point(side: str | Side) -> str:
+    """Name of the point a joint side or a load is at; '' where it has none."""
+    point = side.point if isinstance(side, Side) else split(side)[1]
+    return point if isinstance(point, str) else ""
+
+
+def point_of(scene: Scene, side: str | Side) -> tuple[str, tuple[float, float, float]]:
+    """(body, point in the body's frame) of a joint side or of "body.point"; without a point the frame's origin."""
+    name = named_point(side)
+    body, x = body_of(side), (0.0, 0.0, 0.0)
+    if name:
+        x = points_of(scene, body)[name]
+    elif isinstance(side, Side) and not isinstance(side.point, str):
+        x = side.point
+    return body, (float(x[0]), float(x[1]), float(x[2]))
+
+
+def axes_of(j: Joint, side: str | Side) -> tuple[Direction | None, Direction | None]:
+    """(axis, reference) of a joint side: its own, else the joint's."""
+    own = side if isinstance(side, Side) else Side("")
+    return (j.axis if own.axis is None else own.axis), (j.reference if own.reference is None else own.reference)
 
 
 def references(scene: Scene) -> Iterator[Reference]:

@@ -29,7 +29,7 @@ def check_settings(until: float, every: float, s: bl.Settings, scene: Scene, out
     problems = [Problem(k, bound.refusal(k, value), hint) for k, (value, bound, hint) in asked.items() if not bound.holds(value)]
     if s.method not in bl.METHODS:
         problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
-    laws = {j.friction.law or scene.friction.law for j in scene.joints.values() if j.friction}
+    laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
     if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
         problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))
     stiff = sorted(law for law in laws if not LAWS[law].steps)

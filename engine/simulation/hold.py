@@ -83,7 +83,7 @@ def _dry(scene: Scene) -> tuple[Scene, list[str]]:
     joints: dict[str, Joint] = dict(scene.joints)
     changed: dict[str, list[str]] = {}
     for name, j in scene.joints.items():
-        dry = LAWS[j.friction.law or scene.friction.law].dry if j.friction is not None else ""
+        dry = LAWS[scene.law_of(j.friction)].dry if j.friction is not None else ""
         if j.friction is not None and dry:
             joints[name] = replace(j, friction=replace(j.friction, law=dry))
             changed.setdefault(dry, []).append(name)
@@ -118,7 +118,7 @@ def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[s
     for (name, part), held in zip(slider_names(system), table, strict=True):
         joint = scene.joints[name]
         assert joint.friction is not None
-        law = joint.friction.law or scene.friction.law
+        law = scene.law_of(joint.friction)
         unique = not held["shared"] and name not in open_joints
         sticks = bool(started and not held["slips"])
         out.append(PairHold(name, part, joint.type, law, float(held["share"]), float(held["capacity"]), unique, sticks))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
+from engine.scene.refs import axes_of, body_of, named_point, point_of
 from engine.system.devices import Builder
 from engine.system.frames import frame
 from engine.system.friction import element
@@ -48,7 +49,7 @@ class _Maker:
         self.origin = {"ground": (0.0, 0.0, 0.0)}
         for name, child, forward in spanning.tree:
             j = scene.joints[name]
-            self.origin[child] = self.point(j.outboard if forward else j.inboard)[1]
+            self.origin[child] = point_of(self.scene, j.outboard if forward else j.inboard)[1]
 
     def system(self) -> System:
         """The whole structure."""
@@ -66,18 +67,6 @@ class _Maker:
 
     # -- points -------------------------------------------------------------------------------------------------------------
 
-    def point(self, side: str | sm.Side) -> tuple[str, tuple[float, float, float]]:
-        """(body, point in the body's frame) of a joint side or of "body.point"."""
-        if isinstance(side, sm.Side):
-            name, p = side.body, side.point
-        else:
-            name, _, p = side.partition(".")
-            p = p or (0.0, 0.0, 0.0)
-        if isinstance(p, str):
-            points = self.scene.ground.points if name == "ground" else self.scene.bodies[name].points
-            p = points[p]
-        return name, (float(p[0]), float(p[1]), float(p[2]))
-
     def relative(self, body: str, label: str, p: tuple[float, ...]) -> Leaves:
         """Leaves of a point measured from the body's reference origin, named ``label`` among the parameters."""
         o = self.origin[body]
@@ -89,8 +78,8 @@ class _Maker:
 
     def label(self, side: str | sm.Side, otherwise: str) -> str:
         """Path of a side's point: the named point where it has one."""
-        body, p = (side.body, side.point) if isinstance(side, sm.Side) else (side.partition(".")[0], side.partition(".")[2])
-        return self.named(body, p) if isinstance(p, str) and p else f"{otherwise}.point"
+        point = named_point(side)
+        return self.named(body_of(side), point) if point else f"{otherwise}.point"
 
     # -- parts --------------------------------------------------------------------------------------------------------------
 
@@ -108,7 +97,7 @@ class _Maker:
         )
         points = tuple((n, self.relative(name, self.named(name, n), p)) for n, p in b.points.items())
         j = self.scene.joints[joint]
-        parent = self.point(j.inboard)[0] if self.point(j.outboard)[0] == name else self.point(j.outboard)[0]
+        parent = body_of(j.inboard if body_of(j.outboard) == name else j.outboard)
         mass = self.table.scalar(f"bodies.{name}.mass", m, "kg")
         middle = self.relative(name, f"bodies.{name}.center", tuple(float(c) for c in center))
         return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
@@ -117,8 +106,8 @@ class _Maker:
         """One joint without its offsets."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
-        a, b = self.point(j.inboard), self.point(j.outboard)
-        frames = [frame(*_axes(j, s)) for s in (j.inboard, j.outboard)]
+        a, b = point_of(self.scene, j.inboard), point_of(self.scene, j.outboard)
+        frames = [frame(*axes_of(j, s)) for s in (j.inboard, j.outboard)]
         pitch = self.table.scalar(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
         return Joint(
             name, j.type, self.index[a[0]], self.index[b[0]],
@@ -147,14 +136,6 @@ class _Maker:
                 flag += len(e.sliders)
             out.append(new)
         return tuple(out)
-
-
-def _axes(j: sm.Joint, side: str | sm.Side) -> tuple[sm.Direction | None, sm.Direction | None]:
-    """Axis and reference of a side, its own or the joint's."""
-    own = side if isinstance(side, sm.Side) else None
-    axis = own.axis if own and own.axis is not None else j.axis
-    reference = own.reference if own and own.reference is not None else j.reference
-    return axis, reference
 
 
 __all__ = ["Built", "Param", "build"]

@@ -14,7 +14,7 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
     element declare, as far as the scene gives them."""
     f = scene.joints[j.name].friction
     assert f is not None
-    law = f.law or scene.friction.law
+    law = scene.law_of(f)
     contact = CONTACTS[j.kind.friction]
     numbers: list[tuple[str, Leaf]] = []
     for n in (*LAWS[law].numbers, *contact.sizes):
@@ -27,5 +27,5 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
         for label, one in zip(n.labels, values, strict=True):
             numbers.append((label, table.scalar(f"joints.{j.name}.friction.{label}", one, n.unit)))
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))
-    adams = (f.normal_force or scene.friction.normal_force) == "adams"
+    adams = scene.normal_force_of(f) == "adams"
     return FrictionElement(contact.name, law, adams, tuple(numbers), sliders)

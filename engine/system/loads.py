@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from engine.scene import model as sm
+from engine.scene.refs import named_point, point_of
 from engine.system.structure import Load
 
 if TYPE_CHECKING:
@@ -19,17 +20,17 @@ def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) ->
     values = f.force if isinstance(f, sm.Force) else f.torque
     unit = "N" if isinstance(f, sm.Force) else "N*m"
     vector = tuple(maker.devices.component(f"{path}[{k + 1}]", v, unit) for k, v in enumerate(values))
-    body, point = maker.point(f.on)
-    if isinstance(f, sm.Force) and "." not in f.on:
+    body, point = point_of(maker.scene, f.on)
+    if isinstance(f, sm.Force) and not named_point(f.on):
         x, y, z = maker.scene.bodies[body].center
         point = (float(x), float(y), float(z))
-    leaves = maker.relative(body, maker.named(body, f.on.partition(".")[2]) if "." in f.on else f"bodies.{body}.center", point)
+    leaves = maker.relative(body, maker.named(body, named_point(f.on)) if named_point(f.on) else f"bodies.{body}.center", point)
     return Load(name, f.type, (maker.index[body],), (leaves,), f.frame == "body", vector)
 
 
 def _spring(maker: _Maker, name: str, f: sm.SpringDamper) -> Load:
     s = maker.table.scalar
-    ends = [maker.point(b) for b in f.between]
+    ends = [point_of(maker.scene, b) for b in f.between]
     labels = [maker.label(side, f"bodies.{b}.origin") for side, (b, _) in zip(f.between, ends, strict=True)]
     leaves = tuple(maker.relative(b, label, p) for label, (b, p) in zip(labels, ends, strict=True))
     numbers = (

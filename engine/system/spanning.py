@@ -6,7 +6,8 @@ import heapq
 from dataclasses import dataclass
 
 from engine.joints import REGISTRY
-from engine.scene.model import Joint, Scene, Side
+from engine.scene.model import Joint, Scene
+from engine.scene.refs import body_of
 
 DEVICES = ("spring", "damping", "stops", "drive", "effort")
 
@@ -18,11 +19,6 @@ class Spanning:
     tree: tuple[tuple[str, str, bool], ...]
     """(joint, child body, forward): forward when the child is the outboard part."""
     cut: tuple[str, ...]
-
-
-def side_body(side: str | Side) -> str:
-    """Name of the body a side is on."""
-    return side.body if isinstance(side, Side) else side.partition(".")[0]
 
 
 def cutting_cost(j: Joint) -> tuple[int, int]:
@@ -39,7 +35,7 @@ def cutting_cost(j: Joint) -> tuple[int, int]:
 def span(scene: Scene) -> Spanning:
     """Grow the tree from ground, always along the joint that is worst to cut; ties go to the body nearest the ground, then
     by name, so that the order of the file does not matter."""
-    ends = {n: (side_body(j.inboard), side_body(j.outboard)) for n, j in scene.joints.items()}
+    ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():
         at.setdefault(a, []).append(n)

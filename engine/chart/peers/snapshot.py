@@ -9,6 +9,7 @@ import numpy as np
 from engine.chart.runs import Prepared
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
+from engine.scene.refs import point_of
 from engine.simulation.block import Settings
 from engine.simulation.run import Model
 from engine.system.frames import matrix
@@ -174,19 +175,11 @@ def _spring(model: Model, parts: tuple[Part, ...], s: sm.SpringDamper) -> Spring
     index = {p.name: i for i, p in enumerate(parts)} | {"ground": GROUND}
     bodies, points = [], []
     for side in s.between:
-        name, point = _place(model.built.scene, side)
+        name, point = point_of(model.built.scene, side)
         middle = mass_properties(model.built.scene.bodies[name])[1] if name != "ground" else (0.0, 0.0, 0.0)
         bodies.append(index[name])
         points.append(np.array(point, float) - np.array(middle, float))
     return Spring((bodies[0], bodies[1]), (points[0], points[1]), float(s.stiffness), float(s.damping), float(s.length))
-
-
-def _place(scene: sm.Scene, side: str | sm.Side) -> tuple[str, tuple[float, ...]]:
-    body, point = (side.body, side.point) if isinstance(side, sm.Side) else (side.partition(".")[0], side.partition(".")[2])
-    if isinstance(point, str):
-        named = scene.ground.points if body == "ground" else scene.bodies[body].points
-        point = named[point] if point else (0.0, 0.0, 0.0)
-    return body, tuple(float(x) for x in point)
 
 
 def _missing(scene: sm.Scene) -> list[str]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
 from engine.scene.model import AxisAngle, Direction, Joint, Scene, Side
+from engine.scene.refs import axes_of
 
 PARALLEL = 1e-6
 """Sine of the angle between axis and reference below which e2 would be rounding (rad)."""
@@ -51,8 +52,7 @@ def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
 def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
     """The frame one side ends up with: its own axis and reference, else the joint's."""
     own = side if isinstance(side, Side) else Side("")
-    axis = own.axis if own.axis is not None else j.axis
-    reference = own.reference if own.reference is not None else j.reference
+    axis, reference = axes_of(j, side)
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))
     if axis is None:
         if REGISTRY[j.type].needs_axis:

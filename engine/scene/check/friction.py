@@ -24,7 +24,7 @@ def check(scene: Scene) -> Iterator[Finding]:
             yield Finding(path, f"a {j.type} joint has no friction element", f"joints that can rub: {able}")
             continue
         yield from _sizes(path, j, j.friction)
-        yield from _coefficients(path, j.friction, j.friction.law or scene.friction.law)
+        yield from _coefficients(path, j.friction, scene.law_of(j.friction))
 
 
 def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
