@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import zipfile
 from pathlib import Path
+
+from engine.basics.files import replacing
 
 FIRST = ("modelDescription.xml", "model.png")
 MOMENT = (1980, 1, 1, 0, 0, 0)
@@ -14,17 +14,9 @@ MOMENT = (1980, 1, 1, 0, 0, 0)
 def write(target: Path, contents: dict[str, bytes]) -> None:
     """Write the archive beside its place and move it there, so that nobody sees half of it."""
     order = [*(n for n in FIRST if n in contents), *sorted(n for n in contents if n not in FIRST)]
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}-")
-    os.close(handle)
-    try:
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as z:
-            for name in order:
-                info = zipfile.ZipInfo(name, MOMENT)
-                info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
-                info.external_attr = (0o755 if name.endswith((".so", ".dll", ".dylib")) else 0o644) << 16
-                z.writestr(info, contents[name])
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, target)
-    finally:
-        if os.path.exists(temporary):
-            os.unlink(temporary)
+    with replacing(target) as work, zipfile.ZipFile(work, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as z:
+        for name in order:
+            info = zipfile.ZipInfo(name, MOMENT)
+            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
+            info.external_attr = (0o755 if name.endswith((".so", ".dll", ".dylib")) else 0o644) << 16
+            z.writestr(info, contents[name])

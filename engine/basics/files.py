@@ -40,13 +40,22 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
     problems = destination_problems(path, suffixes, where)
     if problems:
         raise SceneError(problems)
+    try:
+        with replacing(path) as work:
+            yield work
+    except OSError as e:
+        raise SceneError([Problem(where, f"cannot write {os.fspath(path)!r}: {e.strerror or e}")]) from e
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
+    """A temporary name in the folder of ``path`` (links followed), with its suffix or another. What was written under it takes the
+    place of ``path`` in one step when the block ends well, and is removed when it does not. OSError as it comes."""
     target = Path(os.path.realpath(path))
-    work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{target.suffix}")
+    work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{suffix or target.suffix}")
     try:
         yield work
         work.replace(target)
-    except OSError as e:
-        raise SceneError([Problem(where, f"cannot write {os.fspath(path)!r}: {e.strerror or e}")]) from e
     finally:
         with suppress(OSError):
             work.unlink(missing_ok=True)

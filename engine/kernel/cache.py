@@ -16,6 +16,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from platformdirs import user_cache_path
+
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
 RECENT_SECONDS = 60.0
@@ -25,12 +27,11 @@ COMPILER_SECONDS = 600.0
 
 
 def cache_folder() -> Path:
-    """TRUNNION_CACHE, else the user's cache folder; created with mode 0700. Falls back to a private temporary folder when there is
-    no home to write to."""
+    """TRUNNION_CACHE, else the platform's folder for a user's caches; created with mode 0700. Falls back to a private temporary
+    folder when there is no home to write to."""
     chosen = os.environ.get("TRUNNION_CACHE")
-    base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME")
-    home = Path(chosen) if chosen else Path(base) / "trunnion" if base else Path("~/.cache/trunnion").expanduser()
     try:
+        home = Path(chosen) if chosen else user_cache_path("trunnion", appauthor=False)
         home.mkdir(parents=True, exist_ok=True, mode=0o700)
         if not os.access(home, os.W_OK):
             raise OSError

@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import os
 import secrets
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import fsspec
 from fsspec.implementations.local import LocalFileSystem
+
+from engine.basics.files import replacing
 
 if TYPE_CHECKING:
     import pyarrow
@@ -33,16 +34,10 @@ class Parts:
         if not isinstance(self.fs, LocalFileSystem):
             self.fs.pipe_file(path, data)  # object stores put whole objects
             return
-        work = f"{path}.{secrets.token_hex(6)}.tmp"
-        try:
-            with open(work, "wb") as f:
-                f.write(data)
-                f.flush()
-                os.fsync(f.fileno())
-            os.replace(work, path)
-        finally:
-            with suppress(OSError):
-                os.unlink(work)
+        with replacing(path, ".tmp") as work, work.open("wb") as f:
+            f.write(data)
+            f.flush()
+            os.fsync(f.fileno())
 
     def write_table(self, path: str, table: pyarrow.Table) -> int:
         """A table as a Parquet part; its size in bytes."""

@@ -281,6 +281,16 @@ def test_a_folder_is_made_for_the_user_alone(tmp_path: Path, monkeypatch: pytest
     assert stat.S_IMODE(cache.cache_folder().stat().st_mode) == 0o700
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the folders of this platform")
+def test_the_cache_is_where_the_platform_keeps_caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Linux XDG's; another platform's variable does not count."""
+    monkeypatch.delenv("TRUNNION_CACHE", raising=False)
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "elsewhere"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache.cache_folder() == tmp_path / "trunnion"
+    assert stat.S_IMODE(cache.cache_folder().stat().st_mode) == 0o700
+
+
 def test_without_a_place_to_write_a_private_temporary_folder_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setattr(cache, "_temporary", None)
