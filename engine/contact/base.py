@@ -124,7 +124,7 @@ class ContactElement:
     drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
                they follow from ``velocity`` alone.
     cone       (as ``speeds``) → measure of sliding of a pair that can turn without sliding: negative where it does (ball).
-    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "cross"
+    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "both"
                (u1, u2, u1 × u2; then always the wrench on the inboard part).
     """
 
@@ -159,7 +159,10 @@ class ContactElement:
         if not freedoms or sorted(freedoms) != list(range(len(freedoms))):
             found.append("every freedom belongs to one sliding pair: pairs such as ((0,), (1,))")
         example = {label: 1.0 for s in self.sizes for label in s.labels}
-        places, solids = self.places(example), self.pins(example)
+        try:
+            places, solids = self.places(example), self.pins(example)
+        except KeyError as e:
+            return [f"its places or pins ask for {e.args[0]}, which is none of its sizes"]
         if not 1 <= len(places) <= self.count:
             found.append(f"{len(places)} places for {self.count} contacts")
         if not solids:
@@ -168,7 +171,7 @@ class ContactElement:
         for x in where:
             if x.on not in PARTS or x.axis not in (0, 1, 2) or (isinstance(x, Place) and x.pair not in range(len(self.pairs))):
                 found.append(f"there is no such part, axis or pair: {x}")
-        if self.frame not in ("pin", "inboard", "cross") or self.ideal not in PARTS:
+        if self.frame not in ("pin", "inboard", "both") or self.ideal not in PARTS:
             found.append(f"frame {self.frame!r} or ideal {self.ideal!r} is unknown")
         for adams in (False, True):
             if not set(self.needs(list(example), adams)) <= set(COMPONENTS):

@@ -100,5 +100,5 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
 
 CROSS = ContactElement(
     "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, 4,
-    sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="cross",
+    sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="both",
 )  # fmt: skip

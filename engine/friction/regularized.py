@@ -15,7 +15,7 @@ class Regularized(Law):
     rest = Rest.KINK
     exact = dry = "coulomb"
     steps = False
-    formula, at_rest = "μ min(|v|/v_eps, 1) v/|v|", "0"
+    formula, at_rest = "(104): μ min(|v|/v_eps, 1) v/|v|", "0"
 
     def slope(self, speed2: SX) -> SX:
         """μ/v_eps, s/m."""

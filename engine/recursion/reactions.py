@@ -68,7 +68,7 @@ def pin_frame(m: Model, j: Joint) -> SX:
     """Axes in which f_c, m_c of a frictional joint are measured (``ContactElement.frame``)."""
     Ein, Eout = frames(m, j)
     frame = CONTACTS[j.kind.friction].frame
-    if frame == "cross":
+    if frame == "both":
         u1, u2 = Ein[:, 0], Eout[:, 1]
         return ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
     return Eout if j.pin_out and frame == "pin" else Ein
@@ -79,7 +79,7 @@ def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) ->
     universal joint is always the one on the inboard part: which part carries which journal is the contact element's business."""
     f, t, s = on_outboard(m, acc, j, combine)
     E = pin_frame(m, j)
-    if not j.pin_out or CONTACTS[j.kind.friction].frame == "cross":
+    if not j.pin_out or CONTACTS[j.kind.friction].frame == "both":
         f, t = -f, -(t + cross(s, f))
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
 
@@ -90,12 +90,12 @@ def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...]) -> SX:
     if not j.forward:
         f, t = -f, -(t - cross(s, f))
     element = CONTACTS[j.kind.friction]
-    if element.frame == "cross":
+    if element.frame == "both":
         u1, u2 = step.Ein[:, 0], step.Eout[:, 1]
         E = ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
     else:
         E = step.Eout if j.pin_out and element.frame == "pin" else step.Ein
-    if not j.pin_out or element.frame == "cross":
+    if not j.pin_out or element.frame == "both":
         f, t = -f, -(t + cross(s, f))
     rows = {**{f"f{k + 1}": (E.T @ f)[k] for k in range(3)}, **{f"m{k + 1}": (E.T @ t)[k] for k in range(3)}}
     return ca.sparsify(ca.vertcat(*[rows[n] for n in needs]))
