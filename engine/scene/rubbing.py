@@ -46,7 +46,7 @@ def of_joints() -> list[Field]:
         rubbing = [j for j in JOINTS.values() if j.friction in elements]
         each = {j.name: next(s for s in sized(j.friction) if s.name == name) for j in rubbing}
         who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
-        count = max(s.count for s in each.values())
+        count = max((s.count for s in each.values()), default=1)
         out.append((name, annotation(n, count) | None, None, f"{sentence(n.text)} ({who})."))
     return out
 

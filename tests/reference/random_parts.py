@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from engine.contact import REGISTRY as CONTACTS
+from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 
@@ -14,6 +16,8 @@ from .signals import drive_motion
 
 AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction)
+SIZED = ("revolute", "cylindrical", "prismatic", "spherical", "universal")
+"""Rubbing types whose sizes are chosen below for one root; others get small ones."""
 
 
 def numbers(rng, n: int, size: float = 1.0) -> tuple[float, ...]:
@@ -86,7 +90,10 @@ def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2
             entries |= {"bristle_stiffness": some(200.0, 2000.0), "bristle_damping": some(0.0, 0.5)}
     elif rng.random() < 0.3:
         entries["v_eps"] = some(0.1, 0.5)  # some sliding inside the linear part of (104)
-    if kind == "universal" and rng.random() < 0.5:
+    entries |= {n.name: some(0.05, 0.3) for n in LAWS[law].numbers if n.needed and n.default is None and n.name not in entries}
+    if kind not in SIZED:
+        entries |= {s.name: some(0.005, 0.03) for s in CONTACTS[REGISTRY[kind].friction].sizes if s.needed}
+    elif kind == "universal" and rng.random() < 0.5:
         entries |= {"radius": (some(0.005, 0.03), some(0.005, 0.03)), "half_length": (some(0.05, 0.2), some(0.05, 0.2))}
     elif kind == "prismatic":
         entries |= {"half_width": some(0.02, 0.1), "half_height": some(0.02, 0.1), "half_length": some(0.5, 0.9)}
