@@ -31,9 +31,6 @@ TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort")
 TUNABLE_OF_STOPS = ("stiffness", "damping")
 """Numbers that may change while the mechanism moves: nothing stored in the state depends on them. Masses, lengths, drives and stop
 positions are fixed: a change would create momentum or open a loop."""
-DIRECT = ("acceleration", "qdd", "reaction", "drive", "friction", "contact", "extra")
-"""Keys of columns on which forces act at once; the others follow by integration."""
-STEPS = ("state", "extra")
 
 
 @dataclass(frozen=True)
@@ -97,11 +94,9 @@ class _Scales:
 
 
 def _output(c: Column, scales: _Scales) -> Variable:
-    steps = c.key[0] in STEPS and (c.name.endswith(".state") or ".state[" in c.name or c.name.startswith("events."))
-    counts = c.name == "events.count" or (c.key[0] == "contact" and c.key[-1] == "force")
     nominal = float(f"{scales.of.get(c.unit, 1.0):.2g}")
-    return Variable(c.name, c.unit, c.description, "output", "discrete" if steps else "continuous", "calculated", None,
-                    NOT_NEGATIVE if counts else ANY, nominal, direct=c.key[0] in DIRECT)
+    return Variable(c.name, c.unit, c.description, "output", "discrete" if c.quantity.steps else "continuous", "calculated", None,
+                    c.bound, nominal, direct=c.quantity.direct)
 
 
 def _inputs(model: Model) -> Iterator[Variable]:

@@ -67,7 +67,7 @@ def _grouped(chosen: list[Column], norm: str) -> Measure:
     groups: dict[str, list[int]] = {}
     units: dict[str, str] = {}
     for i, c in enumerate(chosen):
-        stem = c.name.rsplit("[", 1)[0] if c.name.endswith("]") and c.key[0] not in ("q", "qd", "qdd", "state") else c.name
+        stem = c.name.rsplit("[", 1)[0] if c.name.endswith("]") and c.quantity.vector else c.name
         groups.setdefault(stem, []).append(i)
         units[stem] = c.unit
     return Measure(tuple(c.name for c in chosen), tuple(map(tuple, groups.values())), tuple(units.values()), norm)

@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from engine.abi import EventKind
+from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound
 from engine.basics.patterns import matcher
 from engine.contact import REGISTRY as CONTACTS
 from engine.joints import JointKind
+from engine.kernel.quantities import Quantity, quantity
 from engine.system.structure import Joint, System
 
 QUATERNION = ("quaternion",)
@@ -24,6 +26,13 @@ class Column:
     description: str
     key: tuple
     post: str = ""
+    bound: Bound = ANY
+    """What it cannot leave."""
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it is a quantity of."""
+        return quantity(self.key)
 
 
 def columns(system: System) -> list[Column]:
@@ -109,7 +118,8 @@ def _friction(j: Joint) -> Iterator[Column]:
     element = CONTACTS[j.friction.contact]
     for i in range(kind.contacts):
         c = f"{name}.contact[{i + 1}]"
-        yield Column(f"{c}.normal_force", "N", f"normal force at contact {i + 1} of {name}", ("contact", name, i, "force"))
+        text = f"normal force at contact {i + 1} of {name}"
+        yield Column(f"{c}.normal_force", "N", text, ("contact", name, i, "force"), bound=NOT_NEGATIVE)
         yield Column(f"{c}.angle", "rad", f"orientation angle of contact {i + 1} of {name}", ("contact", name, i, "angle"), "hold")
         if element.elevates:
             key = ("contact", name, i, "elevation")
@@ -127,7 +137,7 @@ def _whole(system: System) -> Iterator[Column]:
     yield Column("audit.complement", "1", "relative residual of the complement equations", ("extra", "complement"))
     text = "contraction of fixed-point iteration of the complement equations"
     yield Column("audit.contraction", "1", text, ("extra", "contraction"))
-    yield Column("events.count", "1", "events so far", ("extra", "events"))
+    yield Column("events.count", "1", "events so far", ("extra", "events"), bound=NOT_NEGATIVE)
     for name, field, unit, text in LAST:
         yield Column(f"events.last.{name}", unit, text, ("last", field))
 
@@ -142,10 +152,8 @@ LAST = (
     ("turn", "turn", "rad", "by how much its normal turned"),
 )
 """Columns ``events.last.*``: name, field of ``tr_last``, unit, description."""
-NEEDS_QUADRATURE = ("quad", "dissipated", "residual")
-"""Keys whose columns need powers integrated beside the motion."""
 
 
 def needs_quadratures(chosen: list[Column]) -> bool:
     """Whether any chosen column is an integral."""
-    return any(c.key[0] in NEEDS_QUADRATURE for c in chosen)
+    return any(c.quantity.integral for c in chosen)

@@ -73,8 +73,7 @@ def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, in
     """The same of the columns, along [inputs, y, λ of all rows, η, accelerations of the free rates]. Integrals, and what only the
     runtime knows, count as constant."""
     o, sym = Outputs(m, quadratures), m.sym
-    fixed = {"extra", "last", "state", "quad", "dissipated", "residual"}
-    values = [SX(0) if c.key[0] in fixed else o.value(c.key) for c in chosen]
+    values = [o.value(c.key) if c.quantity.instantaneous else SX(0) for c in chosen]
     count = TABLE * len(sym.system.inputs)
     others = [sym.q, sym.v, sym.b, sym.lam, sym.eta, o.a]
     column, seed = _along(ca.vertcat(SX(0, 1), *values), sym.x, sym.at.table(0), count, others)

@@ -120,7 +120,7 @@ def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: 
     open_joints = redundancy(model.block).joints
     problems = []
     for i, c in enumerate(chosen):
-        if c.key[0] not in ("reaction", "contact") or c.key[1] not in open_joints:
+        if not c.quantity.reacts or c.key[1] not in open_joints:
             continue
         if np.abs(values[:, i] - rows[:, i]).max() > UNIQUE * np.abs(rows[:, i]).max():
             hint = "ask for motion, or make the mechanism statically determinate"

@@ -13,8 +13,6 @@ from engine.simulation.memory import row_problems
 from engine.simulation.run import pattern_problems
 from engine.system.build import build
 
-NOT_SMOOTH = ("extra", "state", "residual")
-"""Keys of columns that count or audit: they have no derivative."""
 SAMPLES = 100
 
 
@@ -44,5 +42,5 @@ def _columns(everything: list[Column], chosen: list[Column], outputs: Sequence[s
     return pattern_problems(everything, tuple(outputs)) + [
         Problem("outputs", f"{c.name} has no derivative", "it counts or audits; ask for motion, forces or energies")
         for c in chosen
-        if c.key[0] in NOT_SMOOTH
+        if not c.quantity.smooth
     ]
