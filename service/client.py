@@ -189,13 +189,16 @@ def _followed(s: Server, job: str) -> dict[str, Any]:
     """Poll a job until it has ended, with a bar on a terminal."""
     from engine.cli.progress import Watch
 
-    with Watch(f"job {job[:8]}") as bar:
-        while True:
-            now: dict[str, Any] = s.ask("GET", f"/v1/jobs/{job}").json()
-            bar.tell(now["done"] + now["lost"], now["cases"])
-            if now["state"] in ENDED:
-                return now
-            time.sleep(0.5)
+    try:
+        with Watch(f"job {job[:8]}") as bar:
+            while True:
+                now: dict[str, Any] = s.ask("GET", f"/v1/jobs/{job}").json()
+                bar.tell(now["done"] + now["lost"], now["cases"])
+                if now["state"] in ENDED:
+                    return now
+                time.sleep(0.5)
+    except KeyboardInterrupt:
+        raise SimulationError(f"no longer followed; the job goes on: trunnion jobs watch {job}, or cancel {job}") from None
 
 
 def _line(job: dict[str, Any]) -> str:

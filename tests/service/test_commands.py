@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import pyarrow.parquet as pq
 import pytest
@@ -75,6 +76,17 @@ def test_a_job_is_submitted_waited_for_and_fetched(told: Told, tmp_path: Path) -
     for words in (("show", job["id"]), ("watch", job["id"]), ("cancel", job["id"]), ("list",)):
         code, out, _ = told(*words)
         assert (code, job["id"] in out, "done" in out) == (0, True, True)
+
+
+def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(seconds: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("service.client.ENDED", ())
+    monkeypatch.setattr("service.client.time", SimpleNamespace(sleep=interrupted))
+    code, out, err = told("submit", "spherical_pendulum", "--over", f"{MU}=0.1,0.2", "--until", "10 ms", "--wait")
+    assert (code, out) == (1, "")
+    assert "the job goes on: trunnion jobs watch " in err
 
 
 def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(

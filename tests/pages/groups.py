@@ -1,0 +1,76 @@
+"""Which pages share an environment, and a page read from its first block to its last.
+
+Pages are grouped by what they install: the pages of a group share an environment, in an order in which it only grows by what
+the next page asks for itself.
+"""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.pages.reader import PRINTED_PORT, Reader, copied
+from tests.pages.reading import Step, steps
+
+ROOT = Path(__file__).resolve().parents[2]
+INSTALLED = "python3 -m venv .venv && . .venv/bin/activate && pip install -q ."
+GROUPS = {
+    "plain, cad": [
+        *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "models").glob("*/README.md") if p.parent.name != "cookbook"),
+        "models/cookbook/designer.md",
+    ],
+    "fmu": ["fmu/README.md"],
+    "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
+    "pandas, service": ["engine/README.md", "models/cookbook/data.md", "service/README.md"],
+}
+"""By the extras their environment ends with."""
+
+
+def begins(page: str) -> list[Step]:
+    """A page's steps; a model's page is read with the installation of the README, to which the list of models sends its readers."""
+    found = steps(ROOT / page)
+    model = page.startswith("models/") and (ROOT / page).with_name("scene.yaml").exists()
+    return [Step("bash", 0, INSTALLED), *found] if model and found else found
+
+
+def cases(serving: bool) -> list[object]:
+    """(group, page) of the groups whose pages serve, all at one port, or of the others."""
+    return [
+        pytest.param(group, page, id=page.removesuffix(".md"), marks=pytest.mark.pages)
+        for group, its in GROUPS.items()
+        if ("service" in group) is serving
+        for page in its
+        if steps(ROOT / page)
+    ]
+
+
+def read_through(group: str, page: str, homes: dict[str, Path], folders: pytest.TempPathFactory) -> None:
+    """Everything the page prints, in a copy of the checkout that its group shares."""
+    if group not in homes:
+        homes[group] = copied(ROOT, folders.mktemp("page") / "checkout")
+        drawings(homes[group])
+    todo = begins(page)
+    serves = any("trunnion serve" in s.text or PRINTED_PORT in s.text for s in todo)
+    if serves:
+        with socket.socket() as probe:
+            assert probe.connect_ex(("127.0.0.1", int(PRINTED_PORT))) != 0, f"something else serves at the port {page} prints"
+    with Reader(homes[group]) as reader:
+        for step in todo:
+            reader.does(step, page)
+
+
+def drawings(home: Path) -> None:
+    """Files a page takes to be there: a designer's drawing and a robot."""
+    corners = np.array([[0, 0, 0], [40, 0, 0], [0, 20, 0], [0, 0, 10]])
+    faces = ["0 2 1", "0 1 3", "0 3 2", "1 2 3"]
+    facets = [[corners[int(i)] for i in f.split()] for f in faces]
+    lines = ["solid part"]
+    for facet in facets:
+        lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in facet), "endloop", "endfacet"]
+    (home / "part.stl").write_text("\n".join([*lines, "endsolid part", ""]))
+    link = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint>'
+    (home / "robot.urdf").write_text(f'<robot name="r"><link name="a"/><link name="b">{link}</link>{joint}</robot>')
