@@ -107,7 +107,7 @@ def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(
 
 def test_a_first_key_can_be_made_and_wrong_settings_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def served_with(*words: str) -> tuple[int, str, str]:
-        code = serve(["--data", str(tmp_path / "d"), *words])
+        code = serve(["--data", str(tmp_path / "d"), "--port", "0", *words])
         return code, *capsys.readouterr()
 
     code, out, _ = served_with("--new-key", "me:admin")
