@@ -70,7 +70,8 @@ def of(kind: str) -> Reference:
 
 @dataclass(frozen=True)
 class Directions:
-    """F, T (k x 3, world), rate (k) and bias (k): d(rate)/dt = rows times accelerations + bias."""
+    """k directions of a joint at a state: their forces F and torques T (k x 3 each, world), their rates (k), and the bias (k) of
+    d(rate)/dt = rows times accelerations + bias."""
 
     F: np.ndarray
     T: np.ndarray
@@ -93,12 +94,12 @@ def lead(joint) -> float:
 
 
 def free_picker(joint) -> np.ndarray:
-    """Rows that pick the freedoms in the order of the rates."""
+    """Matrix (freedoms x 6) that picks a joint's freedoms out of its six directions, in the order of its rates."""
     return np.eye(6)[list(of(joint.type).free)].reshape(-1, 6)
 
 
 def constraint_picker(joint) -> np.ndarray:
-    """Rows that pick the constrained directions; a screw ties its travel to its angle."""
+    """Matrix (constraints x 6) that picks a joint's constrained directions; a screw ties its travel to its angle."""
     rows = np.eye(6)[[k for k in range(6) if k not in of(joint.type).free]].reshape(-1, 6)
     if of(joint.type).lead:
         rows[0, 3] = -lead(joint)
@@ -151,7 +152,7 @@ def position_residual(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 
 def joint_transform(joint, q) -> tuple[np.ndarray, np.ndarray]:
-    """R(q) and s(q) of NOTATION.md."""
+    """R(q) and s(q) of a joint (NOTATION, "Joints and frames")."""
     q, kind = np.atleast_1d(np.asarray(q, float)), of(joint.type)
     R, s = np.eye(3), np.zeros(3)
     for x, d in zip(q[: kind.scalars], kind.free, strict=False):

@@ -26,7 +26,7 @@ NOTHING = Part(0.0, np.zeros(3), np.zeros((3, 3)))
 
 @dataclass(frozen=True)
 class JointPose:
-    """Both sides of a joint in the world."""
+    """Points and frames of both sides of a joint in the world."""
 
     inboard: str
     p_in: np.ndarray
@@ -37,12 +37,12 @@ class JointPose:
 
     @property
     def R(self) -> np.ndarray:
-        """Outboard to inboard joint components."""
+        """Takes components in the outboard joint frame to the inboard joint frame (3 x 3)."""
         return self.A_in.T @ self.A_out
 
     @property
     def s(self) -> np.ndarray:
-        """Travel in inboard joint components."""
+        """The travel p_out - p_in in the inboard joint frame."""
         return self.A_in.T @ (self.p_out - self.p_in)
 
 
@@ -68,7 +68,7 @@ class State:
     loops: tuple[str, ...] = ()
 
     def part(self, body: str) -> Part:
-        """Mass properties; the ground has none."""
+        """Mass properties of a body; the ground has none."""
         return self.parts.get(body, NOTHING)
 
     def put(self, body: str, R, r, v_r, omega) -> None:
@@ -140,7 +140,7 @@ def _one_end(state: State, name: str) -> bool:
 
 
 def _walk(state: State, name: str, q, qd) -> None:
-    """Place the missing body of a joint; NOTATION: A_out = A_in R(q), p_out = p_in + A_in s."""
+    """Place the missing body of a joint; A_out = A_in R(q), p_out = p_in + A_in s (NOTATION, "Joints and frames")."""
     joint, f = state.scene.joints[name], state.frames[name]
     q = np.atleast_1d(np.asarray(q, float))
     qd = np.zeros(freedoms(joint.type)) if qd is None else np.atleast_1d(np.asarray(qd, float))

@@ -12,7 +12,8 @@ from .signals import load_value, per_freedom
 
 
 class Applied:
-    """Force (world) and torque about the mass centre of every body; power and stored energy by origin."""
+    """What acts on the bodies at a state: the force (world) and the torque about the mass centre of every body, and by what it
+    comes from the power that is not conservative, W, and the stored energy, J."""
 
     def __init__(self, state: State):
         self.state = state
@@ -25,7 +26,7 @@ class Applied:
             {"force": self._force, "torque": self._torque, "spring_damper": self._spring_damper}[load.type](load)
 
     def push(self, body: str, point: np.ndarray, force: np.ndarray) -> None:
-        """A force at a world point of a body."""
+        """Apply a force to a body at a point of the world."""
         self.force[body] += force
         self.torque[body] += cross(point - self.state.c[body], force)
 
@@ -70,7 +71,7 @@ class Applied:
         self.stored["springs"] += load.stiffness * stretch**2 / 2
 
     def devices(self, name: str) -> np.ndarray:
-        """Effort of a joint's springs, damping, stops, efforts along its freedoms, outboard part; applied here."""
+        """Effort of a joint's springs, damping, stops and efforts along its freedoms on the outboard part; noted with what acts."""
         effort, power, stored = joint_devices(self.state, name)
         free = directions(self.state, name).pick(free_picker(self.state.scene.joints[name]))
         pose = self.state.joint_pose(name)
@@ -85,7 +86,7 @@ class Applied:
         return effort
 
     def stacked(self) -> np.ndarray:
-        """Force and torque of all bodies without the ground, gyroscopic torque included."""
+        """Forces and torques of all bodies as one column, the gyroscopic torques included; without the ground."""
         out = []
         for body, part in self.state.parts.items():
             R, w = self.state.R[body], self.state.omega[body]
@@ -127,7 +128,8 @@ def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
 
 
 def stop_force(stops, q: float, qd: float) -> tuple[float, dict]:
-    """Hunt and Crossley: stiffness*depth*(1 + damping*depth rate), never pulling; and its elastic part."""
+    """Force of stops after Hunt and Crossley, stiffness*depth*(1 + damping*depth rate), never pulling, and the elastic part of
+    it."""
     total, elastic, energy = 0.0, 0.0, 0.0
     for limit, sign in ((stops.lower, 1.0), (stops.upper, -1.0)):
         depth = 0.0 if limit is None else sign * (limit - q)

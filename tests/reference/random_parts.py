@@ -55,17 +55,17 @@ def body(rng) -> sm.Body:
 def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> dict:
     """Both sides of a joint and their axes in one of the ways a scene can say them."""
     way, needs_axis = rng.integers(4), REGISTRY[kind].needs_axis
-    if way == 0:  # general frames on both sides
+    if way == 0:  # A general frame for each side.
         both = [sm.Side(b, numbers(rng, 3, 0.4), axis=unit(rng), reference=unit(rng)) for b in (inboard, outboard)]
         return {"inboard": both[0], "outboard": both[1]}
     ends = {"inboard": _end(rng, inboard), "outboard": _end(rng, outboard)}
     if not needs_axis and rng.random() < 0.6:
         return ends
-    if way == 1:  # one named axis for both, default reference
+    if way == 1:  # One named axis for both sides, with the default reference.
         return {**ends, "axis": str(rng.choice(AXIS_NAMES))}
-    if way == 2:  # one general axis for both, default or given reference
+    if way == 2:  # One general axis for both sides, with the default or a given reference.
         return {**ends, "axis": unit(rng), "reference": unit(rng) if rng.random() < 0.5 else None}
-    side = sm.Side(inboard, "a", axis=unit(rng))  # own axis on one side, the joint's on the other
+    side = sm.Side(inboard, "a", axis=unit(rng))  # An axis of its own for one side, the joint's for the other.
     return {"inboard": side, "outboard": ends["outboard"], "axis": str(rng.choice(AXIS_NAMES))}
 
 
@@ -89,7 +89,7 @@ def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2
         if law == "lugre":
             entries |= {"bristle_stiffness": some(200.0, 2000.0), "bristle_damping": some(0.0, 0.5)}
     elif rng.random() < 0.3:
-        entries["v_eps"] = some(0.1, 0.5)  # some sliding inside the linear part of (104)
+        entries["v_eps"] = some(0.1, 0.5)  # Some pairs slide inside the linear part of (104).
     entries |= {n.name: some(0.05, 0.3) for n in LAWS[law].numbers if n.needed and n.default is None and n.name not in entries}
     if kind not in SIZED:
         entries |= {s.name: some(0.005, 0.03) for s in CONTACTS[REGISTRY[kind].friction].sizes if s.needed}
@@ -174,7 +174,8 @@ def drive(rng, t: float) -> tuple[sm.Drive, float, float]:
         out = sm.Drive(harmonic=sm.Harmonic(*(float(x) for x in rng.uniform([0.1, 0.2, -2, -1], [0.6, 1, 2, 1]))))
     else:
         times = np.cumsum(rng.uniform(0.2, 0.6, 5)) - 0.2
-        way = ("natural", "clamped", "monotone")[int(1e6 * times[0]) % 3]  # no draw of its own: the rest of the scene stays
+        # The kind of spline draws no random number of its own, so that the rest of the scene stays the same.
+        way = ("natural", "clamped", "monotone")[int(1e6 * times[0]) % 3]
         out = sm.Drive(table=sm.Table(tuple(float(x) for x in times), numbers(rng, 5, 1.0), interpolation=way))
     q, qd, _ = drive_motion(out, t)
     return out, q, qd

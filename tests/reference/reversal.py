@@ -23,11 +23,11 @@ SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 @dataclass(frozen=True)
 class Reversal:
-    """Linear map of the rates, and what follows from it."""
+    """A joint told from its other side. rates: turns its rates into the new ones (freedoms x freedoms); q: its new coordinates."""
 
     rates: np.ndarray
     q: np.ndarray
-    to_new: np.ndarray  # old inboard joint components -> new inboard joint components
+    to_new: np.ndarray  # takes components in the old inboard joint frame to the new one
 
 
 def reversed_joint(case: Case, name: str) -> Moved:
@@ -59,7 +59,7 @@ def _reversal(joint, q) -> Reversal:
     back = joint_coordinates(joint, R.T, -R.T @ s)
     k = of(joint.type).scalars
     angles = [i for i, d in enumerate(of(joint.type).free[:k]) if d >= 3]
-    back[angles] = -np.asarray(q)[angles]  # not only within a turn
+    back[angles] = -np.asarray(q)[angles]  # Measured angles would lie within a turn.
     return Reversal(free_picker(joint) @ np.array(rates).reshape(-1, 6).T, back, R.T)
 
 

@@ -59,7 +59,7 @@ def _harmonic(h, t):
 def _ramp(r, t):
     end = r.begin + r.duration
 
-    def distance(x):  # integral of the rate from ``begin`` to x
+    def distance(x):  # The integral of the rate from ``begin`` to x.
         if x < r.begin:
             return r.start * (x - r.begin)
         u = min(x, end) - r.begin

@@ -16,7 +16,7 @@ from .values import Moved
 
 @dataclass(frozen=True)
 class Units:
-    """How many new units an old one is worth: length, mass, time."""
+    """How many new units of length, mass and time an old one is worth."""
 
     L: float
     M: float
@@ -28,12 +28,12 @@ class Units:
 
     @property
     def force(self) -> float:
-        """N."""
+        """How many new units of force an old one is worth."""
         return self(1, 1, -2)
 
     @property
     def torque(self) -> float:
-        """N m."""
+        """How many new units of torque an old one is worth."""
         return self(2, 1, -2)
 
 
@@ -61,6 +61,8 @@ def rescaled(case: Case, length: float, mass: float, time: float) -> Moved:
 
 
 def _undo(u: Units, travel: dict):
+    """What turns a table of results in the new units into one in the old units; travel: scale of each joint's freedoms."""
+
     def factor(key):
         item, quantity = key
         if quantity in ("friction", "drive.effort"):
@@ -79,7 +81,7 @@ def _undo(u: Units, travel: dict):
 
 
 def _times(x, f: float):
-    """A number or several times f; None stays."""
+    """A number, or each of several, times f; None stays None."""
     if x is None:
         return None
     return tuple(v * f for v in x) if isinstance(x, (tuple, list)) else x * f
@@ -107,6 +109,7 @@ def _body(b: sm.Body, u: Units) -> sm.Body:
 
 
 def _joint(scene, j: sm.Joint, travel, u: Units) -> sm.Joint:
+    """A joint in the new units; travel: factor of each of its coordinates (the length factor where it slides, else 1)."""
     n, effort = freedoms(j.type), u.torque / travel
 
     def each(value, make):
