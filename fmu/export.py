@@ -12,6 +12,7 @@ from engine.basics.files import destination_problems
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel import cache
 from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
+from engine.scene.given import Amount, Amounts, Names
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import Settings
@@ -45,19 +46,19 @@ def export(
     flavour: str = "native",
     platform: Sequence[str] | str = "host",
     overrides: Mapping[str, Any] | None = None,
-    outputs: Sequence[str] | None = None,
-    step: float = 0.0,
+    outputs: Names | None = None,
+    step: Amount = 0.0,
     progress: Progress | None = None,
 ) -> Export:
     """Write an FMI 2.0 co-simulation FMU.
 
-    scene: a Scene, file, mapping, or a model's name. flavour: native or python. platform: host, all, or names (linux64, win64,
+    scene: as for ``engine.simulate``. flavour: native or python. platform: host, all, or names (linux64, win64,
     darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``. step: default of
     solver.step, s (0: error control). SceneError for wrong input, SimulationError when the scene cannot start.
     """
-
-    target = Path(file)
-    _check(flavour, target, step)
+    target, read = Path(file), Amounts()
+    step = read.time(step, "step")
+    _check(flavour, target, step, read.problems)
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform))
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
     loaded = scene_given(scene, overrides)
@@ -82,8 +83,8 @@ def export(
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), first.notes)
 
 
-def _check(flavour: str, target: Path, step: float) -> None:
-    problems = destination_problems(str(target), (".fmu",), "-o")
+def _check(flavour: str, target: Path, step: float, before: Sequence[Problem]) -> None:
+    problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
     if flavour not in FLAVOURS:
         problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
     if not 0.0 <= step < float("inf"):
@@ -92,7 +93,7 @@ def _check(flavour: str, target: Path, step: float) -> None:
         raise SceneError(problems)
 
 
-def started(scene: Scene, outputs: Sequence[str] | None) -> tuple[Model, Result]:
+def started(scene: Scene, outputs: Names | None) -> tuple[Model, Result]:
     """The model with the kernel its start needs, and a first glimpse of its motion; SimulationError when it cannot start."""
     model = Model(scene, outputs)
     sim = scene.simulation

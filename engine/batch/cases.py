@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -126,7 +127,9 @@ def _axis(reader: _Reader, given: Any) -> np.ndarray:
         return _span(reader, given)
     if isinstance(given, str):
         given = [part.strip() for part in given.split(",")]
-    if isinstance(given, int | float) and not isinstance(given, bool):
+    if isinstance(given, np.ndarray):
+        given = given.ravel().tolist()
+    if isinstance(given, Real) and not isinstance(given, bool):
         given = [given]
     if not isinstance(given, Sequence) or not len(given):
         reader.complain("has no values", 'give a list, or "first:last:count" such as "0.1:0.6:26"')
@@ -209,7 +212,7 @@ class _Reader:
 
 def _plain(value: Any) -> Any:
     """A float of a number, or of a text that is one; anything else as it is."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
+    if isinstance(value, bool) or not isinstance(value, Real | str):
         return value
     try:
         return float(value)

@@ -17,7 +17,8 @@ from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted
 from engine.kernel.columns import needs_quadratures
 from engine.kernel.library import Kernel, kernel
 from engine.simulation import block as bl
-from engine.simulation.diagnosis import diagnose, open_loop
+from engine.simulation.diagnosis import diagnose
+from engine.simulation.gaps import open_loop
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
 

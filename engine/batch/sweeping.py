@@ -15,6 +15,7 @@ from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.interrupts import Held, held
 from engine.batch.plan import Plan, Run, Runner, Stopped, plan
+from engine.scene.given import Amount, Amounts, Names, names_given
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.result import Result
 
@@ -93,28 +94,30 @@ def sweep(
     count: int = 0,
     seed: int = 0,
     sampling: str = "latin",
-    reductions: Sequence[str] = (),
+    reductions: Names = (),
     overrides: Mapping[str, Any] | None = None,
-    until: float | None = None,
-    every: float | None = None,
-    rtol: float | None = None,
+    until: Amount | None = None,
+    every: Amount | None = None,
+    rtol: Amount | None = None,
     method: str | None = None,
     workers: int | None = None,
     progress: SweepProgress | None = None,
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    scene: a Scene, file, mapping, or a model's name. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
+    scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
     combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
     or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
     until, every, rtol, method: as in ``simulate``; reductions are over its output rows. workers: threads (default: one a core).
     A case that fails is a row with its outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by
     then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
     """
-
-    loaded = scene_given(scene, overrides)
-    run = Run(until, every, rtol, method)
-    chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=reductions, run=run)
+    loaded, read = scene_given(scene, overrides), Amounts()
+    times = read.wanted(until, "until"), read.wanted(every, "every")
+    run = Run(*times, None if rtol is None else read.number(rtol, "rtol"), method)
+    read.end()
+    keep = names_given(reductions)
+    chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=keep, run=run)
     return run_plan(chosen, workers, progress)
 
 

@@ -115,6 +115,7 @@ def _joint(j: Any, scene: Scene) -> dict[str, Any]:
 
 def _start(model: Any) -> dict[str, Any]:
     """What assembling and starting the scene says: outcome, notes (values moved, redundant loops), freedoms left."""
+    from engine.scene.magnitudes import magnitude_notes
     from engine.simulation.block import Settings
     from engine.simulation.motions import beginning_notes
     from engine.simulation.run import run
@@ -123,7 +124,7 @@ def _start(model: Any) -> dict[str, Any]:
     sim = model.built.scene.simulation
     result = run(model, soon, soon, Settings(rtol=float(sim.rtol), method=sim.method))
     beginning = [n for n in beginning_notes(model.built, against_data=False) if n not in result.notes]
-    notes = [*result.notes, *beginning, *_short_pins(model.built.scene)]
+    notes = [*result.notes, *beginning, *_short_pins(model.built.scene), *magnitude_notes(model.built.scene)]
     open_reactions = getattr(result, "redundancy", None)
     count = getattr(open_reactions, "count", 0)
     name = "ready" if result.outcome.ok else result.outcome.name

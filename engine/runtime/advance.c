@@ -55,7 +55,8 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
     double *y = TR_A(s, yout);
     if (final) memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
     else tr_dense_eval(s, s->pending.theta, y);
-    if (!tr_output(s, t_end, y, rows + width * *count)) return TR_FAIL_MULTIPLIERS;
+    int code = tr_output(s, t_end, y, rows + width * *count);
+    if (code != TR_OK) return code;
     ++*count;
     return TR_OK;
   }
@@ -71,7 +72,8 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
       }
       tr_dense_eval(s, theta, y);
     }
-    if (!tr_output(s, t, y, rows + width * *count)) return TR_FAIL_MULTIPLIERS;
+    int code = tr_output(s, t, y, rows + width * *count);
+    if (code != TR_OK) return code;
     ++*count;
     s->clock.row_index++;
     s->clock.row_next = s->clock.start + s->clock.row_index * s->clock.every;

@@ -112,6 +112,13 @@ int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven)
   return tr_assemble_state(s, qgiven, vgiven);
 }
 
+/* How far the loops are from closing at the block's state: a residual a row (m, or the sine of an angle), then their rates. */
+void tr_gap(tr_sim *s, double *h) {
+  const tr_kernel *k = s->k;
+  tr_set_time(s, s->clock.t);
+  if (k->rows) k->closure(TR_A(s, x), TR_A(s, y), TR_A(s, c) + k->c_closure, h);
+}
+
 /* Tolerance units: 1 for angles and quaternions, the length scale for lengths; rates times the rate scale. */
 static void tr_units(tr_sim *s) {
   const tr_kernel *k = s->k;
@@ -159,7 +166,8 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     }
   if (s->o && row) {
     memcpy(TR_A(s, yout), TR_A(s, y), sizeof(double) * tr_width(s));
-    tr_output(s, t, TR_A(s, yout), row);
+    int code = tr_output(s, t, TR_A(s, yout), row);
+    if (code != TR_OK) return s->clock.status = code;
     if (s->o->wants & TR_WANTS_CONTACTS) tr_all_contacts(s, TR_A(s, yout), (tr_contact *)TR_A(s, con));
     if (s->o->energy >= 0) { /* the residual column is measured from its first value */
       s->audit.energy0 = row[1 + s->o->energy];
@@ -171,7 +179,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   return TR_OK;
 }
 
-/* Row at the present state (for the end of a run, or an FMU's outputs). */
+/* Row at the present state (for the end of a run, or an FMU's outputs): TR_OK, or why there is none. */
 int tr_row(tr_sim *s, double *row) {
   memcpy(TR_A(s, yout), TR_A(s, y), sizeof(double) * tr_width(s));
   return tr_output(s, s->clock.t, TR_A(s, yout), row);

@@ -67,8 +67,9 @@ static double tr_all_residual(const tr_sim *s, const double *h, int rates) {
   return worst;
 }
 
-/* Newton on the positions with the given weights; 1 when closed. */
-static int tr_close_positions(tr_sim *s, double *y, const double *weight, double *G) {
+/* Newton on the positions with the given weights; 1 when closed. The state nearest to closing of all tries, `least` apart, is kept in
+ * `nearest`. */
+static int tr_close_positions(tr_sim *s, double *y, const double *weight, double *G, double *least, double *nearest) {
   const tr_kernel *k = s->k;
   const double *c = TR_A(s, c) + k->c_closure;
   double h[2 * k->rows], b[k->rows], dv[k->nv + 1], dq[k->nq + 4], best = INFINITY;
@@ -77,6 +78,7 @@ static int tr_close_positions(tr_sim *s, double *y, const double *weight, double
     k->closure(TR_A(s, x), y, c, h);
     double now = tr_all_residual(s, h, 0);
     if (!(now < INFINITY)) return 0;
+    if (now < *least) *least = now, memcpy(nearest, y, sizeof(double) * s->ny);
     if (now <= TIGHT * TIGHT_ENDS) return 1;
     if (now > 0.5 * best) {
       if (now <= TIGHT) return 1;
@@ -113,7 +115,7 @@ static void tr_nudge(tr_sim *s, double *y, const double *weight) {
 }
 
 /* Make the start state consistent. qgiven, vgiven (nv each): 1 where the user said so. Returns 1; 0 positions cannot be closed;
- * −1 velocities cannot. The block's y holds the result (or the best found). */
+ * −1 velocities cannot. The block's y holds the result, or the state found that is nearest to one. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven) {
   const tr_kernel *k = s->k;
   double *y = TR_A(s, y);
@@ -124,12 +126,14 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
   memcpy(start, y, sizeof(double) * s->ny);
   const double held[3] = {0.0, 0.01, 1.0};
   int closed = 0;
+  double least = INFINITY, *nearest = TR_A(s, ynew);
   for (int phase = 0; phase < 6 && !closed; ++phase) {
     memcpy(y, start, sizeof(double) * s->ny);
     tr_weights(s, qgiven, held[phase % 3], weight);
     if (phase >= 3) tr_nudge(s, y, weight);
-    closed = tr_close_positions(s, y, weight, G);
+    closed = tr_close_positions(s, y, weight, G, &least, nearest);
   }
+  if (!closed && least < INFINITY) memcpy(y, nearest, sizeof(double) * s->ny);
   if (!closed) return 0;
   tr_constraint_jacobian(s, y, G);
   for (int phase = 0; phase < 3; ++phase) {

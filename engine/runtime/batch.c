@@ -93,8 +93,9 @@ static void tr_case_end(tr_batch *b, int status) {
   tr_reduced *r = tr_case_columns(b);
   const tr_case_settings *set = tr_case_set(b);
   if (status == TR_DONE && set->every > 0.0 && set->until - b->last > 1e-9 * set->until) {
-    tr_row(s, b->rows);
-    tr_case_row(b, b->rows);
+    int code = tr_row(s, b->rows);
+    if (code == TR_OK) tr_case_row(b, b->rows);
+    else status = code;
   }
   for (int i = 0; i < b->width; ++i, ++r) r->mean = r->finite > 0.0 ? r->mean / r->finite : NAN;
   o->status = status;

@@ -23,8 +23,8 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
   s->clock.every = s->clock.row_next = INFINITY;
   for (long step = 0;;) {
     if (s->pending.kind != TR_NOTHING && s->pending.t > t + close) {
-      int ok = tr_inside(s, t) && tr_output(s, t, TR_A(s, yout), row);
-      return s->clock.status = ok ? TR_DONE : TR_FAIL_MULTIPLIERS;
+      int code = tr_inside(s, t) ? tr_output(s, t, TR_A(s, yout), row) : TR_FAIL_MULTIPLIERS;
+      return s->clock.status = code == TR_OK ? TR_DONE : code;
     }
     if (s->pending.kind != TR_NOTHING) {
       long count = 0;
@@ -33,7 +33,10 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
       if (code != TR_OK) return tr_end(s, code);
       if (s->events.count > s->events.capacity - 2 * tr_watched(s) - 2) s->events.count = 0;
     }
-    if (s->clock.t >= t - close) return s->clock.status = tr_row(s, row) ? TR_DONE : TR_FAIL_MULTIPLIERS;
+    if (s->clock.t >= t - close) {
+      int code = tr_row(s, row);
+      return s->clock.status = code == TR_OK ? TR_DONE : code;
+    }
     if (step++ >= max_steps) return TR_MORE;
     int code = tr_attempt(s, tr_limit_time(s, limit));
     if (code == TR_NEED_JACOBIAN) {

@@ -104,13 +104,15 @@ static void tr_post_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Evaluate the requested columns at (t, y); y is brought onto the manifold first. row[0] = t. 0 when it cannot be evaluated. */
+/* Evaluate the requested columns at (t, y); y is brought onto the manifold first. row[0] = t. TR_OK;
+ * TR_FAIL_MULTIPLIERS when it cannot be evaluated; TR_FAIL_NOT_FINITE when a column is no number, though the motion may be one: squares
+ * of forces overflow long before the forces do. */
 static int tr_output(tr_sim *s, double t, double *y, double *row) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
   int watch = s->step.watch;
   row[0] = t;
-  if (!o) return 1;
+  if (!o) return TR_OK;
   s->step.watch = 0;
   s->stats.outputs++;
   int ok = tr_project(s, t, y) && tr_rhs(s, t, y, TR_A(s, dy));
@@ -122,5 +124,5 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
     tr_post_columns(s, row + 1);
   }
   s->step.watch = watch;
-  return ok;
+  return !ok ? TR_FAIL_MULTIPLIERS : tr_finite(o->nout, row + 1) ? TR_OK : TR_FAIL_NOT_FINITE;
 }

@@ -80,10 +80,20 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
     return scene_from_data(copied(data))
 
 
+def _read_on(data: dict[str, Any]) -> None:
+    """The key ``on`` of forces as tools of YAML 1.1 keep it: there it is a word for true, which they write back as ``true:``."""
+    forces = data.get("forces")
+    for force in forces.values() if isinstance(forces, dict) else ():
+        said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
+        if said:
+            force["on"] = force.pop(said[0])
+
+
 def scene_from_data(
     data: dict[str, Any], found: Iterable[Finding] = (), lines: Mapping[Path, int] | None = None, file: str = ""
 ) -> Scene:
     """Build and check plain data; problems (those ``found`` before among them) in the order of the file."""
+    _read_on(data)
     built = build(data)
     found = [*found, *built.findings]
     if built.scene is not None:

@@ -55,8 +55,11 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None) -> Scen
         scene = scene_from_dict(source)
     elif isinstance(source, Scene):
         scene = source if changes else checked(source)
-    else:
+    elif isinstance(source, str | os.PathLike):
         scene = load_scene(source)
+    else:
+        what = f"a scene is wanted, not {shown(source)}"
+        raise SceneError([Problem("scene", what, "a Scene, a dict, a file, or the name of a bundled model")])
     return apply(scene, changes) if changes else scene
 
 

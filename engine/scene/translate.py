@@ -13,6 +13,8 @@ from engine.scene.typed import keys_at, length_at, required_at
 from engine.scene.units import UnitError
 
 Error = dict[str, Any]
+_AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
+"""What follows the comma of a number such as "2,5 kg" is a key of its own between braces."""
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
@@ -40,6 +42,8 @@ def _one(e: Error, data: Any) -> Finding:
 
 def _unknown_key(path: Path, e: Error) -> Finding:
     key, known = str(path[-1]), keys_at(path[:-1])
+    if _AFTER_COMMA.fullmatch(key) and e["input"] is None:
+        return Finding(path, f"unknown key {shown(key)}", "the end of a number with a decimal comma? Write 2.5, not 2,5", meant="")
     hint = did_you_mean(key, known, "known keys")
     return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known))
 

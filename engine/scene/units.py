@@ -200,6 +200,10 @@ def parse(text: str) -> tuple[float, Unit | None, str]:
     if not m:
         raise UnitError(f"{shown(text)} is not a number", 'write a number, or a number with a unit such as "30 mm"')
     written = plain[m.end() :].strip()
+    if written[:1] == "," and written[1:2].isdigit():
+        pointed = plain.strip().replace(",", "" if "." in plain else ".")
+        hint = f"decimals follow a point, thousands are not parted: {shown(pointed)}"
+        raise UnitError(f"{shown(text)} has a comma in the number", hint)
     unit = parse_unit(written)
     try:
         value = unit.value(m[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel.columns import Column
+from engine.scene.given import Amount, Amounts, Names, names_given
 from engine.scene.overrides import Given, list_parameters, scene_given
 from engine.sensitivities.asked import checked_request
 from engine.sensitivities.march import EventShift, marched
@@ -67,29 +68,31 @@ class Sensitivity:
 
 def sensitivity(
     scene: Given,
-    parameters: Sequence[str],
-    outputs: Sequence[str],
-    until: float | None = None,
-    every: float | None = None,
-    rtol: float = 1e-9,
+    parameters: Names,
+    outputs: Names,
+    until: Amount | None = None,
+    every: Amount | None = None,
+    rtol: Amount = 1e-9,
     overrides: Mapping[str, Any] | None = None,
     tick: Tick | None = None,
 ) -> Sensitivity:
     """Differentiate a run by parameters of its scene, exactly along its steps and across its events.
 
-    scene: a Scene, file, mapping, or a model's name. parameters: paths as for ``overrides``, one number each (start values too).
+    scene: as for ``simulate``. parameters: paths as for ``overrides``, one number each (start values too).
     outputs: patterns of columns. until, every: as for ``simulate`` (default 100 samples). rtol: of the run underneath; derivatives
     are about a hundred times less accurate. tick: called at least once a step; what it raises ends the work. Raises SceneError for
     wrong input, SimulationError when the run does not reach its end.
     """
-
-    loaded = scene_given(scene, overrides)
-    tick = tick or _nothing
-    chosen, until, every = checked_request(loaded, parameters, outputs, until, every, rtol)
-    model = Model(loaded, tuple(outputs))
+    loaded, read, tick = scene_given(scene, overrides), Amounts(), tick or _nothing
+    parameters, outputs = names_given(parameters), names_given(outputs)
+    times = read.wanted(until, "until"), read.wanted(every, "every")
+    rtol = read.number(rtol, "rtol")
+    read.end()
+    chosen, end, every = checked_request(loaded, parameters, outputs, *times, rtol)
+    model = Model(loaded, outputs)
     start = start_of(model, loaded, parameters, tick)
-    count = max(1, math.ceil(until / every - 1e-9))
-    samples = [every * k for k in range(count)] + [until]
+    count = max(1, math.ceil(end / every - 1e-9))
+    samples = [every * k for k in range(count)] + [end]
     run = record(model, samples, rtol, tick)
     if model.kernel.structure[3]:
         raise SimulationError("friction depends on reactions that redundant loops leave open: no derivative")

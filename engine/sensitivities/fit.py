@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.scene.contexts import bound_of
 from engine.scene.finding import parse_path
+from engine.scene.given import Names, names_given
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, apply, scene_given
 from engine.sensitivities.api import sensitivity
@@ -40,7 +41,7 @@ class Fit:
 
 def fit(
     scene: Given,
-    parameters: Sequence[str],
+    parameters: Names,
     time: np.ndarray,
     measured: Mapping[str, np.ndarray],
     overrides: Mapping[str, Any] | None = None,
@@ -52,10 +53,9 @@ def fit(
     stay within the values their numbers may have; a trial that cannot be run shortens the step. SceneError for wrong names or
     lengths and for a parameter that changes nothing; SimulationError when the scene as it is does not run to the last time.
     """
-
     loaded = scene_given(scene, overrides)
     curves = {k: np.asarray(v, float) for k, v in measured.items()}
-    return _Search(loaded, list(parameters), np.asarray(time, float), curves, rtol).run()
+    return _Search(loaded, list(names_given(parameters)), np.asarray(time, float), curves, rtol).run()
 
 
 class _Search:

@@ -81,7 +81,9 @@ def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> R
                 break
             if len(legs) > MOST_STEPS:
                 raise SimulationError("too stiff for derivatives through an explicit method: raise v_eps or shorten the run")
-        block.row(row)
+        code = block.row(row)
+        if code != bl.OK:
+            raise SimulationError(f"the run ends early: {from_status(code, block.time, '')}")
         rows.append(row.copy())
     return Record(tuple(legs), np.array(rows), *first)
 

@@ -69,6 +69,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_directional.argtypes, lib.tr_directional.restype = [p, p, p, p, p, p], i
     lib.tr_redundancy.argtypes, lib.tr_redundancy.restype = [p, p], i
     lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
+    lib.tr_gap.argtypes, lib.tr_gap.restype = [p, p], None
     lib.tr_fail_row.argtypes, lib.tr_fail_row.restype = [p, p], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
     lib.tr_certify_run.argtypes, lib.tr_certify_run.restype = [p, p], None
@@ -175,7 +176,7 @@ class Block:
         return code, count.value
 
     def row(self, out: np.ndarray) -> int:
-        """Output row at the present time."""
+        """Output row at the present time; OK, or the status that says why there is none."""
         return self.lib.tr_row(self.at, out.ctypes.data)
 
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
@@ -223,6 +224,14 @@ class Block:
         depends on the others, −1 not the reason)."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
+
+    def gap(self) -> tuple[np.ndarray, np.ndarray]:
+        """How far the loops are from closing at the present state: (residuals in m or as the sine of an angle, their rates), a
+        number a constraint row each."""
+        rows = self.kernel.sizes["rows"]
+        flat = np.zeros(2 * rows + 1)
+        self.lib.tr_gap(self.at, flat.ctypes.data)
+        return flat[:rows], flat[rows : 2 * rows]
 
     def roots(self) -> int:
         """Roots of the complement equations found at the present state."""

@@ -37,15 +37,6 @@ def diagnose(model: Model, status: int) -> Outcome:
     return from_status(status, block.time, suspect(model, status))
 
 
-def open_loop(model: Model, code: int) -> Outcome:
-    """Start values that cannot close the loops (0: positions, −1: velocities)."""
-    what = "positions" if code == 0 else "velocities"
-    through = ", ".join(j.name for j in model.system.cuts)
-    advice = f"the start {what} of the loops through {through} cannot be made to agree: check "
-    advice += "lengths and start values" if code == 0 else "the drives and start rates"
-    return Outcome("open_loop", 0.0, model.system.cuts[0].name if model.system.cuts else "", advice)
-
-
 def _stuck_loop(model: Model, plain: Outcome) -> Outcome:
     """The loop that cannot go on: its cut joint, or one with two crossed axes; all its joints, and who drives."""
     row, independence = model.block.open_row()

@@ -11,7 +11,7 @@ from engine.basics.problems import SimulationError
 from engine.friction import REGISTRY as LAWS
 from engine.scene.model import Constant, Drive, Joint, Scene
 from engine.simulation import block as bl
-from engine.simulation.diagnosis import open_loop
+from engine.simulation.gaps import open_loop
 from engine.simulation.motions import positions
 from engine.simulation.pairs import slider_names
 from engine.simulation.redundancy import redundancy

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,9 @@ import numpy as np
 from engine.abi import Status
 from engine.basics.problems import SimulationError
 from engine.kernel.library import linear_unit
+from engine.scene.given import Amount, Amounts, Names
 from engine.scene.overrides import Given, scene_given
-from engine.simulation.block import Settings
+from engine.simulation.block import OK, Settings
 from engine.simulation.run import Model, run
 from engine.system.curves import Outside
 from engine.system.external import TABLE
@@ -55,21 +56,22 @@ class Linearization:
 
 def linearize(
     scene: Given,
-    at: float = 0.0,
-    outputs: Sequence[str] | None = None,
+    at: Amount = 0.0,
+    outputs: Names | None = None,
     overrides: Mapping[str, Any] | None = None,
-    rtol: float | None = None,
+    rtol: Amount | None = None,
 ) -> Linearization:
     """Run the scene to time ``at``, s, and linearise there.
 
-    outputs: patterns of columns (default: the scene's). overrides, rtol: as in ``simulate``. What only the run itself knows
+    outputs: patterns of columns (default: the scene's). scene, overrides, rtol: as in ``simulate``. What only the run itself knows
     (integrals, counts, states of friction) has no derivative: its rows are zero. An input that prescribes a motion acts through the
     acceleration with which the motion follows it. SceneError for wrong input, SimulationError when the run does not get there.
     """
-
-    loaded = scene_given(scene, overrides)
+    loaded, read = scene_given(scene, overrides), Amounts()
+    time, tolerance = read.time(at, "at"), read.number(rtol or loaded.simulation.rtol, "rtol")
+    read.end()
     model = Model(loaded, outputs)
-    _go(model, at, Settings(rtol=float(rtol or loaded.simulation.rtol), method=loaded.simulation.method))
+    _go(model, time, Settings(rtol=tolerance, method=loaded.simulation.method))
     return _Point(model).linearization()
 
 
@@ -109,7 +111,8 @@ class _Point:
         block, system = self.block, self.model.system
         ny, names = block.ny, system.inputs
         row = np.zeros(block.width)
-        block.row(row)
+        if block.row(row) != OK:
+            raise SimulationError("the outputs here are out of the range of numbers: check masses and loads")
         x, (dx, _) = block.y[:ny].copy(), block.evaluate()
         states = [self.along(np.zeros(TABLE * len(names)), e) for e in np.eye(ny)]
         inputs = [self.along(s, np.zeros(ny)) for s in self._input_seeds()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from engine.basics.patterns import MOST_WILD, is_wild, unmatched
 from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
+from engine.scene.given import Amount, Amounts, Names, names_given
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
 from engine.scene.suggest import shown
@@ -28,11 +29,11 @@ class Model:
     """A scene made ready to run: structure, kernel and block. Runs of the same structure share the kernel; parameters may be
     changed between runs."""
 
-    def __init__(self, scene: Scene, outputs: Sequence[str] | None = None):
+    def __init__(self, scene: Scene, outputs: Names | None = None):
         started = time.perf_counter()
         self.built: Built = build(scene)
         everything = columns(self.built.system)
-        wanted = tuple(outputs if outputs is not None else scene.outputs)
+        wanted = names_given(outputs if outputs is not None else scene.outputs)
         if problems := pattern_problems(everything, wanted):
             raise SceneError(problems)
         self.columns: list[Column] = select(everything, wanted)
@@ -83,38 +84,41 @@ def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where:
 
 def simulate(
     scene: Given,
-    until: float | None = None,
-    every: float | None = None,
-    rtol: float | None = None,
+    until: Amount | None = None,
+    every: Amount | None = None,
+    rtol: Amount | None = None,
     method: str | None = None,
     overrides: Mapping[str, Any] | None = None,
-    outputs: Sequence[str] | None = None,
-    step: float = 0.0,
+    outputs: Names | None = None,
+    step: Amount = 0.0,
     max_steps: int = 0,
     progress: Progress | None = None,
 ) -> Result:
     """Run a scene.
 
-    scene: a Scene, file, mapping, or a model's name. until: end time, s. every: output spacing, s (default: 1000 rows; 0:
-    every step). rtol: relative tolerance of positions and velocities (also absolute, in the scene's own scales). method: one of
-    ``engine.integrators.METHODS``. overrides: {"joints.ball.friction.mu": 0.5, …}. outputs: patterns of columns. step: fixed
-    step instead of error control. max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that
-    cannot go on returns a Result with what it has and a named outcome. Ctrl-C while it steps does the same: every row and event
-    up to then, outcome ``stopped``; a script that should end with it raises KeyboardInterrupt when it finds that outcome.
-    Before the first row, while the kernel is built, there is nothing to keep, and KeyboardInterrupt is raised.
+    scene: a Scene, a file, a bundled model's name, or a dict as it would stand in a file. until: end time, s or text such as
+    "10 ms". every: output spacing, s (default: 1000 rows; 0: every step). rtol: relative tolerance of positions and velocities
+    (also absolute, in the scene's own scales). method: one of ``engine.integrators.METHODS``. overrides:
+    {"joints.ball.friction.mu": 0.5, …}. outputs: a pattern of columns, or several. step: fixed step instead of error control.
+    max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a Result with
+    what it has and a named outcome. Ctrl-C while it steps does the same: every row and event up to then, outcome ``stopped``; a
+    script that should end with it raises KeyboardInterrupt when it finds that outcome. Before the first row, while the kernel is
+    built, there is nothing to keep, and KeyboardInterrupt is raised.
     """
-
     loaded = scene_given(scene, overrides)
-    sim = loaded.simulation
-    until = float(sim.until if until is None else until)
+    sim, read = loaded.simulation, Amounts()
+    end = read.time(sim.until if until is None else until, "until")
     if every is None:
-        every = float(sim.every) if sim.every is not None else until / 1000.0
-    rtol = float(sim.rtol if rtol is None else rtol)
+        every = sim.every if sim.every is not None else end / 1000.0
+    spacing = read.time(every, "every")
+    tolerance = read.number(sim.rtol if rtol is None else rtol, "rtol")
+    fixed = read.time(step, "step")
+    read.end()
     jams = sim.jams == "impact"
-    settings = bl.Settings(rtol, method or sim.method, step, max_steps=max_steps, through_jams=jams)
-    check_settings(until, every, settings, loaded, loaded.outputs if outputs is None else outputs)
-    model = Model(loaded, outputs)
-    return OneRun(model, until, every, settings, progress).result()
+    settings = bl.Settings(tolerance, method or sim.method, fixed, max_steps=max_steps, through_jams=jams)
+    patterns = names_given(loaded.outputs if outputs is None else outputs)
+    check_settings(end, spacing, settings, loaded, patterns)
+    return OneRun(Model(loaded, patterns), end, spacing, settings, progress).result()
 
 
 def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:

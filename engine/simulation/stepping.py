@@ -12,9 +12,10 @@ import numpy as np
 from engine.basics.interrupts import Held, held
 from engine.simulation import block as bl
 from engine.simulation.certificate import Certificate, certificate, certificate_notes
-from engine.simulation.diagnosis import diagnose, open_loop
+from engine.simulation.diagnosis import diagnose
 from engine.simulation.event import Event
 from engine.simulation.events import decode
+from engine.simulation.gaps import open_loop
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulation.result import Result, Stats
@@ -125,7 +126,9 @@ class OneRun:
                 self.progress(block.time, self.until)
         if self.every > 0.0 and self.until - self.rows[-1][-1, 0] > 1e-9 * self.until:
             last = np.zeros(block.width)
-            block.row(last)
+            code = block.row(last)
+            if code != bl.OK:
+                return diagnose(self.model, code)
             self.rows.append(last[None, :])
         return Outcome(DONE, self.until)
 

@@ -190,7 +190,8 @@ static fmi2Status fmu_refresh(fmu_instance *m) {
   if (s->failed) return fmi2OK; /* the last row there was */
   fmi2Status status = fmu_take_over(m);
   if (status != fmi2OK) return status;
-  if (!tr_row(FMU_SIM(s), FMU_A(s, row))) return fmu_failed(m, TR_FAIL_MULTIPLIERS, fmi2Discard);
+  int code = tr_row(FMU_SIM(s), FMU_A(s, row));
+  if (code != TR_OK) return fmu_failed(m, code, fmi2Discard);
   s->ready = 1;
   return fmi2OK;
 }
@@ -225,7 +226,7 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   }
   s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
   s->time = s->reached;
-  s->ready = tr_row(FMU_SIM(s), FMU_A(s, row));
+  s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK;
   if (status == TR_MORE)
     return fmu_log(m, fmi2Discard, "solver.max_steps = %g steps reach t = %.17g s only", most, s->reached);
   return fmu_failed(m, status, fmi2Discard);

@@ -18,6 +18,7 @@ from engine.batch.reductions import DEFAULTS, reductions
 from engine.kernel.columns import columns
 from engine.scene.library import model_file, model_names
 from engine.scene.load import load_scene
+from engine.scene.magnitudes import magnitude_notes
 from engine.scene.model import Scene
 from engine.scene.overrides import list_parameters
 from engine.scene.schema import json_schema
@@ -83,6 +84,7 @@ class SceneFacts(BaseModel):
     parameters: list[ParameterItem]
     columns: list[ColumnItem]
     reductions: list[str] = Field(description="Kept when a job names none.")
+    notes: list[str] = Field(description="Numbers that are allowed but seldom meant, such as a start angle of 90 rad.")
 
 
 @router.get("/models", response_model=list[ModelItem], responses=documented())
@@ -127,6 +129,7 @@ def check(source: Annotated[SceneSource, Body(openapi_examples=SCENES)], caller:
             "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
             "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],
             "reductions": kept,
+            "notes": magnitude_notes(scene),
         }
     )
 

@@ -1,0 +1,48 @@
+"""No run ends as done with rows that hold no numbers: what overflows is named, and what was computed before it is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import engine
+
+
+def swing(mass: float, **more: Any) -> dict[str, Any]:
+    """A body of this mass on a rubbing pivot."""
+    pivot = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "b.p"}
+    rubs = {"friction": {"mu": 0.2, "radius": 0.01, "half_length": 0.02}}
+    body = {"mass": mass, "inertia": [1, 1, 1], "points": {"p": [-1, 0, 0]}}
+    return {"bodies": {"b": body}, "joints": {"j": {**pivot, **rubs}}, **more}
+
+
+@pytest.mark.parametrize("mass", [1e155, 1e300])
+def test_forces_out_of_the_range_of_numbers_end_the_run_by_name(mass: float) -> None:
+    r = engine.simulate(swing(mass), until="10 ms", every="1 ms")
+    assert r.outcome.name == "not_finite"
+    assert r.outcome.joint == "j"
+    assert np.isfinite(r.data).all()
+
+
+def test_what_was_computed_before_numbers_run_out_is_kept() -> None:
+    push = {"type": "force", "on": "b", "force": [{"ramp": {"start": 0, "end": 1e200, "duration": 1, "begin": 0.01}}, 0, 0]}
+    scene = swing(1.0, forces={"push": push})
+    r = engine.simulate(scene, until=0.1, every=0.001, outputs=["j.contact*", "j.q*"], max_steps=20_000)
+    assert not r.outcome.ok
+    assert len(r.time) > 5
+    assert np.isfinite(r.data).all()
+
+
+def test_a_case_of_a_sweep_is_told_so_too() -> None:
+    over = {"bodies.b.mass": [1.0, 1e300]}
+    table = engine.sweep(swing(1.0), over=over, until="10 ms", reductions="max:j.contact[1].normal_force").table
+    assert table.column("outcome").to_pylist() == ["done", "not_finite"]
+
+
+def test_a_heavy_body_within_the_range_of_numbers_runs(tmp_path: Path) -> None:
+    r = engine.simulate(swing(1e120), until="10 ms", every="1 ms")
+    assert r.outcome.ok
+    assert np.isfinite(r.data).all()
