@@ -80,7 +80,10 @@ def test_every_script_named_in_the_documents_exists() -> None:
             assert (ROOT / (module.replace(".", "/") + ".py")).is_file(), f"{file}: {module}"
 
 
-@pytest.mark.parametrize("file", ["README.md", "CONTRIBUTING.md", "engine/README.md", "engine/NOTATION.md", "engine/METHOD.md"])
+DOCUMENTS = ["README.md", "CONTRIBUTING.md", *(f"engine/{n}.md" for n in ("README", "runtime/README", "NOTATION", "METHOD"))]
+
+
+@pytest.mark.parametrize("file", DOCUMENTS)
 def test_every_link_leads_somewhere(file: str) -> None:
     links = re.findall(r"\]\(([^)\s#]+)\)", (ROOT / file).read_text(encoding="utf-8"))
     assert not [x for x in links if not re.match(r"[a-z]+:", x) and not ((ROOT / file).parent / x).exists()]
@@ -153,7 +156,8 @@ def test_every_section_that_is_cited_exists() -> None:
     found = [
         (file, name, plain(title))
         for file, text in cited().items()
-        for name, title in re.findall(r'\b(METHOD|NOTATION)(?:\.md)?[\s(,*#]+"([^"]+)"', text)
+        for name, titles in re.findall(r'\b(METHOD|NOTATION)(?:\.md)?[\s(,*#]+((?:"[^"]+"(?:, (?="))?)+)', text)
+        for title in re.findall(r'"([^"]+)"', titles)
     ]
     assert len(found) > 20
     assert not [f for f in found if f[2] not in known[f[1]]]
