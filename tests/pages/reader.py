@@ -48,13 +48,18 @@ class Reader:
         return self
 
     def __exit__(self, *error: object) -> None:
-        for s in self.servers:
-            os.killpg(s.pid, signal.SIGTERM)
-            s.wait(60)
+        self._end_servers()
         if self.python is not None:
             assert self.python.stdin is not None
             self.python.stdin.close()
             self.python.wait(60)
+
+    def _end_servers(self) -> None:
+        """Ctrl-C, before the page starts another or ends."""
+        while self.servers:
+            server = self.servers.pop()
+            os.killpg(server.pid, signal.SIGTERM)
+            server.wait(60)
 
     def does(self, step: Step, page: str) -> None:
         """One block of the page."""
@@ -85,6 +90,8 @@ class Reader:
         elif re.search(r"trunnion serve\b(?!.*--database)", line):
             self._serve(line.rstrip("& "), place)
         else:
+            if "trunnion serve" in line:
+                self._end_servers()
             done = subprocess.run(["bash", "-c", line], cwd=self.home, env=self.environment, capture_output=True, text=True)
             told = f"{place}: {line}\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
             wrong = next((text for mark, text in FAILS.items() if mark in line), "")
@@ -95,6 +102,7 @@ class Reader:
                 self._ended(json.loads(done.stdout)["id"])
 
     def _serve(self, line: str, place: str) -> None:
+        self._end_servers()
         log = (self.home / "serve.log").open("w+")
         words = ["bash", "-c", line.replace("&& ", "&& exec ", 1) if "&&" in line else f"exec {line}"]
         where = {"cwd": self.home, "env": self.environment, "stdout": log, "stderr": log}
