@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 ASK = "columns are chosen with --outputs"
-RTOL = (1e-14, 0.1)
 
 
 @dataclass
@@ -79,8 +78,10 @@ def tolerance(text: str | None, findings: Findings) -> float | None:
     if text is None:
         return None
     value = quantity(text, "1", "--rtol", findings)
-    if value is not None and not RTOL[0] <= value <= RTOL[1]:
-        findings.add("--rtol", f"{text} is out of range", f"between {RTOL[0]:g} and {RTOL[1]:g}; 1e-6 is a good start")
+    from engine.scene.model import RTOL
+
+    if value is not None and not RTOL.holds(value):
+        findings.add("--rtol", RTOL.refusal("rtol", value), RTOL.advice)
         return None
     return value
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from engine.basics.problems import Problem, SceneError
 from engine.kernel.columns import Column, columns, select
-from engine.scene.model import Scene
+from engine.scene.model import RTOL, Scene
 from engine.sensitivities.start import parameter_problems
 from engine.simulation.memory import row_problems
 from engine.simulation.run import pattern_problems
@@ -29,8 +29,8 @@ def checked_request(
         problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
     else:
         problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
-    if not 1e-14 <= rtol <= 0.1:
-        problems.append(Problem("rtol", f"{rtol:g} is out of range", "between 1e-14 and 0.1; 1e-9 is a good start"))
+    if not RTOL.holds(rtol):
+        problems.append(Problem("rtol", RTOL.refusal("rtol", rtol), "1e-9 is a good start"))
     if problems:
         raise SceneError(problems)
     return chosen, end, spacing

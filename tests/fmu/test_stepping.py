@@ -151,6 +151,27 @@ def test_a_fixed_parameter_set_too_late_and_values_out_of_range_are_refused_with
 
 
 @BOTH
+def test_a_run_goes_on_when_a_refused_value_is_followed_by_a_good_one(flavour: str, capfd) -> None:
+    """pythonfmu cannot tell the host of a refusal at once: then there is no step until the value is given anew."""
+    host, same = (Host(exported("spherical_pendulum", flavour)) for _ in range(2))
+    mu = "joints.ball.friction.mu"
+    for h in (host, same):
+        h.run(0.0, 2, 0.01)
+
+    def refused() -> None:
+        host.put(mu, -0.1)
+        host.fmu.doStep(0.02, 0.01)
+
+    with pytest.raises(FMICallException) as e:
+        refused()
+    assert e.value.status == 2
+    assert f"{mu}: mu must not be negative (it is -0.1)" in said(host, capfd)
+    for h in (host, same):
+        h.put(mu, 0.2)
+    assert host.run(0.02, 3, 0.01, "ball.qd[2]") == same.run(0.02, 3, 0.01, "ball.qd[2]")
+
+
+@BOTH
 def test_steps_of_no_length_are_refused_and_the_run_goes_on(flavour: str, capfd) -> None:
     host = Host(exported("spherical_pendulum", flavour))
     host.run(0.0, 1, 0.01)
