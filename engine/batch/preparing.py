@@ -1,14 +1,16 @@
 """Numbers of many cases, the same to the last bit as building each case's scene by itself, at a fraction of the cost.
 
-Paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. A group's values are built once each, alone, through
-the scene like any other run (so derived values follow the same rules), and the entries they change are put side by side. Where
-groups meet in an entry, and where a case is not of the same structure, every case is built by itself.
+Paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. The table of parameters says of many numbers that
+they are an entry and nothing else (friction, springs, dampers, drives, …): those are put there. The values of any other group are
+built once each, alone, through the scene like any other run (so derived values follow the same rules), and the entries they change
+are put side by side. Where groups meet in an entry, and where a case is not of the same structure, every case is built by itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -21,7 +23,9 @@ from engine.system.build import Built, build
 from engine.system.curves import Curve, Outside
 
 MANY = 48
-"""New values of one path above which it is tried whether the path's number is simply copied."""
+"""New values of a group above which they are put into their entries without building each."""
+MOST_CORNERS = 64
+"""Corners of the box of a group's values at which the scene is checked; above, every value is built."""
 MOST_KEPT = 20_000
 """Built values kept for later chunks, each a few hundred bytes."""
 
@@ -102,10 +106,12 @@ class Preparer:
         distinct, inverse = np.unique(values, axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
-        place = self._copied(g, distinct) if len(self.groups[g]) == 1 and new > MANY else None
+        place = self._placed(g, distinct) if new > MANY else None
+        if place is None and new > MANY and len(self.groups[g]) == 1:
+            place = self._copied(g, distinct)
         if place is not None:
-            odd = values[:, 0] == 0.0
-            flat[:, place] = values[:, :1]
+            odd = (values == 0.0).any(axis=1)
+            flat[:, place] = values
             alone |= odd
             touched[place] += 1
             return
@@ -127,8 +133,23 @@ class Preparer:
             kept[key] = self._made({self.paths[i]: float(v) for i, v in zip(self.groups[g], values, strict=True)})
         return kept[key]
 
+    def _placed(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
+        """The entries that the group's numbers are, where the table of parameters knows them all and the scene takes the values:
+        its bounds and comparisons of numbers are linear, so they hold for all values when they hold at the corners of their box."""
+        paths = [self.paths[i] for i in self.groups[g]]
+        place = [self.start.parameters.place(p) for p in paths]
+        if None in place or 2 ** len(paths) > MOST_CORNERS:
+            return None
+        try:
+            for corner in product(*zip(distinct.min(axis=0), distinct.max(axis=0), strict=True)):
+                apply(self.scene, dict(zip(paths, map(float, corner), strict=True)))
+        except SceneError:
+            return None
+        return np.array(place)
+
     def _copied(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
-        """Entries that are the path's number itself, tried at the ends and in between; None when it acts in another way."""
+        """Entries that are the path's number itself, tried at the ends and in between, for numbers the table does not place (start
+        values, points); None when it acts in another way."""
         tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, 5).astype(int))]
         tried = tried[tried[:, 0] != 0.0]
         entries = [self._built(g, v) for v in tried]

@@ -108,7 +108,7 @@ class _Maker:
         kind = REGISTRY[j.type]
         a, b = point_of(self.scene, j.inboard), point_of(self.scene, j.outboard)
         frames = [frame(*axes_of(j, s)) for s in (j.inboard, j.outboard)]
-        pitch = self.table.scalar(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
+        pitch = self.table.own(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
         return Joint(
             name, j.type, self.index[a[0]], self.index[b[0]],
             self.relative(a[0], self.label(j.inboard, f"joints.{name}.inboard"), a[1]),

@@ -31,7 +31,7 @@ class Builder:
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
         """Leaves of the devices of freedom k; ``slides`` chooses the units. Paths are those of the scene."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
-        s = self.table.scalar
+        s = self.table.own
 
         def mine(field: str) -> tuple[str, Any]:
             value = getattr(j, field)
@@ -59,10 +59,10 @@ class Builder:
                 continue
             flags[side] = self.stops
             self.stops += 1
-            bounds.append(self.table.scalar(f"{path}.{('lower', 'upper')[side]}", bound, u))
+            bounds.append(self.table.own(f"{path}.{('lower', 'upper')[side]}", bound, u))
         return Stop(
-            self.table.scalar(f"{path}.stiffness", st.stiffness, f"{f}/{u}"),
-            self.table.scalar(f"{path}.damping", st.damping, f"s/{u}"),
+            self.table.own(f"{path}.stiffness", st.stiffness, f"{f}/{u}"),
+            self.table.own(f"{path}.damping", st.damping, f"s/{u}"),
             bounds[0], bounds[1], (flags[0], flags[1]),
         )
 
@@ -72,7 +72,7 @@ class Builder:
             return Signal("table", index=self.inputs[value.input])
         if isinstance(value, sm.Signal):
             return self.signal(path, value, unit, "load")
-        return Signal("value", (self.table.scalar(path, value, unit),))
+        return Signal("value", (self.table.own(path, value, unit),))
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
         """A component of a load vector; exactly 0 is structural."""
@@ -84,7 +84,7 @@ class Builder:
     def drive(self, path: str, d: sm.Drive, unit: str) -> Signal:
         """A prescribed motion."""
         if d.constant is not None:
-            s = self.table.scalar
+            s = self.table.own
             return Signal("rate", (s(f"{path}.constant.start", d.constant.start, unit),
                                    s(f"{path}.constant.rate", d.constant.rate, f"{unit}/s")))
         if d.input is not None:
@@ -95,13 +95,13 @@ class Builder:
 
     def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
         """Ramp, harmonic or table."""
-        s = self.table.scalar
+        s, kink = self.table.own, self.table.scalar
         if d.ramp is not None:
             r = d.ramp
             rate = f"{unit}/s" if use == "drive" else unit
             return Signal("begun" if r.begin < 0.0 else "ramp", (
-                s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate), s(f"{path}.ramp.begin", r.begin, "s"),
-                s(f"{path}.ramp.duration", r.duration, "s"), s(f"{path}.ramp.origin", r.origin, unit)))
+                s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate), kink(f"{path}.ramp.begin", r.begin, "s"),
+                kink(f"{path}.ramp.duration", r.duration, "s"), s(f"{path}.ramp.origin", r.origin, unit)))
         if d.harmonic is not None:
             h = d.harmonic
             return Signal("harmonic", (

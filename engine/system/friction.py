@@ -24,8 +24,9 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
         if value is None:
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
+        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one number may stand for both journals
         for label, one in zip(n.labels, values, strict=True):
-            numbers.append((label, table.scalar(f"joints.{j.name}.friction.{label}", one, n.unit)))
+            numbers.append((label, put(f"joints.{j.name}.friction.{label}", one, n.unit)))
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))
     adams = scene.normal_force_of(f) == "adams"
     return FrictionElement(contact.name, law, adams, tuple(numbers), sliders)

@@ -32,6 +32,7 @@ class ParameterTable:
         self.units: list[str] = []
         self._tunable = matcher(tunable)
         self._index: dict[str, int] = {}
+        self._own: set[str] = set()
 
     def scalar(self, path: str, value: float, unit: str) -> Param:
         """A run-time parameter; asking twice for one path gives the same one."""
@@ -41,6 +42,16 @@ class ParameterTable:
             self.values.append(float(value))
             self.units.append(unit)
         return Param(self._index[path])
+
+    def own(self, path: str, value: float, unit: str) -> Param:
+        """A run-time parameter that is the scene's number at this path and acts nowhere else: not on scales, start values, times
+        of kinks or other parameters."""
+        self._own.add(path)
+        return self.scalar(path, value, unit)
+
+    def place(self, path: str) -> int | None:
+        """Index of the parameter that is all a number of the scene acts on; None where there is no such one."""
+        return self._index[path] if path in self._own else None
 
     def component(self, path: str, value: float, unit: str) -> Leaf:
         """A component of a vector: structural when exactly zero and not tunable."""

@@ -1,0 +1,81 @@
+"""Numbers of many cases come from the table of parameters: the same bits as scene by scene, without building the scenes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.basics.problems import SceneError
+from engine.batch import preparing
+from engine.batch.cases import sampled
+from engine.batch.preparing import Preparer, Run
+from engine.scene import Scene, load_scene, model_names
+from engine.scene.overrides import apply
+from engine.system.build import build
+from tests.reference.random_scenes import random_tree
+
+SCENES = {name: name for name in model_names()} | {f"tree {k}": k for k in range(6)}
+PAIR = {"joints.ball.friction.mu": (0.1, 0.6), "joints.ball.friction.radius": (0.01, 0.05)}
+
+
+def scene_of(which: str) -> Scene:
+    """A bundled model, or a random tree full of friction, springs, dampers, stops, efforts, drives and loads."""
+    given = SCENES[which]
+    return load_scene(given) if isinstance(given, str) else random_tree(given, 4, friction=0.8, devices=0.9, drives=0.4).scene
+
+
+@pytest.mark.parametrize("which", SCENES)
+def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> None:
+    scene = scene_of(which)
+    start = build(scene)
+    flat = Preparer(scene, (), Run())
+    placed = [(p, at) for p in start.parameters.paths if (at := start.parameters.place(p)) is not None]
+    assert placed or not any(j.friction for j in scene.joints.values())
+    for path, at in placed:
+        value = 1.01 * start.parameters.values[at] + (0.01 if start.parameters.values[at] >= 0.0 else -0.01)
+        try:
+            moved = build(apply(scene, {path: value}))
+        except SceneError:
+            continue  # beyond another number it is compared with
+        assert flat._alike(moved), path
+        changed = np.flatnonzero(flat._flat(moved) != flat.base)
+        assert changed.tolist() == [at], path
+        assert flat._flat(moved)[at] == value, path
+
+
+def test_kinks_masses_and_points_are_not_placed() -> None:
+    """They also say where the integrator stops, how large things are, where the origin of a body is."""
+    derived = set()
+    for seed in range(8):
+        places = build(random_tree(seed, 6, devices=1.0, drives=0.5).scene).parameters
+        for path in places.paths:
+            owner, last = path.partition(".")[0].partition("[")[0], path.rpartition(".")[2]
+            if owner in ("bodies", "ground", "gravity") or last in ("begin", "duration"):
+                assert places.place(path) is None, path
+                derived.add(last)
+    assert {"begin", "duration", "mass", "gravity[1]"} <= derived
+
+
+def test_two_numbers_of_a_joint_are_prepared_without_building_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousand cases took a thousand scenes."""
+    scene = load_scene("spherical_pendulum")
+    cases = sampled(scene, PAIR, 1000, seed=1)
+    built = []
+    monkeypatch.setattr(preparing, "build", lambda s: built.append(s) or build(s))
+    preparer = Preparer(scene, cases.paths, Run())
+    (rows,), wrong = preparer.rows(cases.values(0, 1000))
+    assert not wrong
+    assert len(built) == 1
+    for i in range(0, 1000, 97):
+        one = build(apply(scene, cases.changes(i)))
+        k = rows.index.tolist().index(i)
+        assert rows.p[k].tobytes() == np.array(one.parameters.values).tobytes()
+        assert rows.y[k].tobytes() == np.concatenate([one.numbers.q, one.numbers.v]).tobytes()
+
+
+def test_values_the_scene_refuses_are_told_case_by_case() -> None:
+    scene = load_scene("spherical_pendulum")
+    values = np.column_stack([np.linspace(-0.1, 0.5, 61), np.linspace(0.01, 0.02, 61)])
+    rows, wrong = Preparer(scene, tuple(PAIR), Run()).rows(values)
+    assert set(wrong) == set(np.flatnonzero(values[:, 0] < 0.0).tolist())
+    assert sorted(i for r in rows for i in r.index) == np.flatnonzero(values[:, 0] >= 0.0).tolist()
