@@ -95,13 +95,14 @@ class Builder:
 
     def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
         """Ramp, harmonic or table."""
-        s, kink = self.table.own, self.table.scalar
+        s, kink = self.table.own, self.table.scalar  # the integrator stops at kinks, so their times act elsewhere too
         if d.ramp is not None:
             r = d.ramp
             rate = f"{unit}/s" if use == "drive" else unit
             return Signal("begun" if r.begin < 0.0 else "ramp", (
-                s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate), kink(f"{path}.ramp.begin", r.begin, "s"),
-                kink(f"{path}.ramp.duration", r.duration, "s"), s(f"{path}.ramp.origin", r.origin, unit)))
+                s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate),
+                kink(f"{path}.ramp.begin", r.begin, "s"), kink(f"{path}.ramp.duration", r.duration, "s"),
+                s(f"{path}.ramp.origin", r.origin, unit)))
         if d.harmonic is not None:
             h = d.harmonic
             return Signal("harmonic", (
