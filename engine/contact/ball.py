@@ -63,7 +63,7 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
 
 
 def _pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX], list[SX]]:
-    """(f_n, f_c, n f_n) when friction is f_n κ × n, as of bristles."""
+    """As ``_state``, when friction is f_n κ × n (bristles)."""
     f = [w["f1"], w["f2"], w["f3"]]
     FF, kk, fk = _dot(f, f) + TINY, _dot(kappa, kappa), _dot(f, kappa)
     along2, kf = fk * fk / FF, _cross(kappa, f)
@@ -91,7 +91,7 @@ def _level(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | 
 
 
 def _slope(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """The law's slope, likewise."""
+    """The law's slope at the same speed."""
     wf = _cross(rates, f)
     return law.slope(g["radius"] ** 2 * _dot(wf, wf) / (_dot(f, f) + TINY))
 

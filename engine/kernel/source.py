@@ -64,7 +64,7 @@ def _ints(name: str, values: Sequence[int]) -> str:
 
 
 def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
-    """(kind of each q; kind of each v; offsets of quaternions)."""
+    """What each coordinate of the state is, what each rate is, and where quaternions begin among the coordinates."""
     qkind: list[int] = []
     vkind: list[int] = []
     quat: list[int] = []

@@ -99,7 +99,7 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
-    """(number of the freedom, axis) of all turning axes of a joint (``rot``), or of all sliding ones."""
+    """All turning axes of a joint (``rot``) or all sliding ones, each with the number of its freedom."""
     return [(k, a) for k, axes in enumerate(j.kind.axes) for a in axes if a.rot == rot]
 
 

@@ -33,7 +33,7 @@ class Mass:
 
 
 def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
-    """(16): M11 = m E, M12 = −m ρ̃, M22 = J about the reference origin."""
+    """Mass matrix of a body (16): M11 = m E, M12 = −m ρ̃, M22 = J about its reference origin; R: its orientation (3×3)."""
     m, c = sym.leaf(b.mass), sym.leaves(b.center)
     j = [sym.leaf(x) * m if b.per_mass else sym.leaf(x) for x in b.inertia]
     cc = [c[k] * c[k] for k in range(3)]
@@ -69,7 +69,7 @@ def applied(sym: Symbols, motions: Motions) -> list[SX]:
 
 
 def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """(body, 6×1 at its reference origin) of one load; parts on the ground are left out."""
+    """What one load does: the bodies it acts on, each with the wrench at its reference origin (6×1). The ground is left out."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
     body = load.bodies[0]
@@ -148,5 +148,5 @@ def joint_forces(sym: Symbols, step: Step) -> list[SX]:
 
 
 def point_names(system: System) -> list[tuple[str, int]]:
-    """(body.point, body index) of every named point of a body."""
+    """Every named point of a body as "body.point", with the number of the body."""
     return [(f"{b.name}.{n}", i) for i, b in enumerate(system.bodies) for n, _ in b.points]

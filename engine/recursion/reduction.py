@@ -44,11 +44,11 @@ class Articulated:
     y: SX = field(default_factory=SX)
 
     def solve(self, b: SX) -> SX:
-        """Mq⁻¹ b."""
+        """Mq⁻¹ b: accelerations of the joint's freedoms under forces b (n×columns) along them."""
         return solve_spd(self.Mq, b)
 
     def times(self, top: SX, bottom: SX) -> SX:
-        """M̄ [top; bottom]."""
+        """M̄ times the motions [top; bottom] (3×columns each)."""
         return ca.sparsify(ca.vertcat(self.M11 @ top + self.M12 @ bottom, self.M12.T @ top + self.M22 @ bottom))
 
 

@@ -20,7 +20,7 @@ def matrix(rows: Sequence[Sequence]) -> SX:
 
 
 def zeros(rows: int, columns: int = 1) -> SX:
-    """All structural zeros."""
+    """A matrix of structural zeros, which cost nothing in the code."""
     return SX(rows, columns)
 
 
@@ -90,6 +90,6 @@ EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
 
 
 def basis_cross(i: int, j: int) -> tuple[int, int]:
-    """(sign, index) of e_i × e_j; sign 0 when parallel."""
+    """e_i × e_j as its sign and the index of the axis; sign 0 when they are parallel."""
     e = EPSILON[i][j]
     return (0, 0) if e == 0 else (1 if e > 0 else -1, abs(e) - 1)

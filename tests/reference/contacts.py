@@ -140,7 +140,7 @@ def _face(N: float, e: np.ndarray) -> Contact:
 
 
 def adams_ball(fc, omega, radius, law: Law) -> np.ndarray:
-    """(151) with its normalisation: torque mu_e r |f| along the part of omega across f; |v| = r |omega x f| / |f|."""
+    """Adams' ball (151), with its normalisation: torque mu_e r |f| along the part of omega across f; |v| = r |omega x f| / |f|."""
     F = np.linalg.norm(fc)
     if F == 0.0:
         return np.zeros(3)
@@ -149,7 +149,7 @@ def adams_ball(fc, omega, radius, law: Law) -> np.ndarray:
 
 
 def adams_journal(outcome: Outcome, fc, omega, sdot, radius, law: Law, axial: bool) -> Outcome:
-    """(152): the reaction force taken for the normal force; ``axial``: with its component along the axis."""
+    """Adams' journal (152): the reaction force taken for the normal force; ``axial``: with its component along the axis."""
     slope = law.slope(np.hypot(sdot, radius * omega))
     F = np.linalg.norm(fc if axial else fc[1:])
     return replace(outcome, force=float(slope * sdot * F), torque=float(slope * radius * omega * radius * F))

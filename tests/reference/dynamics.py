@@ -70,7 +70,7 @@ def solve(state: State, eta: np.ndarray | None = None) -> Result:
 
 
 def solve_scene(scene, q, qd=None, t: float = 0.0) -> Result:
-    """``solve`` from joint coordinates."""
+    """Solve a scene at given joint coordinates and rates."""
     return solve(forward(scene, q, qd, t))
 
 

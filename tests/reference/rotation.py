@@ -58,5 +58,5 @@ def turned(R: np.ndarray, vector) -> np.ndarray:
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:
-    """Uniformly distributed rotation."""
+    """A random rotation, all equally likely."""
     return matrix_from_quaternion(rng.normal(size=4))

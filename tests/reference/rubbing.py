@@ -108,7 +108,7 @@ class Rubbing:
         return sign * back @ along(out), [replace(seen[0], angle=angle, elevation=elevation)]
 
     def _universal(self, wrench, devices, law) -> tuple[np.ndarray, list]:
-        """(141)-(150) with the errata: journal 1 about u1 and journal 2 about u2, on either side of a massless cross.
+        """Friction of a universal joint by (141)-(150) with errata: journals about u1 and u2 on either side of a massless cross.
 
         Pin inboard: pins on the inboard and the outboard part. Pin outboard: both pins on the cross.
         """
