@@ -25,7 +25,7 @@ def claim_refuses_what_the_scene_refuses(model: str) -> None:
             continue
         for trial in TRIALS:
             host.log.clear()
-            answers = _said_by_the_scene(scene, v.name, trial), _said_by_the_fmu(host, v.name, trial)
+            answers = said_by_the_scene(scene, v.name, trial), _said_by_the_fmu(host, v.name, trial)
             assert answers[0] == answers[1], (v.name, trial)
             refused += bool(answers[0])
             low = float(v.min) if v.min else None
@@ -36,7 +36,7 @@ def claim_refuses_what_the_scene_refuses(model: str) -> None:
     host.run(0.0, 2, 1e-3)
 
 
-def _said_by_the_scene(scene: engine.Scene, path: str, value: float) -> str:
+def said_by_the_scene(scene: engine.Scene, path: str, value: float) -> str:
     """What is wrong with the value itself (that it does not go with another is said when it takes effect)."""
     changes: dict[str, float | None] = {path: value}
     if path.endswith(".mass"):  # a body whose mass follows from its density has none of its own to override

@@ -5,8 +5,13 @@ from __future__ import annotations
 import pytest
 from fmpy.fmi1 import FMICallException
 
+from engine.scene import scene_from_dict
+from engine.scene.overrides import list_parameters
+from engine.simulation.run import Model
+from fmu.description import variables
+
 from .hosting import Host, claim_equal_to_engine, exported
-from .refusals import claim_refuses_what_the_scene_refuses
+from .refusals import claim_refuses_what_the_scene_refuses, said_by_the_scene
 
 
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
@@ -17,6 +22,28 @@ def test_both_flavours_are_the_engine(model: str) -> None:
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
 def test_it_refuses_what_the_scene_refuses(model: str) -> None:
     claim_refuses_what_the_scene_refuses(model)
+
+
+def test_numbers_that_no_bundled_model_has_are_bounded_as_in_a_scene() -> None:
+    """Stops, a screw, a harmonic load, a followed input, an axial thrust."""
+    bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0]}}
+    hinge = {"type": "revolute", "axis": "z", "inboard": "ground"}
+    rub = {"mu": 0.1, "mu_static": 0.2, "radius": 0.01, "half_length": 0.1, "thrust_radius": 0.01}
+    along = {"spring": {"stiffness": 1}, "effort": {"harmonic": {"amplitude": 1, "frequency": 1}}}
+    scene = scene_from_dict({
+        "name": "rare", "inputs": {"w": {"unit": "rad", "bandwidth": 50}}, "bodies": {"one": bar, "two": bar, "three": bar},
+        "joints": {
+            "hip": {**hinge, "outboard": "one.a", "stops": {"stiffness": 10, "upper": 1}, **along},
+            "lead": {"type": "screw", "axis": "x", "pitch": 0.1, "inboard": "ground", "outboard": "two.a"},
+            "turn": {**hinge, "outboard": "three.a", "drive": {"input": "w"}, "friction": rub},
+        },
+    })  # fmt: skip
+    plain = {p.path for p in list_parameters(scene)}
+    offered = [v for v in variables(Model(scene), 0.0, 1e-6) if v.name in plain and ".start." not in v.name]
+    refused = {(v.name, x) for v in offered for x in (-1.0, 0.0) if not v.bound.holds(x)}
+    assert refused == {(v.name, x) for v in offered for x in (-1.0, 0.0) if said_by_the_scene(scene, v.name, x)}
+    assert {("joints.hip.stops.stiffness", 0.0), ("joints.lead.pitch", 0.0), ("inputs.w.bandwidth", 0.0)} <= refused
+    assert {("joints.hip.effort.harmonic.frequency", -1.0), ("joints.turn.friction.thrust_radius", 0.0)} <= refused
 
 
 def test_numbers_that_do_not_go_together_are_refused_when_they_take_effect_and_the_run_goes_on() -> None:
