@@ -1,13 +1,18 @@
 /* Many cases of one structure per call: set parameters, assemble, start, step to the end and reduce the output rows, case after
  * case, without the interpreter. A case takes exactly the way a single run takes (a fresh block, the same calls in the same order),
  * so its numbers are the same to the last bit. The host owns all memory; a call returns when its step budget is used up. */
-#include "tr.h"
+#include "modes.h"
 
+#define LAST_ROW 1e-9  /* of the run: where the last row is further from its end than that, there is one more row, as in a single run */
+#define START_STEPS 20 /* assembly and start cost about as much as so many steps */
+
+/* What is written of a case, and the settings it was given. */
 static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
 static tr_case *tr_case_out(const tr_batch *b) { return (tr_case *)(b->out + (size_t)b->at * tr_case_doubles(b)); }
 static tr_reduced *tr_case_columns(const tr_batch *b) { return (tr_reduced *)(tr_case_out(b) + 1); }
 static const tr_case_settings *tr_case_set(const tr_batch *b) { return b->set + b->at; }
 
+/* Nothing is known of the case yet. */
 static void tr_case_clear(tr_batch *b) {
   tr_case *o = tr_case_out(b);
   tr_reduced *r = tr_case_columns(b);
@@ -30,6 +35,7 @@ static void tr_case_row(tr_batch *b, const double *row) {
   }
 }
 
+/* The events that wait in the block into the counts by kind. */
 static void tr_case_events(tr_batch *b, tr_sim *s) {
   tr_case *o = tr_case_out(b);
   for (int i = 0; i < s->events.count; ++i) {
@@ -92,7 +98,7 @@ static void tr_case_end(tr_batch *b, int status) {
   tr_case *o = tr_case_out(b);
   tr_reduced *r = tr_case_columns(b);
   const tr_case_settings *set = tr_case_set(b);
-  if (status == TR_DONE && set->every > 0.0 && set->until - b->last > 1e-9 * set->until) {
+  if (status == TR_DONE && set->every > 0.0 && set->until - b->last > LAST_ROW * set->until) {
     int code = tr_row(s, b->rows);
     if (code == TR_OK) tr_case_row(b, b->rows);
     else status = code;
@@ -126,7 +132,7 @@ int tr_batch_run(tr_batch *b, long budget) {
     }
     if (budget <= 0) return TR_MORE;
     if (!b->running) {
-      budget -= 20; /* assembly and start cost about as much as that many steps */
+      budget -= START_STEPS;
       status = tr_case_start(b);
       if (status == TR_NEED_REDUNDANT) return status;
       b->running = 1;
@@ -152,4 +158,5 @@ int tr_batch_run(tr_batch *b, long budget) {
   return TR_DONE;
 }
 
+/* So that the host can check that its own view of a batch is as long. */
 size_t tr_batch_size(void) { return sizeof(tr_batch); }

@@ -1,16 +1,11 @@
 /* Runs driven from outside in steps of another's choosing (co-simulation): the accepted step may reach beyond the time asked for and
  * then waits; rows inside it come from its dense output. So the internal step sizes are those of one uninterrupted run, unless a
  * change from outside (inputs, parameters) cuts the waiting step short. */
-#include "tr.h"
-
-static double tr_same_time(double t) { return 1e-13 * fmax(1.0, fabs(t)); }
+#include "modes.h"
 
 /* The state at t inside the waiting step, in the block's yout. */
 static int tr_inside(tr_sim *s, double t) {
-  if (!s->step.have_dense) {
-    if (!tr_prepare_dense(s)) return 0;
-    s->step.have_dense = 1;
-  }
+  if (!tr_have_dense(s)) return 0;
   tr_dense_eval(s, (t - s->step.t0) / s->step.size, TR_A(s, yout));
   return 1;
 }

@@ -71,6 +71,7 @@ static int tr_blame(tr_sim *s, const double *y, int *pair) {
   return why;
 }
 
+/* Put the maps of y at the block's time in place. */
 static void tr_maps_at(tr_sim *s, const double *y) {
   tr_set_time(s, s->clock.t);
   s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));

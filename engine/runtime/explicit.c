@@ -1,20 +1,22 @@
-/* Explicit Runge–Kutta steps from the generated tables. */
+/* Steps of an explicit Runge–Kutta method, whichever it is, and the norm in which all methods measure their errors. */
 #include "modes.h"
 
 /* A work is measured by itself, but not by less than these shares of the largest work and of the energy scale of the scene, nor finer
- * than its round-off (1e-14 of that scale). */
+ * than its round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
-#define NOISE_ENERGY 1e-14
+#define NOISE_ENERGY 1e-14 /* of the energy scale */
+#define DIRECTION_ERROR 1e-3 /* rad: error that the direction of slow sliding may have */
+#define SLOWEST 1e-9         /* of the speed unit: slower sliding counts as that fast */
+#define SECOND_WEIGHT 0.01   /* of the second of two error estimators beside the first (Hairer, Nørsett, Wanner I, II.10) */
+#define HERMITE_ROWS 3       /* rows of a dense output that make the cubic through values and slopes at both ends */
 
-static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
+/* Doubles of a row of the state, integrals included. */static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
 
-#define DIRECTION_ERROR 1e-3
-
-/* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(0.001 |v|))²,
- * worst pair. */
+/* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(DIRECTION_ERROR |v|))²,
+ * of the worst pair. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew) {
-  double worst = 0.0, least = 1e-9 * tr_speed_unit(s);
+  double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     if (!tr_is_set(s, i) || pair->nrates == 1 || pair->v0 < 0 || tr_is_stuck(s, i)) continue;
@@ -82,9 +84,9 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
   double first = tr_norm2(s, tmp, y, ynew, work);
   if (m->errors == 1) return sqrt(first);
-  double *other = TR_A(s, yout); /* two estimators together are of a higher order than either (Hairer, Nørsett, Wanner I, II.10) */
+  double *other = TR_A(s, yout); /* two estimators together are of a higher order than either */
   m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
-  double den = first + 0.01 * tr_norm2(s, other, y, ynew, work);
+  double den = first + SECOND_WEIGHT * tr_norm2(s, other, y, ynew, work);
   return den > 0.0 ? first / sqrt(den) : (first == 0.0 ? 0.0 : NAN);
 }
 
@@ -103,7 +105,8 @@ static double tr_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
 }
 
-/* Rows of the dense output, from yold, y(end of step), K. Layout of kstep: rows r0 … of width n. */
+/* Rows of the dense output into kstep, from the states at both ends of the step and K; extra stages are evaluated for it. Always 1
+ * unless one of these cannot be. */
 static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
   int n = tr_width(s), nv = n / 4;
   double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
@@ -122,8 +125,8 @@ static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
     R[2 * n + i] = 2.0 * dy - h * (f1[i] + f0[i]);
   }
   const tr_vec *Kv = (tr_vec *)K;
-  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, Kv, (tr_vec *)(R + (3 + i) * n));
-  s->step.dense_rows = 3 + m->dense;
+  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, Kv, (tr_vec *)(R + (HERMITE_ROWS + i) * n));
+  s->step.dense_rows = HERMITE_ROWS + m->dense;
   return 1;
 }
 

@@ -21,6 +21,7 @@ typedef struct tr_least {
   int *perm, *lo, *hi;
 } tr_least;
 
+/* a · b, in four sums that do not wait for each other. */
 static double tr_dot(const double *a, const double *b, int n) {
   double sum[4] = {0.0, 0.0, 0.0, 0.0};
   int i = 0;

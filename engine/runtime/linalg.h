@@ -89,6 +89,7 @@ static int tr_lu(int n, double *A, int *perm) {
   return 1;
 }
 
+/* b ← A⁻¹ b with the factors and exchanges of tr_lu. */
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
   for (int k = 0; k < n; ++k) { /* whole rows were exchanged, so all exchanges come before the substitution */
     double a = b[perm[k]];

@@ -15,6 +15,7 @@ static inline const double *map_rates(const tr_kernel *k, const double *m) { ret
 static inline const double *map_Q0(const tr_kernel *k, const double *m) { return map_rates(k, m) + k->nrates; }
 static inline const double *map_Ql(const tr_kernel *k, const double *m) { return map_Q0(k, m) + k->neta; }
 static inline const double *map_Qe(const tr_kernel *k, const double *m) { return map_Ql(k, m) + k->neta * k->active; }
+/* Scaled reactions, behind the rows of pairs at rest where there are some. */
 static inline const double *map_kappa(const tr_kernel *k, const double *m) {
   return map_Q0(k, m) + (k->sets ? k->neta * (1 + k->active + k->neta) : 0);
 }

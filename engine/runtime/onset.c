@@ -165,6 +165,7 @@ static int tr_onset_kind(tr_sim *s, int i, const double *d, const double *dir, d
   return attracts ? TR_ONSET_ATTRACTS : TR_ONSET_REPELS;
 }
 
+/* From d to the nearest direction that stays, if Newton's method finds one; what that is (TR_ONSET_…). */
 static int tr_onset_from(tr_sim *s, int i, double *d) {
   int n = tr_pair_of(s, i)->nrates;
   double dir[3], t[2][3], f[2], g[2], J[2][2];

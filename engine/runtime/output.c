@@ -1,5 +1,8 @@
 /* Output rows: state at a time → multipliers → requested columns, with what only the runtime knows filled in. */
-#include "tr.h"
+#include "modes.h"
+
+#define OPEN_FORCE 1e-140 /* N: what is left of a normal force where there is none (the contact forms keep their roots off zero) */
+#define TURN 6.283185307179586 /* rad */
 
 /* Directions of λ (rows × count) that the motion leaves open at the state just solved, and their scaled reactions N (nkappa × count);
  * base: the scaled reactions of z. Returns the count. */
@@ -87,7 +90,7 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   }
 }
 
-/* hold: column keeps its last value while its partner (a normal force) is zero; wrap: an angle is continued by whole turns. */
+/* What is done with columns after their values are known (``tr_post``). */
 static void tr_post_columns(tr_sim *s, double *row) {
   const tr_outputs *o = s->o;
   tr_memory *memory = (tr_memory *)TR_A(s, wrap);
@@ -96,9 +99,9 @@ static void tr_post_columns(tr_sim *s, double *row) {
     double *v = row + post->column;
     tr_memory *last = memory + i;
     if (post->kind == TR_POST_HOLD) {
-      if (last->known && !(fabs(row[post->partner]) > 1e-140)) *v = last->value;
+      if (last->known && !(fabs(row[post->partner]) > OPEN_FORCE)) *v = last->value;
     } else if (last->known) {
-      *v += 6.283185307179586 * round((last->value - *v) / 6.283185307179586);
+      *v += TURN * round((last->value - *v) / TURN);
     }
     last->known = 1, last->value = *v;
   }

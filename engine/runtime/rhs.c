@@ -1,4 +1,4 @@
-/* ẏ(t, y): signals, stage 1, multipliers, stage 2. */
+/* The right-hand side ẏ(t, y): signals at t, stage 1 of the kernel (the affine maps of the multipliers), the multipliers, stage 2. */
 #include "modes.h"
 
 /* An external input from its communication point on. A motion that follows it starts where it was (off by a gap e, with the rate ė) and
@@ -12,7 +12,7 @@ static void tr_input_signal(const tr_input *in, double t, tr_signal *out) {
   out->second += w * (w * a - 2.0 * c) * f, out->third += w * w * (3.0 * c - w * a) * f;
 }
 
-/* External inputs: the first tables. */
+/* How many external inputs there are: they are the first tables. */
 static int tr_inputs(const tr_sim *s) {
   int n = 0;
   while (n < s->k->ntables && *tr_table_of(s, n) == TR_TABLE_INPUT) ++n;
@@ -82,8 +82,10 @@ void tr_signals(const double *tables, int count, double t, double *x) {
   }
 }
 
+/* Make t the moment of the block's own signals. */
 static void tr_set_time(tr_sim *s, double t) { tr_signals(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
+/* Defined in the files that come after this one. */
 static double tr_set_violation(tr_sim *s, int i);
 static double tr_turn_violation(const tr_sim *s, int i);
 static void tr_holding(tr_sim *s);
@@ -110,13 +112,14 @@ static void tr_watch(tr_sim *s) {
   }
 }
 
+/* Whether all n numbers are finite. */
 static int tr_finite(int n, const double *a) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i) sum += 0.0 * a[i];
   return sum == 0.0;
 }
 
-/* 1 when the derivative could be computed, 0 when the multipliers could not (why: `trouble`). */
+/* ẏ at (t, y). 0 when the multipliers cannot be found; then step.trouble says why. */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   const tr_kernel *k = s->k;
   const double *x = TR_A(s, x), *c = TR_A(s, c);

@@ -2,7 +2,14 @@
  *
  * dF/dy = F_y − F_z R_z⁻¹ R_y: multipliers are eliminated inside the derivative just as inside the right-hand side. Integrals
  * (powers) do not act back on the motion; their rows are solved after it. */
-#include "tr.h"
+#include "modes.h"
+
+#define KINKS_MAX 12      /* steps that end at a kink, beyond the number of those that do not: then the stiff method takes over */
+#define STIFF_STEPS 15    /* steps limited by stability after which it does (Hairer, Wanner II, IV.2) */
+#define FORGIVEN_STEPS 6  /* steps in a row that are not limited so: the count begins anew */
+#define CALM 2.0          /* h |λ| up to which the stiff method's steps would be stable explicitly */
+#define CALM_STEPS 8      /* so many of them in a row: back to the explicit method */
+#define POWER_STEPS 8     /* iterations for |λ|: a factor of two is enough */
 
 /* Right-hand sides of the rows of pairs held at rest (``tr_still_rows``): R is the derivative of their acceleration. */
 static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double *deta) {
@@ -83,55 +90,68 @@ static int tr_jacobian_at(tr_sim *s, double t, const double *y) {
   return 1;
 }
 
-/* One trial step; the end derivative is evaluated by the caller after projection. Rows of K: 0 f(t, y), 1…s stages, s+1 the end. */
+/* W ← E/(γh) − ∂F/∂y at (t, y), factorised. 0 when it cannot be. */
+TR_INLINE int tr_stiff_matrix(tr_sim *s, double shift) {
+  const int ny = s->ny, ld = tr_jacobian_rows(s);
+  double *W = TR_A(s, W), *J = TR_A(s, jac);
+  if (s->step.jac_t != s->clock.t || !s->step.have_jac) {
+    if (!tr_jacobian_at(s, s->clock.t, TR_A(s, y))) return 0;
+    s->step.jac_t = s->clock.t, s->step.have_jac = 1;
+  }
+  for (int q = 0; q < ny; ++q) {
+    for (int i = 0; i < ny; ++i) W[i + q * ny] = -J[i + (size_t)q * ld];
+    W[q + q * ny] += shift;
+  }
+  return tr_lu(ny, W, (int *)TR_A(s, wperm));
+}
+
+/* Stage `st` into its row of K. Integrals do not act back on the motion: their rows are solved after it. 0 when f cannot be evaluated. */
+TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h, double shift) {
+  const int n = tr_width(s), ny = s->ny, nquad = s->k->nquad, ld = tr_jacobian_rows(s);
+  const double *J = TR_A(s, jac), *ft = J + (size_t)ny * ld;
+  double *K = TR_A(s, K), *tmp = TR_A(s, ytmp), *ki = K + (st + 1) * n, *f = TR_A(s, dy);
+  if (st == 0) {
+    memcpy(f, K, sizeof(double) * n);
+  } else {
+    memcpy(tmp, TR_A(s, y), sizeof(double) * n);
+    for (int p = 0; p < st; ++p) {
+      double a = m->A[st * m->stages + p];
+      if (a != 0.0)
+        for (int i = 0; i < ny + nquad; ++i) tmp[i] += a * K[(p + 1) * n + i];
+    }
+    if (!tr_rhs(s, s->clock.t + m->c[st] * h, tmp, f)) return 0;
+  }
+  for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
+  for (int p = 0; p < st; ++p) {
+    double c = m->C[st * m->stages + p] / h;
+    for (int i = 0; i < ny + nquad; ++i) ki[i] += c * K[(p + 1) * n + i];
+  }
+  tr_lu_solve(ny, TR_A(s, W), (int *)TR_A(s, wperm), ki);
+  for (int r = 0; r < nquad; ++r) {
+    double a = ki[ny + r];
+    for (int q = 0; q < ny; ++q) a += J[ny + r + (size_t)q * ld] * ki[q];
+    ki[ny + r] = a / shift;
+  }
+  return 1;
+}
+
+/* One trial step: its error relative to the tolerance; not a number when a stage cannot be evaluated, or when the Jacobian unit is
+ * missing (then the status says so). The derivative at the end is evaluated by the caller after projection. Rows of K: f(t, y), the
+ * stages, the derivative at the end. */
 static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   if (!s->j) {
     s->clock.status = TR_NEED_JACOBIAN;
     return NAN;
   }
-  const tr_kernel *k = s->k;
-  int n = tr_width(s), ny = s->ny, nquad = k->nquad, ld = tr_jacobian_rows(s);
-  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew), *W = TR_A(s, W), *J = TR_A(s, jac);
-  int *perm = (int *)TR_A(s, wperm);
-  if (s->step.jac_t != s->clock.t || !s->step.have_jac) {
-    if (!tr_jacobian_at(s, s->clock.t, y)) return NAN;
-    s->step.jac_t = s->clock.t, s->step.have_jac = 1;
-  }
-  double shift = 1.0 / (m->gamma * h);
-  for (int q = 0; q < ny; ++q) {
-    for (int i = 0; i < ny; ++i) W[i + q * ny] = -J[i + (size_t)q * ld];
-    W[q + q * ny] += shift;
-  }
-  if (!tr_lu(ny, W, perm)) return NAN;
-  const double *ft = J + (size_t)ny * ld;
-  for (int st = 0; st < m->stages; ++st) {
-    double *ki = K + (st + 1) * n, *f = TR_A(s, dy);
-    if (st == 0) {
-      memcpy(f, K, sizeof(double) * n);
-    } else {
-      memcpy(tmp, y, sizeof(double) * n);
-      for (int p = 0; p < st; ++p) {
-        double a = m->A[st * m->stages + p];
-        if (a != 0.0)
-          for (int i = 0; i < ny + nquad; ++i) tmp[i] += a * K[(p + 1) * n + i];
-      }
-      if (!tr_rhs(s, s->clock.t + m->c[st] * h, tmp, f)) return NAN;
-    }
-    for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
-    for (int p = 0; p < st; ++p) {
-      double c = m->C[st * m->stages + p] / h;
-      for (int i = 0; i < ny + nquad; ++i) ki[i] += c * K[(p + 1) * n + i];
-    }
-    tr_lu_solve(ny, W, perm, ki);
-    for (int r = 0; r < nquad; ++r) {
-      double a = ki[ny + r];
-      for (int q = 0; q < ny; ++q) a += J[ny + r + (size_t)q * ld] * ki[q];
-      ki[ny + r] = a / shift;
-    }
-  }
+  const int n = tr_width(s), live = s->ny + s->k->nquad;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *ynew = TR_A(s, ynew);
+  const double shift = 1.0 / (m->gamma * h);
+  if (!tr_stiff_matrix(s, shift)) return NAN;
+  for (int st = 0; st < m->stages; ++st)
+    if (!tr_stiff_stage(s, m, st, h, shift)) return NAN;
   memcpy(ynew, y, sizeof(double) * n);
   for (int p = 0; p < m->stages; ++p)
-    for (int i = 0; i < ny + nquad; ++i) ynew[i] += m->b[p] * K[(p + 1) * n + i];
+    for (int i = 0; i < live; ++i) ynew[i] += m->b[p] * K[(p + 1) * n + i];
   if (s->set.hfixed > 0.0) return 0.0;
   return sqrt(tr_norm2(s, K + m->stages * n, y, ynew, tr_work_unit(s, h, y)));
 }
@@ -155,13 +175,20 @@ static int tr_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
   return 1;
 }
 
+/* Whether the dense output of the step just made is at hand: it is made when it is first asked for. */
+static int tr_have_dense(tr_sim *s) {
+  if (s->step.have_dense) return 1;
+  const tr_method *m = tr_method_of(s);
+  return s->step.have_dense = m->kind == TR_IMPLICIT ? tr_dense_rosenbrock(s, m->rosenbrock) : tr_dense_explicit(s, m->explicit);
+}
+
 /* |λ|max h of the Jacobian by a few power iterations in the tolerance metric. */
 static double tr_spectral(tr_sim *s, double h) {
   int ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
-  double v[ny], u[ny], size = 0.0;
+  double v[ny], u[ny], size = 0.0; /* v begins with parts of all directions */
   for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));
-  for (int it = 0; it < 8; ++it) {
+  for (int it = 0; it < POWER_STEPS; ++it) {
     memset(u, 0, sizeof u);
     for (int q = 0; q < ny; ++q)
       for (int i = 0; i < ny; ++i) u[i] += J[i + (size_t)q * ld] * v[q];
@@ -174,8 +201,6 @@ static double tr_spectral(tr_sim *s, double h) {
   }
   return size * h;
 }
-
-#define KINKS_MAX 12 /* steps that end at a kink, beyond the number of those that do not */
 
 /* Automatic method, a step that ended at the kink of a law: where hardly a step gets by without one, an explicit method is thrown from
  * branch to branch by a velocity that creeps just below the kink. */
@@ -190,9 +215,9 @@ static void tr_kink_passed(tr_sim *s) {
 static void tr_choose(tr_sim *s) {
   if (s->step.kink_count > 0) s->step.kink_count--;
   if (tr_method_of(s)->kind == TR_IMPLICIT) {
-    int calm = tr_spectral(s, s->pending.h) < 2.0;
+    int calm = tr_spectral(s, s->pending.h) < CALM;
     s->step.stiff_count = calm ? s->step.stiff_count + 1 : 0;
-    if (s->step.stiff_count >= 8) {
+    if (s->step.stiff_count >= CALM_STEPS) {
       s->step.method = tr_first_choice(s);
       s->step.stiff_count = 0, s->step.nonstiff_count = 0;
     }
@@ -202,11 +227,11 @@ static void tr_choose(tr_sim *s) {
   int stiff = tr_stiffness(s, m, s->pending.h) > m->stiff_at;
   if (stiff) {
     s->step.nonstiff_count = 0;
-    if (++s->step.stiff_count >= 15) {
+    if (++s->step.stiff_count >= STIFF_STEPS) {
       s->step.method = TR_AUTO_STIFF;
       s->step.stiff_count = 0, s->step.have_jac = 0;
     }
-  } else if (++s->step.nonstiff_count >= 6) {
+  } else if (++s->step.nonstiff_count >= FORGIVEN_STEPS) {
     s->step.stiff_count = 0;
   }
 }

@@ -39,6 +39,7 @@ static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
   tr_rhs(s, *t, y, TR_A(s, dy));
 }
 
+/* Whether the end of a pair's sliding, found inside a step, is to be found anew with the loops closed. */
 static int tr_needs_sharpening(const tr_sim *s, int i) {
   return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i);
 }

@@ -10,6 +10,7 @@
 #define TILT_FOUND 1e-14 /* of the tilt: its last digits, which nothing depends on */
 #define TILT_BRACKET 1e-15 /* of its upper end: a bracket that has closed */
 
+/* Whether the pair is a ball that slides, and so may come near its cone. */
 static inline int tr_slides_on_cone(const tr_sim *s, int i) {
   return tr_pair_of(s, i)->cone && tr_is_set(s, i) && tr_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }

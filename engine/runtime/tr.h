@@ -141,8 +141,10 @@ typedef struct tr_sim {
   tr_places at;
 } tr_sim;
 
+/* Where the arrays begin, bytes: all of them at a multiple of a vector's size, if the block is. */
+#define TR_HEAD ((sizeof(tr_sim) + 63) / 64 * 64)
 /* An array of the block. */
-#define TR_A(s, field) ((double *)((char *)(s) + sizeof(tr_sim)) + (s)->at.field)
+#define TR_A(s, field) ((double *)((char *)(s) + TR_HEAD) + (s)->at.field)
 
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable_doubles, int event_capacity);
 #endif

@@ -1,9 +1,11 @@
 /* Contacts watched while stepping: a normal force that passes through zero turns its normal to the other side (separation). */
 #include "modes.h"
 
-#define TURNED 2.0    /* rad: more than a step's steady turning */
+#define TURNED 2.0     /* rad: more than a step's steady turning */
 #define ROUND_OFF 1e-9 /* of the largest contact force before or after: less carries nothing, and has no direction */
-#define NEAR_ZERO 0.2 /* of the smaller force: how close to zero the force passes when it separates */
+#define NEAR_ZERO 0.2  /* of the smaller force: how close to zero the force passes when it separates */
+#define HALVINGS 3     /* of the step: in an eighth of it a force through zero is a straight line */
+#define TINY 1e-300    /* N²: keeps a quotient finite where there is no force at all */
 
 /* Contact forces of all pairs at the state just evaluated (a: accelerations of the rates). 0 when there are none. */
 static int tr_contacts_at(tr_sim *s, const double *y, const double *a, tr_contact *out) {
@@ -14,8 +16,8 @@ static int tr_contacts_at(tr_sim *s, const double *y, const double *a, tr_contac
   return 1;
 }
 
+/* The same with the accelerations just evaluated. */
 static int tr_all_contacts(tr_sim *s, const double *y, tr_contact *out) { return tr_contacts_at(s, y, TR_A(s, dy) + s->k->nq, out); }
-
 
 /* Angle between the normals of two contacts; 0 where one has none. */
 static double tr_turn_of(const tr_contact *p, const tr_contact *q) {
@@ -33,7 +35,7 @@ static double tr_closest(const tr_contact *p, const tr_contact *q, double *least
     pp += p->vector[i] * p->vector[i], pd += p->vector[i] * d, dd += d * d, qq += q->vector[i] * q->vector[i];
   }
   double at = dd > 0.0 ? fmax(0.0, fmin(1.0, -pd / dd)) : 0.0, rest = fmax(0.0, pp + 2.0 * at * pd + at * at * dd);
-  *least = sqrt(rest / fmax(fmin(pp, qq), 1e-300));
+  *least = sqrt(rest / fmax(fmin(pp, qq), TINY));
   return at;
 }
 
@@ -42,7 +44,7 @@ static int tr_separates(tr_sim *s, int i, const tr_contact *before, const tr_con
   int nc = s->o->ncontacts;
   tr_contact lo = before[i], hi = after[i], mid[nc];
   double a = 0.0, b = 1.0, least, *y = TR_A(s, yout);
-  for (int halves = 0; halves < 3; ++halves) {
+  for (int halves = 0; halves < HALVINGS; ++halves) {
     double m = 0.5 * (a + b);
     tr_dense_eval(s, m, y);
     if (s->k->nquat) tr_normalize(s, y);
@@ -69,10 +71,7 @@ static void tr_watch_contacts(tr_sim *s, const double *a) {
       if (!(p->force > 0.0) || !(fmax(p->force, q->force) > floor) || !(tr_turn_of(p, q) > TURNED)) continue;
       tr_closest(p, q, &least);
       if (least > 2.0 * NEAR_ZERO) continue;
-      if (!s->step.have_dense) {
-        if (!tr_prepare_dense(s)) return;
-        s->step.have_dense = 1;
-      }
+      if (!tr_have_dense(s)) return;
       if (!tr_separates(s, i, before, now, &theta)) continue;
       s->stats.events++;
       tr_log(s, s->step.t0 + theta * s->step.size, TR_EV_SEPARATION, m, before + pair->contact0, now + pair->contact0, pair->ncontacts);

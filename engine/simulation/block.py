@@ -105,8 +105,8 @@ class Block:
     def _allocate(self, jacobian: int | None) -> None:
         k, o = self.kernel.address("kernel"), self.kernel.address("outputs")
         self.bytes = self.lib.tr_size(k, o, jacobian, *self._sizes)
-        self._memory = (ctypes.c_double * (self.bytes // 8 + 4))()
-        self.at = ctypes.addressof(self._memory)
+        self._memory = (ctypes.c_double * (self.bytes // 8 + 8))()
+        self.at = -(-ctypes.addressof(self._memory) // 64) * 64  # whole cache lines: vectors do not straddle two
 
     def _views(self) -> None:
         s = self.kernel.sizes

@@ -1,7 +1,10 @@
-/* The FMI 2.0 co-simulation functions. One translation unit. */
+/* The FMI 2.0 co-simulation functions. One translation unit; as long as the standard's list of functions. */
 #include "instance.c"
 #include "variables.c"
 #include "derivatives.c"
+
+#define LEAST_RTOL 1e-14 /* relative tolerances as everywhere: below, steps drown in round-off; above, they are no approximation */
+#define MOST_RTOL 0.1
 
 #if defined _WIN32
 #define FMU_EXPORT __declspec(dllexport)
@@ -74,7 +77,7 @@ FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance
   FMU_NEED(!tolerance_defined || tolerance > 0.0, "the tolerance %g is not positive", tolerance);
   s->start = s->time = s->reached = start;
   s->has_stop = stop_defined && isfinite(stop), s->stop = stop;
-  s->has_tolerance = tolerance_defined != fmi2False, s->tolerance = fmin(fmax(tolerance, 1e-14), 0.1);
+  s->has_tolerance = tolerance_defined != fmi2False, s->tolerance = fmin(fmax(tolerance, LEAST_RTOL), MOST_RTOL);
   s->ready = 0;
   return fmi2OK;
 }

@@ -7,6 +7,10 @@
 #include "fmu.h"
 
 #define MODEL (&fmu_the_model)
+#define RTOL 1e-6       /* where neither the host nor a parameter says anything */
+#define SAME_POINT 1e-9 /* of a communication step: how far apart two communication points may be and still be the same */
+#define FAR 1e4         /* communication steps: the run's own steps may reach so far ahead where no stop time is known */
+#define MANY_STEPS 1e9  /* of one communication step: no limit */
 
 static const char *const fmu_category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
 
@@ -143,7 +147,7 @@ static fmi2Status fmu_begin(fmu_instance *m) {
   memcpy(tr_array(sim, TR_ARRAY_TABLES), MODEL->tables, sizeof(double) * MODEL->ntables);
   fmu_numbers(s);
   tr_set_parameters(sim);
-  double rtol = s->has_tolerance ? s->tolerance : fmu_setting_of(s, FMU_TOLERANCE, 1e-6);
+  double rtol = s->has_tolerance ? s->tolerance : fmu_setting_of(s, FMU_TOLERANCE, RTOL);
   const tr_settings set = {.rtol = rtol, .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
                            .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1};
   tr_configure(sim, &set);
@@ -196,7 +200,7 @@ static fmi2Status fmu_refresh(fmu_instance *m) {
   return fmi2OK;
 }
 
-static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= 1e-9 * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
+static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= SAME_POINT * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
 
 /* One communication step. */
 static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
@@ -216,9 +220,9 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   fmi2Status taken = fmu_take_over(m);
   if (taken != fmi2OK) return taken;
   /* after a change another is likely: then what lies beyond the step would be computed in vain */
-  double limit = s->moved || (s->has_stop && target >= s->stop) ? target : s->has_stop ? s->stop : target + 1e4 * h;
+  double limit = s->moved || (s->has_stop && target >= s->stop) ? target : s->has_stop ? s->stop : target + FAR * h;
   double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
-  int status = tr_reach(FMU_SIM(s), target, limit, most >= 1.0 && most < 1e9 ? (long)most : 1000000000L, FMU_A(s, row));
+  int status = tr_reach(FMU_SIM(s), target, limit, most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS, FMU_A(s, row));
   s->moved = 0;
   if (status == TR_DONE) {
     s->time = s->reached = target, s->ready = 1;

@@ -1,0 +1,174 @@
+/* Completing the step that waits: the output rows inside it, then the state and the modes at its end, from which the next one starts. */
+#include "modes.h"
+
+#define ROW_SLACK 1e-12       /* of the time, at least of 1 s: a row this far beyond the end of a step is a row at its end */
+#define SAME_EVENT_TIME 1e-12 /* of the time, at least of 1 s: events closer to each other than that chatter */
+#define HALVES_MOST 60        /* bisections on θ: they reach its round-off */
+#define THETA_ROUND_OFF 1e-15
+#define RATE_PART 1e-3 /* of the step: over so much of it the slowing at its end is measured */
+#define ZONE_PART 2.2  /* of the time to the kink: a first step inside the proportional zone ends a little beyond its other side */
+
+/* How far apart the time of a row and the end of a step may be for the row to be at that end. */
+static double tr_row_slack(double t) { return ROW_SLACK * fmax(1.0, fabs(t)); }
+
+/* Count events that follow each other at (nearly) the same time. */
+static void tr_note_chatter(tr_sim *s, double t) {
+  s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
+  s->events.chatter_t = t;
+}
+
+/* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0: the
+ * end of the whole step, or where an event cuts it short (as it was up to there). */
+static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
+  if (s->clock.width == 0) return TR_OK;
+  int width = s->clock.width;
+  if (s->clock.every <= 0.0) {
+    if (*count >= capacity) return TR_ROWS_FULL;
+    double *y = TR_A(s, yout);
+    if (final) memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    else tr_dense_eval(s, s->pending.theta, y);
+    int code = tr_output(s, t_end, y, rows + width * *count);
+    if (code != TR_OK) return code;
+    ++*count;
+    return TR_OK;
+  }
+  while (s->clock.row_next <= t_end + (final ? tr_row_slack(t_end) : 0.0)) {
+    if (*count >= capacity) return TR_ROWS_FULL;
+    double *y = TR_A(s, yout), theta = (s->clock.row_next - s->step.t0) / s->step.size, t = s->clock.row_next;
+    if (final && fabs(t - (s->step.t0 + s->step.size)) <= tr_row_slack(t)) {
+      memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    } else {
+      if (!tr_have_dense(s)) return TR_FAIL_MULTIPLIERS;
+      tr_dense_eval(s, theta, y);
+    }
+    int code = tr_output(s, t, y, rows + width * *count);
+    if (code != TR_OK) return code;
+    ++*count;
+    s->clock.row_index++;
+    s->clock.row_next = s->clock.start + s->clock.row_index * s->clock.every;
+  }
+  return TR_OK;
+}
+
+/* While a slider passes through its proportional zone, note when its velocity along the old direction vanishes. */
+static void tr_note_reversals(tr_sim *s, double theta_end) {
+  const tr_kernel *k = s->k;
+  for (int i = 0; i < k->nsliders; ++i) {
+    tr_zone *zone = tr_zone_of(s, i);
+    if (!zone->inside || zone->reversal == zone->reversal) continue;
+    if (tr_along(s, i) >= 0.0) continue;
+    if (!tr_have_dense(s)) return;
+    double a = 0.0, b = theta_end, *y = TR_A(s, yout);
+    for (int it = 0; it < HALVES_MOST && b - a > THETA_ROUND_OFF; ++it) {
+      double m = 0.5 * (a + b), t = s->step.t0 + m * s->step.size;
+      tr_dense_eval(s, m, y);
+      tr_set_time(s, t);
+      k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+      if (tr_along(s, i) < 0.0) b = m; else a = m;
+    }
+    zone->reversal = s->step.t0 + b * s->step.size;
+  }
+}
+
+/* Nothing is known yet of how near pairs come to the end of their modes in the step that begins. */
+static void tr_forget_extremes(tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) TR_A(s, smin)[i] = INFINITY, TR_A(s, smax)[i] = -INFINITY;
+}
+
+/* Make (t, y) the state the run is at. */
+static void tr_shift(tr_sim *s, double t, const double *y) {
+  int n = tr_width(s);
+  memmove(TR_A(s, y), y, sizeof(double) * n);
+  s->clock.t = t;
+  while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_same_time(t)) {
+    s->clock.next_break++;
+    s->step.have_k1 = 0;
+  }
+  tr_forget_extremes(s);
+}
+
+/* Complete a whole step: it becomes the start of the next. */
+static void tr_finish_whole(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const int n = tr_width(s), end = tr_method_of(s)->end;
+  s->events.chatter = 0;
+  s->stats.of_method[s->step.method]++;
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+  if (tr_chooses(s) && !s->step.aside) tr_choose(s);
+  memcpy(TR_A(s, K), TR_A(s, K) + end * n, sizeof(double) * n);
+  if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
+  tr_shift(s, s->pending.t, TR_A(s, ynew));
+  double next = s->pending.h * s->pending.grow;
+  s->step.h = s->pending.cut && next < s->step.h ? (s->pending.grow < 1.0 ? next : s->step.h) : next;
+}
+
+/* Complete a step that ends where a pair with a set-valued law changes its mode. */
+static int tr_finish_set(tr_sim *s) {
+  double te = s->pending.t, *ye = TR_A(s, cand);
+  tr_mode modes[s->k->nsliders];
+  s->friction.capture = s->friction.missed = -1;
+  tr_dense_eval(s, s->pending.theta, ye);
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  if (tr_needs_sharpening(s, s->pending.which)) tr_sharpen(s, s->pending.which, &te, ye);
+  tr_keep_modes(s, modes);
+  int code = tr_settle(s, te, ye, s->pending.which);
+  if (code != TR_OK) { /* this is where it ends, or goes on by an impact */
+    tr_put_modes(s, modes);
+    tr_shift(s, te, ye);
+    return code;
+  }
+  s->stats.events++;
+  tr_note_chatter(s, te);
+  tr_shift(s, te, ye);
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
+  s->step.have_k1 = 1, s->step.have_jac = 0;
+  s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
+  return TR_OK;
+}
+
+/* Complete a step that ends at an event: the state there, the new mode, and a fitting next step. */
+static int tr_finish_event(tr_sim *s) {
+  double te = s->pending.t, *ye = TR_A(s, cand), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
+  int i = s->pending.which, pair = i < s->k->nsliders;
+  if (pair && tr_is_set(s, i)) return tr_finish_set(s);
+  tr_dense_eval(s, s->pending.theta, ye);
+  double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
+  if (pair && tr_slides(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
+    tr_dense_eval(s, s->pending.theta - dt / s->step.size, yo);
+    if (!tr_rhs(s, te - dt, yo, dy)) return TR_FAIL_MULTIPLIERS;
+    rate = tr_sliding_of(s, i)->speed;
+  }
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, dy)) return TR_FAIL_MULTIPLIERS;
+  if (pair) kink = tr_sliding_of(s, i)->border, rate = fabs(tr_sliding_of(s, i)->speed - rate) / dt;
+  tr_note_chatter(s, te);
+  int entering = pair && tr_slides(s, i);
+  if (pair && tr_chooses(s)) tr_kink_passed(s);
+  tr_switch(s, i, te, ye);
+  tr_shift(s, te, ye);
+  s->step.have_k1 = s->step.have_jac = 0;
+  double h = s->pending.h * fmin(s->pending.grow, 1.0);
+  if (entering) {
+    s->step.h_slip = fmax(h, s->step.h_slip);
+    s->step.h = rate > 0.0 ? fmin(h, ZONE_PART * kink / rate) : h;
+  } else {
+    s->step.h = s->step.h_slip > 0.0 ? s->step.h_slip : h;
+    s->step.h_slip = 0.0;
+  }
+  return TR_OK;
+}
+
+/* Rows, then completion, of what is pending. May return TR_ROWS_FULL and be called again. */
+static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
+  int pending = s->pending.kind, code;
+  if (s->k->nsliders && !s->pending.noted && pending != TR_IMPULSE_STEP)
+    tr_note_reversals(s, pending == TR_WHOLE_STEP ? 1.0 : s->pending.theta);
+  s->pending.noted = 1;
+  code = tr_rows(s, s->pending.t, pending != TR_STEP_TO_EVENT, rows, capacity, count);
+  if (code != TR_OK) return code;
+  s->pending.kind = TR_NOTHING, s->pending.noted = 0;
+  if (pending == TR_IMPULSE_STEP) tr_shift(s, s->pending.t, TR_A(s, ynew)), s->step.have_k1 = 0;
+  if (pending == TR_WHOLE_STEP) tr_finish_whole(s);
+  code = pending == TR_STEP_TO_EVENT ? tr_finish_event(s) : TR_OK;
+  tr_hand_over(s);
+  return code;
+}

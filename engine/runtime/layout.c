@@ -1,0 +1,89 @@
+/* Where everything lies in a block: its size, its arrays, and how it moves into a larger one. */
+#include "modes.h"
+
+#define RTOL 1e-6 /* relative tolerance where the host says nothing */
+
+/* The larger of two sizes. */
+static int tr_max(int a, int b) { return a > b ? a : b; }
+
+/* Lay the arrays out behind the struct; returns doubles used. */
+static int tr_layout(tr_sim *s, int ntable) {
+  const tr_kernel *k = s->k;
+  const tr_outputs *o = s->o;
+  const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv + k->nb, pairs = k->nsliders, n = TR_PAD(ny + k->nquad);
+  int at = 0;
+#define TR_PLACE(field, count) (s->at.field = at, at += TR_PAD((count) + 1))
+  TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
+  TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
+  TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * TR_DENSE_ROWS);
+  TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(scale, n);
+  TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
+  TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);
+  TR_PLACE(smin, pairs); TR_PLACE(smax, pairs); TR_PLACE(zone, TR_DOUBLES(tr_zone) * pairs); TR_PLACE(h_res, 2 * rows);
+  TR_PLACE(ev, TR_DOUBLES(tr_event) * s->events.capacity); TR_PLACE(breaks, s->clock.nbreaks); TR_PLACE(tables, ntable);
+  TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? TR_DOUBLES(tr_memory) * o->npost : 0);
+  TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0); TR_PLACE(gram, tr_least_size(rows));
+  TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 2 * e); TR_PLACE(share, e);
+  TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs);
+  TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
+  int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa) * (ny + 1 + nz);
+  TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
+  TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
+  TR_PLACE(jp, s->j ? s->j->nw : 0); TR_PLACE(W, s->j ? ny * ny : 0); TR_PLACE(wperm, s->j ? ny : 0);
+  TR_PLACE(jch, s->j && k->nkappa ? dense + a * (ny + 1) : 0);
+  return at;
+}
+
+/* Bytes of a block; ntable: numbers in the tables, ev_capacity: events it can hold until they are read. */
+size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
+  tr_sim s;
+  memset(&s, 0, sizeof s);
+  s.k = k, s.o = o, s.j = j, s.clock.nbreaks = nbreaks, s.events.capacity = ev_capacity;
+  return TR_HEAD + sizeof(double) * tr_layout(&s, ntable);
+}
+
+/* Prepare a zeroed block of tr_size bytes. */
+int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
+  if (k->abi != TR_ABI || (o && o->abi != TR_ABI) || (j && j->abi != TR_ABI)) return 0;
+  if (k->nx != TR_DOUBLES(tr_moment) + TR_DOUBLES(tr_signal) * k->ntables + k->nstops + TR_DOUBLES(tr_mode) * k->nsliders) return 0;
+  s->k = k, s->o = o, s->j = j, s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
+  s->bytes = TR_HEAD + sizeof(double) * tr_layout(s, ntable);
+  s->ny = k->nq + k->nv + k->nb;
+  s->clock.width = 1 + (o ? o->nout : 0);
+  s->set = (tr_settings){.rtol = RTOL, .hmax = INFINITY, .length = 1.0, .rate = 1.0, .project = 1, .locate = 1}; /* and method auto */
+  s->step.method = TR_AUTO_TIGHT;
+  for (int i = 0; i < k->active; ++i) TR_A(s, d)[i] = 1.0;
+  return 1;
+}
+
+/* An array of the block that hosts may look into: TR_ARRAY_…; 0 for any other number. */
+double *tr_array(tr_sim *s, int which) {
+  switch (which) {
+    case TR_ARRAY_PARAMETERS: return TR_A(s, p);
+    case TR_ARRAY_STATE: return TR_A(s, y);
+    case TR_ARRAY_SIGNALS: return TR_A(s, x);
+    case TR_ARRAY_BREAKS: return TR_A(s, breaks);
+    case TR_ARRAY_TABLES: return TR_A(s, tables);
+    case TR_ARRAY_EVENTS: return TR_A(s, ev);
+    case TR_ARRAY_MULTIPLIERS: return TR_A(s, z);
+    case TR_ARRAY_SLOPES: return TR_A(s, K);
+    case TR_ARRAY_MAPS: return TR_A(s, maps);
+    default: return 0;
+  }
+}
+
+/* Move a running simulation into a larger block laid out with the Jacobian unit: everything before its arrays is the same. */
+int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int ntable) {
+  if (j->abi != TR_ABI) return 0;
+  tr_sim old = *from;
+  *to = *from;
+  to->j = j;
+  to->bytes = TR_HEAD + sizeof(double) * tr_layout(to, ntable);
+  const double *a = (const double *)((const char *)from + TR_HEAD);
+  double *b = (double *)((char *)to + TR_HEAD);
+#define TR_MOVE(field, next) memcpy(b + to->at.field, a + old.at.field, sizeof(double) * (old.at.next - old.at.field))
+  TR_MOVE(p, c); TR_MOVE(c, co); TR_MOVE(co, cj);
+  memcpy(b + to->at.x, a + old.at.x, sizeof(double) * (old.at.jac - old.at.x));
+  j->prepare(TR_A(to, p), TR_A(to, cj));
+  return 1;
+}

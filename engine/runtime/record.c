@@ -1,0 +1,96 @@
+/* What is written down of an event, a pair's way through the proportional zone of its law, and the switch of a mode where it ends. A
+ * reversal is known only when the zone is left again: until then the zone keeps what was there when it was entered. */
+#include "modes.h"
+
+/* Orientation angle of a contact. */
+static double tr_angle_of(const tr_contact *p) { return atan2(p->vector[1], p->vector[0]); }
+
+/* Record an event of pair or stop `index`, with n of its contacts. */
+static void tr_log(tr_sim *s, double t, int kind, int index, const tr_contact *before, const tr_contact *after, int n) {
+  if (s->events.count >= s->events.capacity) return;
+  tr_event *e = (tr_event *)TR_A(s, ev) + s->events.count++;
+  tr_last *last = &s->events.last;
+  memset(e, 0, sizeof *e);
+  memset(last, 0, sizeof *last);
+  e->time = t, e->kind = kind, e->index = index, e->contacts = n;
+  const int stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
+  last->time = t, last->kind = kind, last->element = stop ? 0.0 : 1.0 + tr_pair_of(s, index)->element;
+  for (int i = 0; i < n && i < TR_EVENT_CONTACTS; ++i) {
+    tr_turn *turned = e->turned + i;
+    const double *p = before[i].vector, *q = after[i].vector;
+    double a = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), b = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
+    double dot = a > 0.0 && b > 0.0 ? (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) / (a * b) : 1.0;
+    *turned = (tr_turn){tr_angle_of(before + i), tr_angle_of(after + i), acos(fmax(-1.0, fmin(1.0, dot)))};
+    if (last->contact == 0.0 || turned->turn > last->turn)
+      last->contact = 1.0 + i, last->before = turned->before, last->after = turned->after, last->turn = turned->turn;
+  }
+}
+
+/* Contact forces of one pair at the state just evaluated (z and x in place). Returns how many there are. */
+static int tr_slider_contacts(tr_sim *s, int i, const double *y, tr_contact *out) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  int n = pair->ncontacts;
+  if (!s->o || !s->o->contacts || n == 0) return 0;
+  tr_contact all[s->o->ncontacts + 1];
+  double zf[s->k->rows + s->k->neta + 1];
+  tr_full_multipliers(s, y, zf, 0);
+  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, TR_A(s, dy) + s->k->nq, (double *)all);
+  memcpy(out, all + pair->contact0, sizeof(tr_contact) * n);
+  return n;
+}
+
+/* The pair enters the zone: what is there now is kept. */
+static void tr_enter_zone(tr_sim *s, int i, double t, const double *y) {
+  tr_zone *zone = tr_zone_of(s, i);
+  zone->inside = 1, zone->entered = t, zone->reversal = NAN;
+  memcpy(zone->direction, tr_mode_of(s, i)->direction, sizeof zone->direction);
+  zone->ncontacts = tr_slider_contacts(s, i, y, zone->before);
+}
+
+/* Sliding velocity along that with which the zone was entered: negative when it has turned round. */
+static double tr_along(const tr_sim *s, int i) {
+  const double *r = tr_slider_rates(s, i), *d = tr_zone_of(s, i)->direction;
+  double a = 0.0;
+  for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) a += r[j] * d[j];
+  return a;
+}
+
+/* The pair leaves the zone: when its sliding has turned round inside, that is recorded. */
+static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
+  tr_zone *zone = tr_zone_of(s, i);
+  tr_contact after[TR_EVENT_CONTACTS];
+  if (zone->inside && tr_along(s, i) < 0.0) {
+    int n = tr_slider_contacts(s, i, y, after);
+    double at = zone->reversal == zone->reversal ? zone->reversal : 0.5 * (zone->entered + t);
+    tr_log(s, at, TR_EV_REVERSAL, i, zone->before, after, n < zone->ncontacts ? n : zone->ncontacts);
+  }
+  zone->inside = 0;
+}
+
+/* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
+static void tr_switch(tr_sim *s, int which, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  if (which < k->nsliders && tr_is_turn(s, which)) { /* friction goes on as it was: nothing to record */
+    tr_freeze(s, which);
+    return;
+  }
+  s->stats.events++;
+  if (which >= k->nsliders) {
+    int stop = which - k->nsliders, pressed = !tr_pressed(s, stop);
+    *tr_stop_flag(s, stop) = pressed ? TR_STOP_PRESSED : TR_STOP_OPEN;
+    tr_log(s, t, pressed ? TR_EV_STOP_ON : TR_EV_STOP_OFF, stop, 0, 0, 0);
+    return;
+  }
+  tr_mode *m = tr_mode_of(s, which);
+  const int saturated = tr_flag(m) == TR_SATURATED;
+  if (saturated && fabs(tr_sliding_of(s, which)->speed) > tr_sliding_of(s, which)->border) {
+    tr_freeze(s, which); /* still sliding fast: only the direction has turned by more than a right angle since it was frozen */
+  } else if (saturated) {
+    tr_enter_zone(s, which, t, y);
+    m->flag = TR_PROPORTIONAL;
+  } else {
+    tr_leave_zone(s, which, t, y);
+    m->flag = TR_SATURATED;
+    tr_freeze(s, which);
+  }
+}

@@ -1,0 +1,56 @@
+/* The modes of stops and pairs at the start of a run, or when parameters have changed in the middle of one. */
+#include "modes.h"
+
+/* Pairs with a set-valued law at the start: sliding, or at rest and then decided. Maps in place. */
+static int tr_start_sets(tr_sim *s, double *y) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1];
+  tr_set_arms(s);
+  memset(TR_A(s, vmin), 0, sizeof(double) * k->nsliders);
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_is_set(s, i)) tr_mode_of(s, i)->flag = tr_pair_speed(s, i) > REST_SPEED * tr_speed_unit(s) ? TR_SLIPS : TR_STUCK;
+  int n = tr_at_rest(s, -1, rest);
+  if (n == 0) return TR_OK;
+  tr_bring_to_rest(s, y, rest, n);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  if (tr_decide(s, rest, n, -1)) {
+    tr_note_answers(s, s->clock.t, rest, n);
+    return TR_OK;
+  }
+  return TR_FAIL_MODES;
+}
+
+/* Modes at the start: saturated where the sliding could be faster than the kink (a ball's speed depends on its load; without load
+ * it is largest), then proportional where with the loads found it is not. */
+static int tr_start_modes(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double depth[k->nstops + 1], *y = TR_A(s, y), none[k->nn + 1];
+  memset(none, 0, sizeof none);
+  tr_set_time(s, s->clock.t);
+  for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = TR_STOP_OPEN;
+  tr_depths(s, y, depth);
+  for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
+  s->friction = (tr_friction){.capture = -1, .missed = -1, .freed = -1};
+  s->step.aside = 0;
+  if (k->nsliders == 0) return TR_OK;
+  for (int i = 0; i < k->nsliders; ++i) memset(tr_mode_of(s, i), 0, sizeof(tr_mode)), tr_zone_of(s, i)->inside = 0;
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  for (int i = 0; i < k->nsliders; ++i) tr_freeze(s, i);
+  const double *rates = map_rates(k, TR_A(s, maps));
+  const tr_sliding *now = tr_sliding_of(s, 0);
+  k->laws(none, rates, TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_pair_of(s, i)->kind == TR_KIND_KINK && fabs(now[i].speed) > now[i].border) tr_mode_of(s, i)->flag = TR_SATURATED;
+  if (k->sets) {
+    int code = tr_start_sets(s, y);
+    if (code != TR_OK) return code;
+  }
+  if (!tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  for (int i = 0; i < k->nsliders; ++i) {
+    tr_mode *m = tr_mode_of(s, i);
+    if (!tr_slides(s, i)) continue;
+    if (tr_pair_of(s, i)->kind == TR_KIND_KINK && fabs(now[i].speed) < now[i].border) m->flag = TR_PROPORTIONAL;
+    if (tr_pair_of(s, i)->kind == TR_KIND_SET && now[i].border < 0.0) m->flag = TR_CONE;
+  }
+  return tr_rhs(s, s->clock.t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+}
