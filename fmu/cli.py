@@ -17,7 +17,6 @@ SCENE = typer.Argument(
     show_default=False,
     autocompletion=helping.scenes,
 )
-KNOWN = ("--output", "--flavour", "--platform", "--set", "--outputs", "--step", "--json", "--help")
 
 
 def command(
@@ -51,7 +50,7 @@ def command(
     from fmu.platforms import chosen
 
     found = Findings()
-    source = options.one_scene([*([] if scene is None else [scene]), *ctx.args], KNOWN, found)
+    source = options.one_scene(options.words_of(scene, ctx), found)
     kind = options.choice(flavour, FLAVOURS, "--flavour", found)
     values = options.assignments(changes or [], found)
     length = options.time(step, "--step", found, zero=True)

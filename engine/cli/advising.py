@@ -14,8 +14,6 @@ from engine.cli.running import DONE, FAILED, print_json
 if TYPE_CHECKING:
     from engine.advise import Advice, Rung
 
-KNOWN = ("--error", "--outputs", "--until", "--set", "--norm", "--repeat", "--output", "--json", "--verbose", "--help")
-
 
 @dataclass(frozen=True)
 class AdviseWish:
@@ -44,7 +42,7 @@ def advise_command(wish: AdviseWish) -> int:
 
     talk(wish.verbose)
     found = Findings()
-    source = options.one_scene(wish.scene, KNOWN, found)
+    source = options.one_scene(wish.scene, found)
     error = _error(wish.error, found)
     until = options.time(wish.until, "--until", found)
     norm = options.choice(wish.norm, NORMS, "--norm", found) or "rms"

@@ -9,6 +9,7 @@ import typer
 from engine.cli import helping
 from engine.cli.extensions import Commands
 from engine.cli.helping import Listed
+from engine.cli.options import words_of
 
 app = typer.Typer(
     name="trunnion",
@@ -50,11 +51,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-def _words(scene: str | None, ctx: typer.Context) -> list[str]:
-    """Everything that was no known option, in order."""
-    return [*([] if scene is None else [scene]), *ctx.args]
-
-
 @app.callback()
 def top(
     ctx: typer.Context,
@@ -89,7 +85,7 @@ def simulate(
     """Run a scene: curves, tables, moving pictures."""
     from engine.cli.simulating import Wish, simulate_command
 
-    words, sets = _words(scene, ctx), changes or []
+    words, sets = words_of(scene, ctx), changes or []
     wish = Wish(words, until, every, sets, law, method, rtol, outputs, save, plot, animate, step, as_json, verbose, linear)
     raise typer.Exit(simulate_command(wish))
 
@@ -131,7 +127,7 @@ def sweep(
     """Run a scene over many values of its numbers: one row a case."""
     from engine.cli.sweeping import SweepWish, sweep_command
 
-    words = _words(scene, ctx)
+    words = words_of(scene, ctx)
     wish = SweepWish(
         words, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), until, every, rtol, method, law, save,
         workers, as_json, verbose,
@@ -152,7 +148,7 @@ def check(
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
     from engine.cli.checking import check_command
 
-    raise typer.Exit(check_command(_words(scene, ctx), outputs, hold, changes or [], as_json, verbose))
+    raise typer.Exit(check_command(words_of(scene, ctx), outputs, hold, changes or [], as_json, verbose))
 
 
 @app.command()

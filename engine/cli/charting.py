@@ -13,11 +13,6 @@ from engine.cli.running import DONE, print_json
 if TYPE_CHECKING:
     from engine.chart import Study
 
-KNOWN = (
-    "--output", "--until", "--set", "--law", "--v-eps", "--method", "--rtol", "--outputs", "--norm", "--repeat", "--samples",
-    "--no-fixed", "--no-peers", "--scaling", "--json", "--verbose", "--help",
-)  # fmt: skip
-
 
 @dataclass(frozen=True)
 class ChartWish:
@@ -95,7 +90,7 @@ def understood(wish: ChartWish):
     from engine.simulation.block import METHODS
 
     found = Findings()
-    source = options.one_scene(wish.scene, KNOWN, found)
+    source = options.one_scene(wish.scene, found)
     changes = options.assignments(wish.changes, found)
     if wish.folder is None:
         found.add("-o", "no folder is given", "for example -o charts")

@@ -16,14 +16,12 @@ if TYPE_CHECKING:
     from engine.kernel.columns import Column
     from engine.scene.model import Scene
 
-KNOWN = ("--outputs", "--hold", "--set", "--json", "--verbose", "--help")
-
 
 def check_command(words: list[str], outputs: bool, hold: bool, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
     """Report on a scene; the exit code (1: it is well formed but its loops cannot be closed; with ``hold``, it does not hold)."""
     talk(verbose)
     found = Findings()
-    source = options.one_scene(words, KNOWN, found)
+    source = options.one_scene(words, found)
     scene = loaded(source, options.assignments(changes, found), None, found)
     found.end()
     assert scene is not None

@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from engine.cli import helping
-from engine.cli.app import CHANGES, JSON, LAW, OPEN, SCENE, VERBOSE, _words, app
+from engine.cli.app import CHANGES, JSON, LAW, OPEN, SCENE, VERBOSE, app
 from engine.cli.helping import Listed
+from engine.cli.options import words_of
 
 FOLDER = typer.Option("-o", "--output", metavar="DIR", help="Folder to write to.", show_default=False)
 OLD_FILE = typer.Option("--file", hidden=True)
@@ -52,7 +53,7 @@ def chart(
     """Chart accuracy against cost: every method, tolerance, step and friction law."""
     from engine.cli.charting import ChartWish, chart_command
 
-    wish = ChartWish(_words(scene, ctx), folder or old_folder,
+    wish = ChartWish(words_of(scene, ctx), folder or old_folder,
                      until, changes or [], law or [], v_eps or [], method or [], rtol or [],
                      outputs or [], norm, repeat, samples, fixed, peers, scaling, as_json, verbose)  # fmt: skip
     raise typer.Exit(chart_command(wish))
@@ -88,7 +89,7 @@ def sensitivity(
     """Derivatives of outputs by parameters through a run, exact across its events."""
     from engine.cli.sensing import SensitivityWish, sensitivity_command
 
-    words = _words(scene, ctx)
+    words = words_of(scene, ctx)
     wish = SensitivityWish(
         words, to or [], outputs or [], until, every, changes or [], law, rtol, save or old_file, as_json, verbose
     )
@@ -117,7 +118,7 @@ def advise(
     from engine.cli.advising import AdviseWish, advise_command
 
     wish = AdviseWish(
-        _words(scene, ctx), error, outputs or [], until, changes or [], norm, repeat, save or old_file, as_json, verbose
+        words_of(scene, ctx), error, outputs or [], until, changes or [], norm, repeat, save or old_file, as_json, verbose
     )
     raise typer.Exit(advise_command(wish))
 

@@ -13,6 +13,8 @@ from engine.basics.files import destination_problems
 from engine.basics.problems import Problem, SceneError
 
 if TYPE_CHECKING:
+    from typer import Context
+
     from engine.scene.model import Scene
 
 T = TypeVar("T")
@@ -125,8 +127,24 @@ def assignments(texts: Sequence[str], findings: Findings) -> dict[str, Any]:
     return out
 
 
-def one_scene(words: Sequence[str], known: Sequence[str], findings: Findings) -> str | None:
+class Words(list[str]):
+    """Words of the command line that were no option of the command; ``known``: the options it has, in their long form."""
+
+    known: tuple[str, ...] = ()
+
+
+def words_of(scene: str | None, context: Context) -> Words:
+    """Everything that was no known option, in order."""
+    out = Words([*([] if scene is None else [scene]), *context.args])
+    shown = [p for p in context.command.params if not getattr(p, "hidden", False)]
+    names = (o for p in shown for o in (*p.opts, *p.secondary_opts) if o.startswith("--"))
+    out.known = (*names, "--help")
+    return out
+
+
+def one_scene(words: Sequence[str], findings: Findings) -> str | None:
     """The scene among the words that are no options; words that look like options are unknown ones."""
+    known = words.known if isinstance(words, Words) else ()
     rest: list[str] = []
     skip = False
     for i, word in enumerate(words):

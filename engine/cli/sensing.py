@@ -15,8 +15,6 @@ from engine.cli.running import DONE, print_json
 if TYPE_CHECKING:
     from engine.sensitivities import Sensitivity
 
-KNOWN = ("--to", "--outputs", "--until", "--every", "--set", "--law", "--rtol", "--output", "--json", "--verbose", "--help")
-
 
 @dataclass(frozen=True)
 class SensitivityWish:
@@ -43,7 +41,7 @@ def sensitivity_command(wish: SensitivityWish) -> int:
 
     talk(wish.verbose)
     found = Findings()
-    source = options.one_scene(wish.scene, KNOWN, found)
+    source = options.one_scene(wish.scene, found)
     until, every = options.time(wish.until, "--until", found), options.time(wish.every, "--every", found)
     rtol = options.tolerance(wish.rtol, found) or 1e-9
     law = options.choice(wish.law, options.laws(), "--law", found)

@@ -22,25 +22,6 @@ if TYPE_CHECKING:
 
 TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".html", ".htm")
 MATRICES = (".json", ".npz")
-KNOWN = (
-    "--until",
-    "--every",
-    "--set",
-    "--law",
-    "--method",
-    "--rtol",
-    "--outputs",
-    "--output",
-    "--plot",
-    "--animate",
-    "--linearize",
-    "--step",
-    "--json",
-    "--verbose",
-    "--help",
-)
-
-
 @dataclass(frozen=True)
 class Wish:
     """The command line as it was written."""
@@ -102,7 +83,7 @@ def understood(wish: Wish) -> Job:
     from engine.simulation.block import METHODS
 
     found = Findings()
-    source = options.one_scene(wish.scene, KNOWN, found)
+    source = options.one_scene(wish.scene, found)
     arguments = {
         "until": options.time(wish.until, "--until", found),
         "every": options.time(wish.every, "--every", found, zero=True),

@@ -17,25 +17,6 @@ if TYPE_CHECKING:
     from engine.batch.plan import Plan
     from engine.batch.sweeping import Sweep
 
-KNOWN = (
-    "--over",
-    "--sample",
-    "--count",
-    "--seed",
-    "--sampling",
-    "--reduce",
-    "--set",
-    "--until",
-    "--every",
-    "--rtol",
-    "--method",
-    "--law",
-    "--output",
-    "--workers",
-    "--json",
-    "--verbose",
-    "--help",
-)
 SHOWN = 12
 
 
@@ -97,7 +78,7 @@ def planned(wish: SweepWish, found: Findings) -> Plan | None:
         options.tolerance(wish.rtol, found),
         options.choice(wish.method, tuple(METHODS), "--method", found),
     )
-    source = options.one_scene(wish.scene, KNOWN, found)
+    source = options.one_scene(wish.scene, found)
     over, sample = spans(wish.over, "--over", found), ranges(wish.sample, found)
     if wish.workers is not None and wish.workers < 1:
         found.add("--workers", f"{wish.workers} workers do nothing", "give a positive number")
