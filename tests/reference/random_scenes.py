@@ -7,8 +7,6 @@ cases they need by what must hold in them (``first``, ``covering``), not by seed
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,11 +19,11 @@ from .bodies import GROUND
 from .joint_rows import freedoms, joint_transform, of
 from .kinematics import State, closure, forward, measured
 from .signals import per_freedom
+from .streams import chosen, covering, first, stream
 
+__all__ = ["ALL_TYPES", "CLOSING_TYPES", "Case", "covering", "first", "random_loop", "random_tree"]
 ALL_TYPES = tuple(REGISTRY)
 CLOSING_TYPES = tuple(k.name for k in REGISTRY.values() if k.nv < 6)
-SEARCHED = 400
-"""Random scenes tried before a property is said not to occur."""
 
 
 @dataclass(frozen=True)
@@ -48,49 +46,6 @@ class Case:
         for name in state.loops:
             state.q[name], state.qd[name] = measured(state, name, self.q.get(name))
         return state
-
-
-# -- streams and choices -----------------------------------------------------------------------------------------------
-
-
-def stream(*names) -> np.random.Generator:
-    """Random numbers that depend on nothing but these names."""
-    return np.random.default_rng(_hashed(*names))
-
-
-def chosen(options: Iterable[str], *names) -> str:
-    """One of the options (as often as it stands among them), so that another option takes choices over but moves none between the
-    old ones: every option draws a number of its own, the largest wins."""
-    return max(enumerate(options), key=lambda o: (_hashed(*names, o[1], list(options)[: o[0]].count(o[1])), o[0]))[1]
-
-
-def _hashed(*names) -> int:
-    return int.from_bytes(hashlib.blake2b("/".join(map(str, names)).encode(), digest_size=8).digest(), "big")
-
-
-def first(what: str, holds: Callable[[Case], bool], make: Callable[[int], Case]) -> Case:
-    """The first random case in which something holds."""
-    for seed in range(SEARCHED):
-        case = make(seed)
-        if holds(case):
-            return case
-    raise LookupError(f"no random case among {SEARCHED} has {what}")
-
-
-def covering(claims: Mapping[str, Callable[[Case], bool]], make: Callable[[int], Case], least: int = 0) -> dict[int, Case]:
-    """By seed: the first ``least`` random cases, and of the following those in which a claim holds that held in none before, until
-    every claim held in one."""
-    missing, kept = dict(claims), {}
-    for seed in range(SEARCHED):
-        case = make(seed)
-        held = [c for c, holds in missing.items() if holds(case)]
-        if held or seed < least:
-            kept[seed] = case
-        for claim in held:
-            del missing[claim]
-        if not missing and seed + 1 >= least:
-            return kept
-    raise LookupError(f"no random case among {SEARCHED} has {', '.join(missing)}")
 
 
 # -- trees -------------------------------------------------------------------------------------------------------------
