@@ -16,14 +16,14 @@ from engine.sensitivities import sensitivity
 
 @dataclass(frozen=True)
 class Influence:
-    """A joint with friction; predicted: relative change of the outputs without its friction (NaN: no sensitivity could be had)."""
+    """A joint with friction. predicted: relative change of the outputs without its friction; NaN when there is no sensitivity."""
 
     joint: str
     predicted: float
 
 
 def influences(scene: Scene, joints: list[str], measure: Measure, until: float, samples: int) -> tuple[list[Influence], str]:
-    """Joints by falling influence, and why there are no sensitivities when there are none."""
+    """The joints sorted by falling influence, and notes about the sensitivities, which say why when there are none."""
     names = {j: _coefficient(scene, j) for j in joints}
     given = {j: n for j, n in names.items() if n}
     try:

@@ -56,7 +56,7 @@ class Rung:
     predicted: bool = False
 
     def describe(self) -> str:
-        """In words."""
+        """The rung in words, for tables and progress."""
         text = f"friction in {', '.join(self.joints)}: {self.form}" if self.joints else "all joints ideal"
         return text + (f"; {', '.join(self.flat)} planar" if self.flat else "")
 
@@ -147,7 +147,7 @@ class _Ladder:
         return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
 
     def _level(self, keep: tuple[str, ...], dropped: list[Influence]) -> bool:
-        """The rungs with friction in these joints; whether one meets the error. Levels that sensitivities rule out are not run."""
+        """Add the rungs with friction in these joints; whether one meets the error. What sensitivities rule out is not run."""
         worst = max((i.predicted for i in dropped if math.isfinite(i.predicted)), default=0.0)
         if worst > SURE * self.error:
             self.rungs.append(Rung(keep, self.forms[-1] if keep else None, (), worst, None, predicted=True))
@@ -161,7 +161,7 @@ class _Ladder:
         return good
 
     def _flat(self) -> None:
-        """The best rung once more with planar joints."""
+        """Try the cheapest good rung again with planar joints, when its motion is planar."""
         best = min((k for k, r in enumerate(self.rungs) if r.setting), key=lambda k: self._cost(k), default=None)
         if best is None:
             return
@@ -174,7 +174,7 @@ class _Ladder:
         return setting.median if setting else math.inf
 
     def _rung(self, keep: tuple[str, ...], form: Form | None, flat: tuple[str, ...], scene: Scene) -> Rung:
-        """Run a model: its own error, then the cheapest setting."""
+        """Run a model, measure its own error, then look for its cheapest setting; the rung is kept and returned."""
         rung = Rung(keep, form, flat, math.nan, None)
         self.tell(rung.describe(), len(self.rungs), 0)
         try:
@@ -217,7 +217,7 @@ class _Ladder:
         return result.stats.wall_time if result is not None else math.inf
 
     def _ready(self, scene: Scene) -> Prepared:
-        """Compiled, with those of the compared columns that it has."""
+        """The scene compiled, with those of the compared columns that it has."""
         there = {c.name for c in columns(build(scene).system)}
         model = Model(scene, tuple(n for n in self.what.names if n in there) or None)
         model.block.attach_jacobian()

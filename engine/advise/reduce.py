@@ -32,7 +32,7 @@ class Form:
 
 
 def forms(scene: Scene) -> list[Form]:
-    """From the coarsest to the scene's own truth, which comes last."""
+    """Forms of friction to try, from the coarsest to the one the scene itself asks for."""
     exact = exact_law(scene)
     order = [law for law in (twin_of(exact), exact) if law]
     own = {law for j in scene.joints.values() if j.friction and (law := scene.law_of(j.friction))}
@@ -42,7 +42,7 @@ def forms(scene: Scene) -> list[Form]:
 
 
 def rubbing(scene: Scene) -> list[str]:
-    """Joints with friction."""
+    """Names of the joints with friction."""
     return [n for n, j in scene.joints.items() if j.friction is not None]
 
 
@@ -81,7 +81,8 @@ def _turned(scene: Scene, name: str) -> bool:
 
 
 def _normal(scene: Scene, until: float) -> AxisName | None:
-    """The world axis nothing moves along and everything turns about, when there is one and all bodies' frames agree with it."""
+    """The world axis along which nothing moves and about which everything turns; None when there is none, or when the frame of
+    some body is not aligned with it."""
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))
     if not result.outcome.ok:

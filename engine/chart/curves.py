@@ -24,13 +24,13 @@ class Curve:
 
     @property
     def label(self) -> str:
-        """Program (unless ours), method, way of stepping."""
+        """Name in the legend: program (unless it is ours), method, way of stepping."""
         words = [] if self.program == OURS else [self.program]
         return " ".join([*words, self.method, *(["fixed step"] if self.fixed and self.program == OURS else [])])
 
     @property
     def law_label(self) -> str:
-        """Law with its v_eps."""
+        """Name of the friction law with its v_eps."""
         return f"{self.law}, v_eps {self.v_eps:g}" if self.v_eps else self.law
 
 
@@ -44,7 +44,7 @@ def curves(points: list[Point]) -> list[Curve]:
 
 
 def verdict(study: Study) -> list[str]:
-    """For every peer: how much faster ours is at each error it reaches (worst and best), or where it is not."""
+    """One sentence for every peer: how much faster ours is at the errors it reaches (worst and best), or where it is slower."""
     out = []
     for program in dict.fromkeys(p.program for p in study.theirs()):
         finished = [p for p in study.theirs() if p.program == program and p.ok and p.error == p.error]
@@ -67,7 +67,9 @@ def _least(points: list[Point]) -> float:
 
 
 def _advantage(study: Study, peer: Point) -> tuple[float, float] | None:
-    """(peer's time over our least time at an error no larger, the error); errors below the reference's own count as that."""
+    """(the peer's time over our least time at an error no larger, the peer's error); None when none of ours is as accurate.
+
+    An error below twice the reference's own cannot be told from it and counts as that."""
     own = study.references.get(peer.variant)
     floor = own.error if own else 0.0
     good = [p.minimum for p in study.ours() if p.ok and p.variant == peer.variant and p.error <= max(peer.error, 2 * floor)]

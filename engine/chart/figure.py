@@ -23,7 +23,7 @@ FAILED = 30.0
 
 
 def figure(study: Study) -> Figure:
-    """Panels: methods (the exact law), laws (errors against the exact law), peers."""
+    """The figure, with panels for methods (exact law), for laws (their errors against the exact law) and for peers."""
     from matplotlib.figure import Figure
 
     panels = [("methods", _methods(study), False)]
@@ -44,7 +44,7 @@ def _methods(study: Study) -> list[Curve]:
 
 
 def _laws(study: Study) -> list[Curve]:
-    """The automatic choice for every law."""
+    """A curve for every law, measured with the automatic choice of method (with all methods where that was not measured)."""
     auto = [p for p in study.ours() if not p.fixed and p.method == "auto"]
     return curves(auto or [p for p in study.ours() if not p.fixed])
 
@@ -110,7 +110,7 @@ def _error(p: Point, model: bool) -> float:
 
 
 def _curve(axes: Axes, c: Curve, i: int, model: bool, edge: float) -> None:
-    """One curve; failures at the edge, at the time spent until then."""
+    """Draw one curve; failed runs are crosses at the edge, at the time spent until they failed."""
     good = [p for p in c.points if p.ok and _error(p, model) > 0]
     bad = [p for p in c.points if not p.ok and p.minimum > 0]
     best = c.program == ""

@@ -28,7 +28,7 @@ def folder_of(path: str | os.PathLike[str]) -> Path:
 
 
 def write(study: Study, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write all of them into a folder (created when missing); their paths. SceneError when it cannot be written."""
+    """Write all four files into a folder (created when missing) and return their paths; SceneError when that is impossible."""
     target = folder_of(folder)
     drawn = figure(study)
     out = [save_figure(drawn, target / "chart.svg"), small(save_figure(drawn, target / "chart.png", dpi=100))]
@@ -38,13 +38,13 @@ def write(study: Study, folder: str | os.PathLike[str]) -> list[Path]:
 
 
 def reference_lines(study: Study) -> list[str]:
-    """How each reference was made and its own error."""
+    """A line for each reference solution: how it was made, and its own error."""
     both = [(f" ({v})" if v.law else "", r) for v, r in study.references.items()]
     return [f"reference{law}: {r.made_by}, which differ by {r.error:.1e}" for law, r in both]
 
 
 def notes(study: Study) -> list[str]:
-    """What a reader of the numbers must know."""
+    """What a reader of the numbers must know, as lines: machine, scene, what was compared, how."""
     lines = [f"scene: {study.scene.name}, 0 to {study.until:g} s", f"error: {study.measure.describe()}"]
     lines += reference_lines(study)
     lines += [f"model_error is measured against: {study.exact}"] if study.exact.law else []

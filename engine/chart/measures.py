@@ -43,18 +43,18 @@ class Measure:
         return over / self.scales(reference)
 
     def error(self, data: np.ndarray, reference: np.ndarray) -> float:
-        """The worst group's."""
+        """Relative error of the group where it is largest."""
         return float(self.each(data, reference).max())
 
     def describe(self) -> str:
-        """In words."""
+        """The measure in words, for notes beside the numbers."""
         what = "largest distance" if self.norm == "max" else "root mean square distance"
         shown = ", ".join(self.names[:4]) + (f" and {len(self.names) - 4} more" if len(self.names) > 4 else "")
         return f"{what} from the reference over the sample times, relative to the largest value of the quantity; compared: {shown}"
 
 
 def measure(scene: Scene, patterns: tuple[str, ...] = (), norm: str = "max") -> Measure:
-    """The columns that match (default: positions of all mass centres)."""
+    """The measure over all columns of the scene that match the patterns (default: positions of all mass centres)."""
     system = build(scene).system
     everything = columns(system)
     wanted = patterns or tuple(f"{b.name}.position[*" for b in system.bodies)

@@ -59,7 +59,7 @@ class Point:
 
     @property
     def variant(self) -> Variant:
-        """Law and v_eps."""
+        """The friction law of the point with its v_eps."""
         return Variant(self.law, self.v_eps)
 
     @property
@@ -69,7 +69,7 @@ class Point:
 
     @property
     def setting(self) -> str:
-        """Tolerance or step in words."""
+        """Its tolerance or step in words."""
         return f"step {self.step:.3g} s" if self.fixed else f"rtol {self.rtol:.0e}"
 
 

@@ -21,7 +21,7 @@ STEPS = 3_000_000
 
 @dataclass(frozen=True)
 class Reference:
-    """samples × columns; error: relative distance between the two methods named in ``made_by``."""
+    """data: samples × columns of the compared quantities. error: relative distance between the two methods named in ``made_by``."""
 
     data: np.ndarray
     error: float
@@ -49,7 +49,7 @@ def reference(ready: Prepared) -> Reference | None:
 
 
 def _tight(ready: Prepared, method: str) -> list[_Try]:
-    """The two tightest tolerances at which the method reaches the end."""
+    """Runs of the method at the two tightest tolerances at which it reaches the end."""
     out: list[_Try] = []
     for rtol in TIGHT:
         result, outcome = ready.once(Settings(rtol=rtol, method=method, max_steps=STEPS))

@@ -36,7 +36,7 @@ class Prepared:
     every: float
 
     def once(self, settings: Settings) -> tuple[Result | None, str]:
-        """(result, "done" or what went wrong)."""
+        """Run once: (result or None, "done" or what went wrong)."""
         try:
             result = run(self.model, self.until, self.every, settings)
         except (SceneError, SimulationError) as e:
@@ -49,7 +49,7 @@ class Prepared:
 
 
 def prepare(scene: Scene, variant: Variant, measure: Measure, until: float, samples: int) -> Prepared:
-    """Compile a scene with the law; the Jacobian unit is attached now, so that no run pays for building it."""
+    """Compile a scene with the law. The unit of the Jacobian is built here too, so that no timed run pays for it."""
     changed = with_law(scene, variant)
     model = Model(changed, measure.names)
     model.block.attach_jacobian()
@@ -72,7 +72,7 @@ def with_law(scene: Scene, variant: Variant) -> Scene:
 
 
 def frictional(scene: Scene) -> bool:
-    """Whether any joint rubs."""
+    """Whether any joint of the scene has friction."""
     return any(j.friction is not None for j in scene.joints.values())
 
 

@@ -34,7 +34,7 @@ Tell = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Size:
-    """One member of a family: n, seconds a unit of work (minimum, median), seconds to build."""
+    """One member of a family: its size n, seconds for a unit of work (minimum and median), seconds to build."""
 
     n: int
     minimum: float
@@ -44,7 +44,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Family:
-    """What grows, what is measured, and the sizes measured."""
+    """A family of scenes: what grows, what is measured, and the sizes measured."""
 
     name: str
     what: str
@@ -108,7 +108,7 @@ def rubbing_chain(n: int) -> sm.Scene:
 
 
 def _stepped(n: int, scene: sm.Scene, repeats: int) -> Size:
-    """Seconds a fixed step."""
+    """The member of size n of a family: seconds that a step of fixed length takes, and seconds to build the scene."""
     model = Model(scene, [next(iter(scene.joints)) + ".q[1]"])
     settings = Settings(method="rk5", step=STEP)
 
@@ -122,7 +122,7 @@ def _stepped(n: int, scene: sm.Scene, repeats: int) -> Size:
 
 
 def _cases(counts: Sequence[int], repeats: int) -> tuple[Size, ...]:
-    """Seconds for n runs of one structure with different friction: nothing is built between them."""
+    """For every count n: seconds that n runs of one structure with different friction take; nothing is built between them."""
     from engine.scene import load_scene
 
     scene = load_scene("spherical_pendulum")
@@ -164,7 +164,7 @@ def write_scaling(families: Sequence[Family], folder: Path) -> list[Path]:
 
 
 def figure(families: Sequence[Family]) -> Figure:
-    """A panel a family: cost, and the time to build apart."""
+    """One panel for each family, with the cost and, apart, the time to build."""
     from matplotlib.figure import Figure
 
     fig = Figure(figsize=(11, 8), facecolor="white")

@@ -25,7 +25,8 @@ Tell = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Choice:
-    """What to chart; empty: everything there is. until in s (None: the scene's); samples: times compared; repeats of each run."""
+    """What to chart; an empty tuple means everything there is. until: end of the runs in s (None: the scene's); samples: number of
+    times compared; repeats: runs of each setting, for its time."""
 
     methods: tuple[str, ...] = ()
     rtols: tuple[float, ...] = ()
@@ -58,15 +59,15 @@ class Study:
     machine: dict[str, str] = field(default_factory=describe)
 
     def ours(self) -> list[Point]:
-        """Points of the engine."""
+        """Points measured with the engine."""
         return [p for p in self.points if p.program == OURS]
 
     def theirs(self) -> list[Point]:
-        """Points of other programs."""
+        """Points measured with other programs."""
         return [p for p in self.points if p.program != OURS]
 
     def errors(self, variant: Variant, data: np.ndarray) -> tuple[float, float]:
-        """(distance from the same law's reference, from the exact law's); NaN without one."""
+        """(distance from the reference of the same law, from that of the exact law); NaN where there is no reference."""
         own, exact = self.references.get(variant), self.references.get(self.exact)
         return (
             self.measure.error(data, own.data) if own else math.nan,
@@ -75,7 +76,7 @@ class Study:
 
 
 def chart(scene: Scene, choice: Choice | None = None, tell: Tell = lambda *_: None) -> Study:
-    """Measure. Every failure is a point with its outcome; nothing is raised for one.
+    """Measure a scene. A run that fails becomes a point with its outcome; nothing is raised for it.
 
     scene: checked. choice: restrictions. tell: progress. SceneError for outputs that do not exist.
     """
@@ -107,7 +108,7 @@ def _exact(scene: Scene, laws: list[Variant]) -> Variant:
 
 
 def _prepared(study: Study, laws: list[Variant], tell: Tell) -> dict[Variant, Prepared]:
-    """Compile every law and find its reference."""
+    """The scene compiled with each of these laws; their references and the times of building are added to the study."""
     out = {}
     for k, v in enumerate(laws):
         tell(f"reference {v}".strip(), k, len(laws))
@@ -138,7 +139,7 @@ def _builds(ready: Prepared) -> list[tuple[str, float]]:
 
 
 def _settings(study: Study, ready: dict[Variant, Prepared]) -> dict[Variant, list[Settings]]:
-    """All settings of every law."""
+    """For every law, the settings to run: each method at each tolerance and, if asked for, with fixed steps."""
     choice, out = study.choice, {}
     for variant, prepared in ready.items():
         chosen = [m for m in methods() if not choice.methods or m in choice.methods]
@@ -158,7 +159,7 @@ def _mean_step(ready: Prepared) -> float:
 
 
 def _point(study: Study, ready: Prepared, settings: Settings) -> Point:
-    """Run a setting, repeat it, compare."""
+    """Run a setting, repeat it for its time, and compare it with the references."""
     result, outcome = ready.once(settings)
     rtol = 0.0 if settings.step else settings.rtol
     where = (OURS, settings.method, rtol, settings.step, ready.variant.law, ready.variant.v_eps)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AdviseWish:
-    """The command line as it was written."""
+    """The words and options of the command as they were written."""
 
     scene: list[str]
     error: str | None = None
@@ -32,7 +32,7 @@ class AdviseWish:
 
 
 def advise_command(wish: AdviseWish) -> int:
-    """Climb and tell; the exit code (failed when no model meets the error)."""
+    """Seek the least model and print it; the exit code (failure when no model meets the error)."""
     from engine.advise import advise
     from engine.chart.machine import pin
     from engine.chart.measures import NORMS
@@ -90,7 +90,7 @@ def write_scene(advice: Advice, path) -> list[str]:
 
 
 def document(a: Advice) -> dict:
-    """Everything, for JSON."""
+    """The advice as plain data, for JSON."""
     from engine.scene.dump import scene_to_dict
 
     return {
@@ -103,7 +103,7 @@ def document(a: Advice) -> dict:
 
 
 def lines(name: str, a: Advice) -> list[str]:
-    """The ladder in lines."""
+    """The ladder of models as lines of text."""
     from engine.cli.summary import table
 
     out = [f"{name}: {a.measure.describe()}", f"reference: {a.reference.made_by}, which differ by {a.reference.error:.1e}"]

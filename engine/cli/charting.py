@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ChartWish:
-    """The command line as it was written."""
+    """The words and options of the command as they were written."""
 
     scene: list[str]
     folder: str | None = None
@@ -38,7 +38,7 @@ class ChartWish:
 
 
 def chart_command(wish: ChartWish) -> int:
-    """Measure and write; the exit code."""
+    """Measure the chart and write its files; the exit code."""
     from engine.chart import chart, write
     from engine.chart.files import folder_of
     from engine.chart.machine import pin
@@ -67,7 +67,7 @@ def chart_command(wish: ChartWish) -> int:
 
 
 def print_lines(lines: Sequence[str]) -> None:
-    """Print; without colours where that is no terminal."""
+    """Print lines, without colours where standard output is no terminal."""
     import sys
 
     from engine.cli.summary import plain
@@ -84,7 +84,7 @@ def _choice(arguments: dict[str, Any]):
 
 
 def understood(wish: ChartWish):
-    """(scene, arguments of Choice); SceneError with every problem there is."""
+    """(scene, arguments of Choice) of the options; SceneError with every problem among them."""
     from engine.chart.measures import NORMS
     from engine.cli.simulating import loaded, unknown_outputs
     from engine.simulation.block import METHODS

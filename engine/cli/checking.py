@@ -112,7 +112,7 @@ def _joint(j: Any, scene: Scene) -> dict[str, Any]:
 
 
 def _start(model: Any) -> dict[str, Any]:
-    """What assembling and starting the scene says: outcome, notes (values moved, redundant loops), freedoms left."""
+    """What assembling and starting the scene says, as plain data: outcome, notes (values moved, redundant loops), freedoms."""
     from engine.scene.magnitudes import magnitude_notes
     from engine.simulation.block import Settings
     from engine.simulation.motions import beginning_notes
@@ -136,7 +136,7 @@ def _start(model: Any) -> dict[str, Any]:
 
 
 def _short_pins(scene: Scene) -> list[str]:
-    """Sliding joints that leave a pin which sits on the inboard part: perhaps the sleeve is the short part."""
+    """Sliding joints whose motion leaves a pin that sits on the inboard part: perhaps the sleeve is the short part."""
     from engine.scene.refs import body_of
 
     out = []
@@ -156,7 +156,7 @@ def _short_pins(scene: Scene) -> list[str]:
 
 
 def report_lines(r: dict[str, Any]) -> list[str]:
-    """The report as text."""
+    """The report as lines of text."""
     bodies = [(b["name"], f"{b['mass']:.6g}", "(" + ", ".join(f"{x:.4g}" for x in b["center"]) + ")") for b in r["bodies"]]
     joints = [
         (j["name"], j["type"], " – ".join(j["between"]), str(j["freedoms"]),

@@ -39,7 +39,7 @@ def run(arguments: list[str]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return failure_end("stopped: interrupted before there were results", as_json)
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # whoever read us is gone; nothing more can be said to them
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # the reader of our output is gone: nothing more can be said
         return FAILED
     except Exception as e:  # noqa: BLE001  # the last line of defence: a defect of ours is told as one
         return failure_end(defect_text(e, verbose), as_json)

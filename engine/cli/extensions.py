@@ -36,7 +36,7 @@ class Commands(TyperGroup):
         return [*own, *sorted(n for n in registered() if n not in own)]
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """A command by name; of a foreign one only what the help text needs."""
+        """A command by name; another package's is not loaded, but described as far as the help text needs."""
         own = super().get_command(ctx, name)
         if own is not None or name not in registered():
             return own
@@ -45,7 +45,7 @@ class Commands(TyperGroup):
         )
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command to invoke: a foreign one is loaded now; SceneError with the pip line when it is missing."""
+        """The command to invoke: another package's is loaded now; SceneError with the pip line when it is missing."""
         name = args[0] if args else ""
         if super().get_command(ctx, name) is None:
             if name in registered():

@@ -20,7 +20,7 @@ FILES = (".yaml", ".yml", ".json")
 
 
 def named() -> dict[str, str]:
-    """What the places in help texts stand for."""
+    """What the placeholders in help texts stand for."""
     from engine.cli.options import laws
     from engine.integrators import METHODS
 
@@ -31,7 +31,7 @@ class Listed(TyperCommand):
     """A command whose help names what the registries hold."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """The help, filled in."""
+        """Write the help with its placeholders filled in."""
         for p in self.params:
             text = getattr(p, "help", None)
             if text and "{" in text:
@@ -43,7 +43,7 @@ class Listed(TyperCommand):
 
 
 def scenes(incomplete: str) -> list[str]:
-    """Bundled models, scene files and folders that begin so."""
+    """Bundled models, scene files and folders that begin with the word."""
     from engine.scene.library import model_names
 
     typed = Path(incomplete)
@@ -60,7 +60,7 @@ def parameters(incomplete: str) -> list[str]:
 
 
 def assignments(incomplete: str) -> list[str]:
-    """The same, to be followed by a value."""
+    """Paths of the scene's numbers with "=", to be followed by a value."""
     return [f"{p}=" for p in parameters(incomplete)]
 
 

@@ -24,7 +24,7 @@ def _number(x: float) -> float | None:
 
 
 def hold_lines(name: str, report: HoldReport) -> list[str]:
-    """The report as text."""
+    """The report as lines of text."""
     rows = [
         (_pair(p), p.type, "sticks" if p.sticks else "slips", _share(p.share), f"{p.capacity:.6g}", _share(p.margin),
          "" if p.unique else "not unique")

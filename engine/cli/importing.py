@@ -12,7 +12,7 @@ MESHES = (".stl", ".obj", ".ply")
 
 
 def import_command(file: str, save: str | None, density: str, unit: str, as_json: bool) -> int:
-    """Read, write or print; the exit code."""
+    """Read the file, then write the scene or print it; the exit code."""
     from engine.basics.files import writing
     from engine.doors import body_of_mesh, scene_of_urdf
     from engine.scene.dump import scene_to_dict, yaml_text

@@ -6,7 +6,7 @@ from engine.cli.running import DONE, print_json
 
 
 def new_command(name: str, folder: str, as_json: bool) -> int:
-    """Write a starter scene; say where and what next."""
+    """Write a starter scene, and say where it is and what to do next."""
     from engine.scene.starter import write_starter
 
     written = write_starter(name, folder)
@@ -18,7 +18,7 @@ def new_command(name: str, folder: str, as_json: bool) -> int:
 
 
 def models_command(as_json: bool) -> int:
-    """Names and titles of the bundled models."""
+    """Print names and titles of the bundled models."""
     from engine.scene.library import model_names, models_dir
 
     found = [(name, _title(name)) for name in model_names()]
@@ -42,7 +42,7 @@ def _title(name: str) -> str:
 
 
 def schema_command() -> int:
-    """The published schema, as it is computed from the scene classes."""
+    """Print the published JSON Schema as it is computed from the scene classes."""
     from engine.scene.schema import json_schema
 
     print_json(json_schema())

@@ -10,7 +10,7 @@ from engine.cli.terminal import moves
 
 
 class Meter:
-    """Use it around the work and hand it ``tell``."""
+    """A progress bar as a context manager: hand its ``tell`` to the work inside."""
 
     def __init__(self, what: str):
         self.what = what

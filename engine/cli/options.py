@@ -23,16 +23,16 @@ ASK = "columns are chosen with --outputs"
 
 @dataclass
 class Findings:
-    """Mistakes so far. ``end`` raises them all."""
+    """Collects the mistakes found so far; ``end`` raises them all."""
 
     problems: list[Problem] = field(default_factory=list)
 
     def add(self, where: str, what: str, hint: str = "") -> None:
-        """One more."""
+        """Note one more mistake: where it is, what it is, what to do."""
         self.problems.append(Problem(where, what, hint))
 
     def attempt(self, work: Callable[[], T], where: str = "") -> T | None:
-        """What ``work`` gives; None when it raises SceneError, whose problems are kept (under ``where`` when given)."""
+        """What ``work`` returns; None when it raises SceneError, whose problems are kept (at ``where`` when that is given)."""
         try:
             return work()
         except SceneError as e:
@@ -76,7 +76,7 @@ def quantity(text: str, unit: str, where: str, findings: Findings) -> float | No
 
 
 def tolerance(text: str | None, findings: Findings) -> float | None:
-    """Relative tolerance."""
+    """The relative tolerance a text says; None for a mistake, which is noted."""
     if text is None:
         return None
     value = quantity(text, "1", "--rtol", findings)
@@ -89,7 +89,7 @@ def tolerance(text: str | None, findings: Findings) -> float | None:
 
 
 def choice(text: str | None, known: Sequence[str], where: str, findings: Findings) -> str | None:
-    """One of the known words."""
+    """The text when it is one of the known words; None for a mistake, which is noted."""
     if text is None or text in known:
         return text
     near = get_close_matches(text.lower(), known, 1)
@@ -99,7 +99,7 @@ def choice(text: str | None, known: Sequence[str], where: str, findings: Finding
 
 
 def destination(text: str | None, suffixes: Sequence[str], where: str, findings: Findings) -> Path | None:
-    """A file that can be written."""
+    """The path of a file to write; whatever would keep it from being written is noted."""
     if text is None:
         return None
     found = destination_problems(text, suffixes, where)

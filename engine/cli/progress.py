@@ -14,7 +14,8 @@ PATIENCE = 1.0
 
 
 class Watch:
-    """Use it around a run and hand it ``tell`` as ``progress``: first the building is shown, then the time reached."""
+    """A progress bar as a context manager: hand its ``tell`` to a run as ``progress``. It shows the building, then the time
+    reached."""
 
     def __init__(self, what: str):
         self.what = what

@@ -12,7 +12,7 @@ DONE, FAILED, WRONG_USE = 0, 1, 2
 
 
 def problems_end(problems: Sequence[Problem], as_json: bool) -> int:
-    """Tell every problem; exit code of wrong use."""
+    """Tell every problem; returns the exit code of wrong use."""
     if as_json:
         listed = [p.as_dict() for p in problems]
         print_json({"exit_code": WRONG_USE, "problem_count": sum(p.count for p in problems), "problems": listed})
@@ -22,7 +22,7 @@ def problems_end(problems: Sequence[Problem], as_json: bool) -> int:
 
 
 def problem_lines(problems: Iterable[Problem]) -> list[str]:
-    """Each problem as place, cause and remedy."""
+    """Each problem as lines that say where it is, what is wrong and what to do."""
     lines = []
     for p in problems:
         place = f"{p.file}:{p.line}: " if p.file and p.line else f"{p.file}: " if p.file else ""
@@ -33,7 +33,7 @@ def problem_lines(problems: Iterable[Problem]) -> list[str]:
 
 
 def failure_end(text: str, as_json: bool) -> int:
-    """Tell what failed; exit code of a failure."""
+    """Tell what failed; returns the exit code of a failure."""
     if as_json:
         print_json({"exit_code": FAILED, "error": text})
     else:
@@ -42,13 +42,13 @@ def failure_end(text: str, as_json: bool) -> int:
 
 
 def error_lines(lines: Iterable[str]) -> None:
-    """Lines on standard error."""
+    """Print lines on standard error."""
     for line in lines:
         print(line, file=sys.stderr)
 
 
 def print_json(data: object) -> None:
-    """One JSON document on standard output."""
+    """Print one JSON document on standard output."""
     from engine.simulation.tables import finite
 
     print(json.dumps(finite(data), ensure_ascii=False, indent=2))

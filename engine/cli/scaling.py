@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def scaling_command(wish: ChartWish) -> int:
-    """Measure and write; the exit code."""
+    """Measure how cost grows with size and write the files; the exit code."""
     from engine.chart.files import folder_of
     from engine.chart.machine import pin
     from engine.chart.scaling import scaling, write_scaling

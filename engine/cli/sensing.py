@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SensitivityWish:
-    """The command line as it was written."""
+    """The words and options of the command as they were written."""
 
     scene: list[str]
     parameters: Sequence[str] = ()
@@ -34,7 +34,7 @@ class SensitivityWish:
 
 
 def sensitivity_command(wish: SensitivityWish) -> int:
-    """Differentiate and tell; the exit code."""
+    """Compute the derivatives, print them and write their table; the exit code."""
     from engine.cli.charting import print_lines
     from engine.cli.simulating import loaded, talk, unknown_outputs
     from engine.sensitivities import sensitivity
@@ -65,7 +65,7 @@ def sensitivity_command(wish: SensitivityWish) -> int:
 
 
 def lines(name: str, s: Sensitivity) -> list[str]:
-    """Values and derivatives at the end of the run; events that move."""
+    """Lines that say the values and derivatives at the end of the run, and how events move with the parameters."""
     from engine.cli.summary import table
 
     rows = [
@@ -80,7 +80,7 @@ def lines(name: str, s: Sensitivity) -> list[str]:
 
 
 def write_table(s: Sensitivity, path: Path) -> None:
-    """CSV: time, outputs, then d(output)/d(parameter)."""
+    """Write a CSV table with columns for time, the outputs, then every d(output)/d(parameter)."""
     from engine.basics.files import writing
 
     heads = ["time", *s.names, *(f"d({o})/d({p})" for o in s.names for p in s.parameters)]

@@ -24,7 +24,7 @@ TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".htm
 MATRICES = (".json", ".npz")
 @dataclass(frozen=True)
 class Wish:
-    """The command line as it was written."""
+    """The words and options of the command as they were written."""
 
     scene: list[str]
     until: str | None = None
@@ -45,7 +45,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Job:
-    """The same, understood: the scene with its changes, arguments of ``simulate``, patterns asked for, files."""
+    """A wish as it was understood: the scene with its changes, arguments of ``simulate``, patterns asked for, files."""
 
     scene: Scene
     arguments: dict[str, Any]
@@ -54,7 +54,7 @@ class Job:
 
 
 def simulate_command(wish: Wish) -> int:
-    """Run it; the exit code."""
+    """Run the scene, write its files and print the summary; the exit code."""
     talk(wish.verbose)
     job = understood(wish)
     result = simulated(job)
@@ -79,7 +79,7 @@ def talk(verbose: bool) -> None:
 
 
 def understood(wish: Wish) -> Job:
-    """Values of all options; SceneError with every problem there is."""
+    """The job that the options ask for; SceneError with every problem among them."""
     from engine.simulation.block import METHODS
 
     found = Findings()
@@ -137,7 +137,7 @@ def unknown_outputs(scene: Scene, patterns: Sequence[str]) -> list[Problem]:
 
 
 def simulated(job: Job) -> Result:
-    """Run with a progress bar; the columns a moving picture needs are added to those asked for."""
+    """Run the job with a progress bar; the columns a moving picture needs are added to those asked for."""
     from engine.cli.progress import Watch
     from engine.simulation.run import simulate
 

@@ -20,7 +20,7 @@ GREEN, RED, BOLD, DIM, PLAIN = "\033[32m", "\033[31m", "\033[1m", "\033[2m", "\0
 
 
 def print_summary(result: Result, files: dict[str, str], late: Sequence[Problem] = ()) -> None:
-    """Print it; what failed goes to standard error too."""
+    """Print the summary; what failed goes to standard error as well."""
     color = coloured(sys.stdout)
     for line in summary_lines(result, files):
         print(plain(line) if not color else line)
@@ -31,14 +31,14 @@ def print_summary(result: Result, files: dict[str, str], late: Sequence[Problem]
 
 
 def plain(line: str) -> str:
-    """Without colours."""
+    """The line without its colour codes."""
     for code in (GREEN, RED, BOLD, DIM, PLAIN):
         line = line.replace(code, "")
     return line
 
 
 def summary_lines(result: Result, files: dict[str, str]) -> list[str]:
-    """Its lines."""
+    """The lines of the summary: outcome, cost, ranges, events, files."""
     tone = GREEN if result.outcome.ok else RED
     title = f" — {result.scene.title}" if result.scene.title else ""
     lines = [f"{BOLD}{result.scene.name}{PLAIN}{title}", f"{tone}{result.outcome}{PLAIN}", cost(result)]
@@ -53,7 +53,7 @@ def summary_lines(result: Result, files: dict[str, str]) -> list[str]:
 
 
 def cost(result: Result) -> str:
-    """Steps, evaluations, seconds."""
+    """What the run cost in one line: steps, evaluations, seconds."""
     s = result.stats
     parts = [f"{s.steps} steps ({s.rejected} rejected)", f"{s.rhs_evaluations} evaluations"]
     parts += [f"{s.jacobians} Jacobians"] if s.jacobians else []
@@ -71,7 +71,7 @@ def _number(x: float) -> str:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Aligned columns, the first and last to the left."""
+    """Lines of a table with aligned columns: the first and last to the left, the others to the right."""
     widths = [max(len(r[k]) for r in (head, *rows)) for k in range(len(head))]
 
     def line(row: Sequence[str]) -> str:
@@ -82,7 +82,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def event_lines(result: Result) -> list[str]:
-    """How many events, and the first of them."""
+    """Lines that say how many events there were and describe the first of them."""
     counts = ", ".join(
         f"{n} {kind.replace('_', ' ')}{'s' if n > 1 and '_' not in kind else ''}" for kind, n in counted(result.events).items()
     )

@@ -22,7 +22,7 @@ SHOWN = 12
 
 @dataclass(frozen=True)
 class SweepWish:
-    """The command line as it was written."""
+    """The words and options of the command as they were written."""
 
     scene: list[str]
     over: Sequence[str] = ()
@@ -44,7 +44,7 @@ class SweepWish:
 
 
 def sweep_command(wish: SweepWish) -> int:
-    """Run it; the exit code (1 when no case could be run to its end, or when it was interrupted)."""
+    """Run the sweep; the exit code (1 when no case could be run to its end, or when it was interrupted)."""
     from engine.batch.sweeping import run_plan
     from engine.cli.progress import Watch
 
@@ -68,7 +68,7 @@ def sweep_command(wish: SweepWish) -> int:
 
 
 def planned(wish: SweepWish, found: Findings) -> Plan | None:
-    """The plan; None when there are problems, which are kept."""
+    """The plan of the cases; None when there are problems, which are kept in ``found``."""
     from engine.batch.plan import Run, plan
     from engine.simulation.block import METHODS
 
@@ -127,7 +127,7 @@ def document(result: Sweep) -> dict[str, Any]:
 
 
 def summary(result: Sweep) -> list[str]:
-    """Outcomes, cost, ranges of the reductions."""
+    """Lines of the summary: outcomes, cost, ranges of the reductions."""
     import numpy as np
 
     from engine.cli.summary import table

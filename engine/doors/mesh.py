@@ -58,5 +58,5 @@ def _read(file: Path) -> Any:
         raise SceneError([Problem(str(file), "there is no such file")])
     try:
         return trimesh.load_mesh(file)
-    except Exception as e:  # whatever a mesh reader stumbles over is the file's problem
+    except Exception as e:  # any error of the mesh reader means that the file cannot be read
         raise SceneError([Problem(str(file), f"cannot be read as a mesh: {e}", "STL, OBJ or PLY")]) from e

@@ -92,7 +92,7 @@ class _Reader:
         return body | ({"points": points} if points else {})
 
     def _joint(self, j: Any) -> dict[str, Any]:
-        """Both sides' frames written out: they coincide at q = 0."""
+        """The scene's joint for joint j of the file, with the frames of both sides written out; they coincide at q = 0."""
         if j.type not in TYPES or j.mimic is not None:
             what = "follows another joint (mimic)" if j.mimic is not None else f"has type {j.type!r}"
             self.problems.append(Problem(j.name, f"{what}, which a scene does not have", "take it out of the file"))
@@ -127,7 +127,7 @@ def _origin(j: Any) -> np.ndarray:
 
 
 def _floats(values: Any) -> list[float]:
-    """Plain numbers without the dust of rotations."""
+    """The values as plain numbers; those that rotations leave a rounding error away from zero become zero."""
     array = np.asarray(values, float).ravel()
     big = max(1.0, float(np.abs(array).max())) if array.size else 1.0
     return [float(f"{x:.15g}") + 0.0 if abs(x) > 1e-16 * big else 0.0 for x in array]
@@ -147,5 +147,5 @@ def _read(file: Path) -> Any:
         raise SceneError([Problem(str(file), "there is no such file")])
     try:
         return URDF.load(str(file), build_scene_graph=False, load_meshes=False).robot
-    except Exception as e:  # whatever the reader stumbles over is the file's problem
+    except Exception as e:  # any error of the reader means that the file cannot be read
         raise SceneError([Problem(str(file), f"cannot be read as URDF: {e}")]) from e

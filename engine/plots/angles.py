@@ -40,7 +40,7 @@ def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> 
 
 
 def _gap(t: np.ndarray, w: np.ndarray, i: int, wrap: bool) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Points between rows i and i + 1: a gap, with the crossing of ±π on both sides of it for a wrap."""
+    """Points to put between rows i and i + 1: a gap (NaN); for a wrap also the crossings of ±π on both sides of it."""
     if not wrap:
         return [t[i : i + 1]], [np.array([np.nan])]
     edge = np.copysign(np.pi, w[i])

@@ -29,7 +29,7 @@ def animate(result: Result, path: str | os.PathLike[str]) -> Path:
 
 
 def page(result: Result) -> str:
-    """The page's text."""
+    """The page as HTML text."""
     data = json.dumps(finite(content(result)), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     parts = {
         "title": html.escape(result.scene.title or result.scene.name),

@@ -10,7 +10,7 @@ from engine.simulation.result import Result
 
 
 def caption(result: Result) -> str:
-    """Friction laws with their regularisation, method, tolerance, outcome."""
+    """One line: friction laws with their regularisation, method, tolerance, outcome."""
     scene, used = result.scene, result.settings
     rubs = [j.friction for j in scene.joints.values() if j.friction is not None]
     laws = {scene.law_of(f) for f in rubs}
@@ -27,7 +27,7 @@ def caption(result: Result) -> str:
 
 
 def event_text(event: Event) -> str:
-    """One line: when, what, where, and how far the contact normal turned."""
+    """One line about an event: when, what, where, and how far the contact normal turned."""
     turns = [f"{math.degrees(t):.4g}°" for t in event.turn if math.isfinite(t)]
     turned = f", normal turns {' and '.join(turns)}" if turns else ""
     return f"{event.time:.6g} s: {event.kind.replace('_', ' ')} in {event.joint}{turned}"

@@ -43,7 +43,7 @@ def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[f
 
 
 def page(result: Result, parts: list[Section], between: tuple[float, float] | None = None) -> Figure:
-    """Sections of panels as one page."""
+    """Draw sections of panels as one page."""
     from matplotlib.figure import Figure
 
     count = sum(len(s.panels) for s in parts)
@@ -94,7 +94,7 @@ def _titles(fig: Any, result: Result, width: float, height: float) -> None:
 
 
 def _draw(axes: Axes, panel: Panel, scale: float, unit: str, span: tuple[float, float]) -> None:
-    """One panel: event lines, curves, jumps, labels."""
+    """Draw one panel: event lines, curves, jumps, labels."""
     faint = min(1.0, max(0.3, FEW_EVENTS / max(1, len(panel.events))))
     for at in _thinned([e.time for e in panel.events]):
         axes.axvline(at * scale, color=EVENT, lw=0.5, alpha=faint, zorder=0.5)
@@ -118,7 +118,7 @@ def thousands(panel: Panel) -> int:
 
 
 def ylabel(panel: Panel, power: int) -> str:
-    """Quantity and unit, with the power of ten."""
+    """Label of the vertical axis: quantity and unit, with the power of ten."""
     raised = f"{power}".translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
     return f"{panel.quantity}, 10{raised} {panel.unit}" if power else f"{panel.quantity}, {panel.unit}"
 
@@ -133,7 +133,7 @@ def _label(panel: Panel, column: str) -> str:
 
 
 def _dress(axes: Axes, panel: Panel, unit: str, power: int) -> None:
-    """Titles, grid, axes, legend."""
+    """Give a panel its titles, grid, axes and legend."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_title(panel.title, size=9.5, loc="left", color=INK, pad=5)
@@ -152,7 +152,7 @@ def _dress(axes: Axes, panel: Panel, unit: str, power: int) -> None:
 
 
 def _legend(axes: Axes, panel: Panel) -> None:
-    """Names of the curves: beside the title when they fit there, else inside."""
+    """Write the names of the curves beside the title when they fit there, else inside the panel."""
     labels = [_label(panel, c.label) for c in panel.curves]
     title = f"and {panel.hidden} more" if panel.hidden else None
     beside = len(panel.title) + sum(len(t) + 6 for t in labels) <= 2 * TITLE_LINE and not title

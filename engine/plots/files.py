@@ -33,7 +33,7 @@ def save_figure(fig: Figure, path: str | os.PathLike[str], dpi: int = DPI) -> Pa
 
 
 def small(path: Path) -> Path:
-    """The picture with few colours: a third of the bytes."""
+    """Rewrite the picture with a palette of few colours, which takes a third of the bytes."""
     from PIL import Image
 
     with Image.open(path) as picture:

@@ -32,7 +32,7 @@ RTOL = 1e-8
 
 @dataclass(frozen=True)
 class Plot:
-    """A panel of columns of one unit; degrees: angles are shown in degrees."""
+    """A panel of columns that share one unit. degrees: whether angles are shown in degrees."""
 
     title: str
     quantity: str
@@ -182,7 +182,7 @@ CHOICES: dict[str, Choice] = {
 
 
 def run(name: str) -> Result:
-    """The run that is drawn."""
+    """The result of the run that is drawn."""
     from engine.simulation.run import simulate
 
     c = CHOICES[name]
@@ -198,7 +198,7 @@ def pictures(name: str) -> dict[str, Figure]:
 
 
 def _panel(result: Result, chosen: str | Plot) -> Panel:
-    """A panel of ``figure`` by its title, or one of columns."""
+    """The panel that ``figure`` draws under a title, or one made of the columns that a Plot names."""
     if isinstance(chosen, str):
         return next(p for s in sections(result) for p in s.panels if p.title == chosen)
     curves, hidden = family(result, chosen.columns, float(np.degrees(1.0)) if chosen.degrees else 1.0)

@@ -21,7 +21,8 @@ LINE = 11
 
 
 def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> None:
-    """Joints outwards above their places, those in one place on one line; bodies at their mass centres, or below what is there."""
+    """Write the names: joints outwards and above their places (one line for all in one place), bodies at their mass centres,
+    or below what is already there."""
     from matplotlib.patheffects import withStroke
 
     left, right = axes.get_xlim()
@@ -50,7 +51,7 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
 
 
 def _beside(places: list[tuple[np.ndarray, list[str]]], at: np.ndarray, near: float) -> list[str]:
-    """Names at a place; a new place when there is none near it."""
+    """The list of names at a place; a new one when no place is near."""
     for other, names in places:
         if np.linalg.norm(at - other) < near:
             return names

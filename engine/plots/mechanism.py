@@ -115,7 +115,7 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
 
 
 def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> np.ndarray:
-    """Bodies, and over them the pins, which are inside: polygons from back to front. Their corners in the picture."""
+    """Draw bodies, and over them the pins inside them, as polygons from back to front; returns their corners in the picture."""
     from matplotlib.collections import PolyCollection
 
     bodies: list[Polygon] = []
@@ -164,7 +164,7 @@ def _rails(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, result: 
 
 
 def _springs(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int, seen: list[np.ndarray]) -> None:
-    """Springs and dampers between points, as zigzags."""
+    """Draw springs and dampers between points as zigzags."""
     for ends in scene.springs:
         p, q = (((r @ point + x) @ view.T)[:2] for (x, r), point in ((moved.pose(part, row), point) for part, point in ends))
         across = np.array([p[1] - q[1], q[0] - p[0]]) / max(float(np.linalg.norm(q - p)), 1e-12)
@@ -196,7 +196,7 @@ def contact_places(scene: Scenery, moved: Motion, result: Result, row: int) -> l
 def _contacts(
     axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, result: Result, row: int, seen: list[np.ndarray]
 ) -> set[int]:
-    """Contact dots and arrows of the normal force on the pin; the states of friction there are."""
+    """Draw contacts as dots with arrows of the normal force on the pin; returns the states of friction that occur."""
     scale, states = arrow_scale(result, scene), set()
     for _, p, n, force, state in contact_places(scene, moved, result, row):
         tip, tail = p @ view.T, (p + n * force * scale) @ view.T
@@ -209,7 +209,7 @@ def _contacts(
 
 
 def _arrow_legend(axes: Axes, scale: float, force: float) -> None:
-    """An arrow of a round force, lower left."""
+    """Draw the arrow of a round force at the lower left, as the scale of all arrows."""
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     x, y = x0 + 0.03 * (x1 - x0), y0 + 0.04 * (y1 - y0)
     look = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
@@ -219,7 +219,7 @@ def _arrow_legend(axes: Axes, scale: float, force: float) -> None:
 
 
 def _captions(fig: Figure, result: Result, row: int, states: set[int]) -> None:
-    """Title with the time, and what the colours of the dots mean."""
+    """Write the title with the time, and what the colours of the dots mean."""
     title = result.scene.title or result.scene.name
     fig.text(0.03, 0.95, title, size=12, weight="bold", color=INK)
     fig.text(0.03, 0.91, f"t = {result.time[row]:.6g} s", size=9, color="#555555")

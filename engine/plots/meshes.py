@@ -24,7 +24,7 @@ class Mesh:
 
 
 def box(a: float, b: float, c: float) -> Mesh:
-    """Edges a, b, c along x, y, z, centred."""
+    """A box centred at the origin with edges a, b, c along x, y, z, m."""
     half = np.array([a, b, c]) / 2
     shortest = max(min(a, b, c), 0.05 * max(a, b, c))
     parts = []
@@ -57,7 +57,7 @@ def _face(axis: int, sign: float, half: np.ndarray, n: int, m: int) -> Mesh:
 
 
 def cylinder(radius: float, length: float, axis: int = 0) -> Mesh:
-    """Centred, along x, y or z (axis 0, 1, 2)."""
+    """A cylinder centred at the origin along x, y or z (axis 0, 1, 2); radius and length in m."""
     pieces = int(np.clip(round(length / max(2 * radius, 1e-9)), 1, PIECES))
     turn = 2 * np.pi * np.arange(ROUND) / ROUND
     rings = [
@@ -78,7 +78,7 @@ def cylinder(radius: float, length: float, axis: int = 0) -> Mesh:
 
 
 def sphere(radius: float, around: int = ROUND) -> Mesh:
-    """Centred ball of ``around`` meridians."""
+    """A sphere centred at the origin, cut into ``around`` meridians; radius in m."""
     rows = around // 2
     polar, turn = np.pi * np.arange(rows + 1) / rows, 2 * np.pi * np.arange(around) / around
     p, t = (a.ravel() for a in np.meshgrid(polar, turn, indexing="ij"))
@@ -106,7 +106,7 @@ def rod(start: np.ndarray, end: np.ndarray, radius: float) -> Mesh:
 
 
 def placed(mesh: Mesh, rotation: np.ndarray, position: np.ndarray) -> Mesh:
-    """The mesh turned, then moved."""
+    """The mesh turned by a 3×3 rotation, then moved by a position (3)."""
     return Mesh(mesh.vertices @ np.asarray(rotation).T + position, mesh.faces, mesh.edges)
 
 

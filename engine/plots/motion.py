@@ -101,7 +101,8 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tu
 
 
 def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[float, float] = VIEW) -> np.ndarray:
-    """Rows right, up, towards the viewer: along the motion's thinnest level direction, a little from the side and above."""
+    """The view as a 3×3 matrix whose rows point right, up and towards the viewer, who looks along the level direction in which
+    the motion is thinnest, a little from the side and above."""
     level = [k for k in range(3) if abs(up[k]) < 0.9]
     thin = min(level, key=lambda k: high[k] - low[k])
     toward = np.eye(3)[thin] - up[thin] * up
@@ -115,7 +116,7 @@ def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[f
 
 
 def arrow_scale(result: Result, scene: Scenery) -> float:
-    """Metres of arrow a newton: the force most contacts stay below is 0.45 of a typical body; 0 without contacts."""
+    """Length of arrows, m/N: the force that most contacts stay below is 0.45 of a typical body long. 0 without contacts."""
     forces = [
         result[f"{c.columns}.normal_force"] for j in scene.joints for c in j.contacts if f"{c.columns}.normal_force" in result
     ]

@@ -22,7 +22,7 @@ MOST_JOINTS = 4
 
 @dataclass(frozen=True)
 class Curve:
-    """One line: its own times because broken curves have more points than the result has rows."""
+    """One line of a panel. It has times of its own, because broken curves have more points than the result has rows."""
 
     label: str
     time: np.ndarray
@@ -46,7 +46,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Section:
-    """Panels about one joint, or about the whole."""
+    """A titled group of panels about one joint, or about the whole mechanism."""
 
     heading: str
     panels: tuple[Panel, ...] = field(default=())
@@ -62,7 +62,7 @@ def sections(result: Result, joints: Sequence[str] | None = None) -> list[Sectio
 
 
 def frictional(result: Result) -> list[str]:
-    """Frictional joints, in the order of the scene."""
+    """Names of the joints with friction, in the order of the scene."""
     return [name for name, j in result.scene.joints.items() if j.friction is not None]
 
 
@@ -90,7 +90,7 @@ def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[li
 def _panel(
     result: Result, title: str, quantity: str, names: Iterable[str], events: Sequence[Event] = (), degrees: bool = False
 ) -> Iterator[Panel]:
-    """One panel of columns with one unit; none when no column is there."""
+    """Yields one panel of columns that share a unit, or nothing when the result has none of them."""
     curves, hidden = family(result, names, float(np.degrees(1.0)) if degrees else 1.0)
     if curves:
         unit = result.units[curves[0].label]
@@ -137,7 +137,7 @@ def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
 
 
 def _turns(result: Result, name: str) -> bool:
-    """Whether the contact can be anywhere on its circle (others only change sides)."""
+    """Whether the contact can sit anywhere on its circle; others can only change sides."""
     return _element(result, name.split(".contact[")[0]).anywhere
 
 

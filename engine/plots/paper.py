@@ -82,12 +82,12 @@ def _draw(axes: Any, model: str, p: Panel, normal: str, until: float) -> None:
 
 
 def column(name: str, factor: float = 1.0) -> Curve:
-    """A column times a factor."""
+    """How a curve is read from a run: a column times a factor."""
     return lambda r: factor * r[name]
 
 
 def degrees(name: str) -> Curve:
-    """An angle in degrees, 0 to 360."""
+    """How a curve is read from a run: an angle in degrees, 0 to 360."""
     return lambda r: np.degrees(r[name]) % 360.0
 
 
@@ -144,7 +144,7 @@ def pages() -> dict[str, tuple[str, list[Panel], float]]:
 
 
 def numbers() -> list[tuple[str, str, str]]:
-    """(what the text says, text, ours)."""
+    """Rows (what the paper's text speaks of, what it says, what our runs give)."""
     adams = ran("spherical_pendulum", DEFAULT, "adams", 10.0)
     stops = [e.time for e in adams.events if e.kind in ("reversal", "stop")]
     exact = ran("spherical_pendulum", DEFAULT, "exact", 10.0)
@@ -167,7 +167,7 @@ def numbers() -> list[tuple[str, str, str]]:
 
 
 def _travelled(law: str) -> list[tuple[str, str, str]]:
-    """What 8.3 says of the pivot."""
+    """What the text of example 8.3 says of the pivot's travel, computed from a run with this law."""
     far = ran("double_pendulum", law, "exact", 60.0)
     x, v, f = far["guide.q[1]"], np.abs(far["guide.qd[1]"]), np.abs(far["guide.friction.force"])
     near = far.time[np.abs(x - x[-1]) > 0.01].max()

@@ -32,12 +32,12 @@ class _Channels:
         self.places: dict[str, int] = {}
 
     def add(self, *values: np.ndarray) -> int:
-        """Place of the first of these columns."""
+        """Keep columns side by side; the index of the first."""
         self.columns += values
         return len(self.columns) - len(values)
 
     def named(self, *names: str) -> int | None:
-        """Place of the first of these columns of the result (kept side by side); None when one is missing."""
+        """Keep columns of the result side by side; the index of the first, or None when one of them is missing."""
         if any(n not in self.result for n in names):
             return None
         if names[0] not in self.places:
@@ -89,7 +89,7 @@ def _hex(color: str) -> str:
 
 
 class _Meshes:
-    """Meshes as flat lists, equal ones once."""
+    """The meshes as flat lists of numbers; equal ones are kept once."""
 
     def __init__(self) -> None:
         self.data: list[dict[str, Any]] = []
@@ -106,7 +106,7 @@ class _Meshes:
 
 
 def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -> dict[str, Any]:
-    """A joint with its pins, contacts and the values its label shows."""
+    """What the viewer is told of joint j: its pins, its contacts and the values its label shows."""
     contacts = []
     for c in j.contacts:
         force = channels.named(f"{c.columns}.normal_force")
@@ -158,7 +158,7 @@ def thinned(result: Result, width: int) -> np.ndarray:
 
 
 def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
-    """Names, first view, scales, events: what does not change from row to row."""
+    """What does not change from row to row: names, first view, scales, events."""
     low, high = bounds(scene, moved)
     view = first_view(scene.up, low, high)
     center, wide, near = reach(scene, moved, view)

@@ -159,7 +159,7 @@ def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size:
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
-    """Sizes by label; those the scene does not give as parts of the mechanism's length."""
+    """Sizes of an element by label, m; those the scene does not give are fractions of the mechanism's size."""
     out: dict[str, float] = {}
     for s in element.sizes:
         value = getattr(f, s.name) if f is not None else None
@@ -169,7 +169,8 @@ def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[
 
 
 def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
-    """The pin: true to size where friction gives one, else a small symbol. Joints whose type never rubs have a journal's."""
+    """(part, mesh) of the pin: true to size where friction gives one, else a small symbol. A joint whose type cannot have
+    friction gets the pin of a journal."""
     kind = REGISTRY[j.type]
     if kind.nv in (0, 6):
         return
@@ -181,12 +182,12 @@ def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
 
 
 def _side(m: JointMark, on: str) -> int:
-    """0 for the inboard part, 1 for the outboard part."""
+    """Which part carries the pin: 0 for the inboard one, 1 for the outboard one."""
     return m.side if on == "pin" else ("inboard", "outboard").index(on)
 
 
 def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
-    """Places of the contacts (NOTATION, "Reactions, friction and contacts")."""
+    """Where the contacts of joint j sit on its pin (NOTATION, "Reactions, friction and contacts")."""
     if j.friction is None:
         return
     element = CONTACTS[REGISTRY[j.type].friction]

@@ -1,4 +1,4 @@
-"""The seam between a chart and another program."""
+"""What a chart asks of another program: the interface every peer implements."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ class Peer(ABC):
 
     @abstractmethod
     def settings(self) -> list[Setting]:
-        """What to run."""
+        """The methods with their tolerances or steps that are to be measured."""
 
     @abstractmethod
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """(compared columns at the sample times, samples+1 × columns; seconds of stepping alone)."""
+        """Run once: (compared columns at the sample times, samples+1 × columns; seconds of stepping alone)."""
 
     def by_position(self, positions: np.ndarray) -> np.ndarray:
         """Compared columns from positions of all mass centres (samples × bodies × 3)."""

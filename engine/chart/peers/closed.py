@@ -11,17 +11,17 @@ from engine.scene.mass import mass_properties
 
 
 class Closed:
-    """start [coordinate, rate]; ``rate(y)`` → [rate, acceleration]; ``positions(y)`` → mass centres by body, m."""
+    """An equation of motion of one freedom. start: y = [coordinate, rate] at t = 0, in rad or m and per s."""
 
     about = "one equation of motion for one freedom, no reactions"
     start: list[float]
 
     def rate(self, y: Sequence[float]) -> list[float]:
-        """ẏ."""
+        """ẏ = [rate, acceleration] at y."""
         raise NotImplementedError
 
     def positions(self, y: Sequence[float]) -> dict[str, list[float]]:
-        """Mass centres."""
+        """World positions of the mass centres at y by name of body, m."""
         raise NotImplementedError
 
 

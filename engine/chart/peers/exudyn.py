@@ -21,7 +21,7 @@ PADDING = 1e-9
 
 
 class Exudyn(Peer):
-    """All joints are constraints between bodies, loops no different from others."""
+    """A scene in Exudyn: every joint is a constraint between two bodies, whether or not it closes a loop."""
 
     name = "exudyn"
     package = "exudyn"
@@ -34,21 +34,21 @@ class Exudyn(Peer):
             raise Unable("not represented: " + ", ".join(wrong))
 
     def leaves_out(self) -> str:
-        """Its own words."""
+        """What is left out of the scene, and how the program steps."""
         words = ["fixed steps, no error control"]
         words += ["joint friction"] if self.scene.rubs else []
         return "; ".join(words)
 
     def settings(self) -> list[Setting]:
-        """Both solvers, finer and finer."""
+        """Both solvers with ever smaller steps."""
         return [Setting(m, step=self.ready.every / n) for m in SOLVERS for n in STEPS_A_SAMPLE[:-1]]
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Build, step, read the sensors."""
+        """Build the system, step it and read its sensors (see ``Peer.run``)."""
         import sys
 
         sys.exudynFast = True  # type: ignore[attr-defined]  # its module without range checks
-        with redirect_stdout(StringIO()):  # it announces itself
+        with redirect_stdout(StringIO()):  # the program prints a banner
             import exudyn as exu
 
         exu.config.printToConsole = False
@@ -74,7 +74,7 @@ class Exudyn(Peer):
         return self.by_position(np.stack([_at(r, self.times) for r in rows], axis=1)), seconds
 
     def _build(self, exu):
-        """(system, sensor of every body)."""
+        """The mechanism in Exudyn: (system, sensor of every body's mass centre)."""
         from exudyn.itemInterface import SensorBody
         from exudyn.utilities import RigidBodyInertia
 
@@ -103,7 +103,7 @@ class Exudyn(Peer):
         return system, sensors
 
     def _effort(self, system, of: dict, link: Link, freedom, effort: float) -> None:
-        """A constant torque of a revolute on a fixed axis."""
+        """Apply the constant torque of a revolute joint; its axis must be fixed in the world."""
         if not freedom.turns or link.kind != "revolute" or link.inboard != GROUND:
             raise Unable(f"not represented: effort of {link.name}")
         system.CreateTorque(bodyNumber=of[link.outboard], loadVector=effort * freedom.axis)

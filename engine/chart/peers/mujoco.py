@@ -15,7 +15,7 @@ SOLVERS = {"RK4": "RK4", "implicitfast": "implicitfast"}
 
 
 class Mujoco(Peer):
-    """mj_step with a fixed step, C loop between samples."""
+    """A scene in MuJoCo, stepped with a fixed step; between samples the loop over steps runs in C."""
 
     name = "mujoco"
     package = "mujoco"
@@ -37,7 +37,7 @@ class Mujoco(Peer):
             raise Unable(str(e)) from e
 
     def leaves_out(self) -> str:
-        """Its own words."""
+        """What is left out of the scene, and how the program differs."""
         words = ["fixed steps, no error control"]
         thin = any(np.abs(possible(p.inertia) - p.inertia).max() > 0 for p in self.scene.parts)
         words += ["inertia added about axes that had none"] if thin else []
@@ -46,11 +46,11 @@ class Mujoco(Peer):
         return "; ".join(words)
 
     def settings(self) -> list[Setting]:
-        """Both integrators, finer and finer."""
+        """Both integrators with ever smaller steps."""
         return [Setting(m, step=self.ready.every / n) for m in SOLVERS for n in STEPS_A_SAMPLE]
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Step to every sample."""
+        """Step from sample to sample (see ``Peer.run``)."""
         import mujoco
 
         mujoco.set_mju_user_warning(_unstable)
@@ -70,7 +70,7 @@ class Mujoco(Peer):
         return self.by_position(np.array(out)), seconds
 
     def velocities(self) -> list[float]:
-        """Rates in the order of the joints; a ball's in the child's axes."""
+        """Start rates (qvel) in the order of the joints; those of a ball joint in the child's axes, rad/s."""
         out: list[float] = []
         for i, p in enumerate(self.scene.parts):
             link = next(k for k in self.scene.links if not k.cut and k.child == i)
@@ -84,7 +84,7 @@ class Mujoco(Peer):
         return out
 
     def xml(self, s: Setting) -> str:
-        """MJCF; every body's frame is its mass centre with its own axes, every joint is at zero at the start."""
+        """The scene as MJCF. A body's frame has its origin at the mass centre and the body's axes; all joints start at zero."""
         tight = f'solref="{2 * s.step:.17g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
         head = (
             '<mujoco><compiler angle="radian" autolimits="true" inertiafromgeom="false" balanceinertia="false"/>'
@@ -107,14 +107,14 @@ class Mujoco(Peer):
         return f'<body name="{p.name}" {place}>{inside}{"".join(self._sites(i))}{children}</body>'
 
     def _sites(self, body: int) -> list[str]:
-        """Ends of springs."""
+        """MJCF sites of a body at which springs end."""
         return [
             f'<site name="spring{n}_{end}" pos="{_text(s.points[end])}"/>'
             for n, s in enumerate(self.scene.springs) for end in (0, 1) if s.bodies[end] == body
         ]
 
     def _closures(self, tight: str) -> str:
-        """Cut joints as point constraints: one for a ball, two along the axis for a revolute."""
+        """The joints that close loops as point constraints: one for a ball, two along the axis for a revolute."""
         out = []
         for link in (k for k in self.scene.links if k.cut):
             arms = [0.0] if link.kind == "spherical" else [-0.5, 0.5]
@@ -136,7 +136,7 @@ class Mujoco(Peer):
         return f"<tendon>{''.join(out)}</tendon>" if out else ""
 
     def _motors(self) -> str:
-        """Constant efforts, as motors held at one."""
+        """Constant efforts of joints, as motors whose control stays at one."""
         out = [
             f'<general joint="{k.name}_{i}" gaintype="fixed" gainprm="0" biastype="affine" biasprm="{e:.17g} 0 0"/>'
             for k in self.scene.links if not k.cut for i, e in enumerate(k.effort if k.forward else k.effort[::-1]) if e
@@ -155,7 +155,8 @@ def possible(inertia: np.ndarray) -> np.ndarray:
 
 
 def _inertial(p: Part) -> str:
-    """By principal moments where the axes are the body's (its limit for the full matrix is higher)."""
+    """The MJCF inertia of a part: principal moments where their axes are the body's (MuJoCo accepts smaller ones in this form
+    than in a full matrix), else the matrix."""
     inertia = possible(p.inertia)
     if np.count_nonzero(inertia - np.diag(np.diag(inertia))):
         six = f'fullinertia="{_text(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])}"'
@@ -165,11 +166,11 @@ def _inertial(p: Part) -> str:
 
 
 def _unstable(message: str) -> None:
-    """Its warnings come from states that are no longer finite: the result shows it."""
+    """Drop MuJoCo's warnings: they come from states that are no longer finite, which the result shows."""
 
 
 def _ordered(link: Link):
-    """Freedoms as MuJoCo meets them from parent to child, in the child's sense of motion."""
+    """Freedoms in the order MuJoCo meets them, from parent to child, with axes turned so that each is the child's motion."""
     from dataclasses import replace
 
     chosen = link.freedoms if link.forward else link.freedoms[::-1]
@@ -177,7 +178,7 @@ def _ordered(link: Link):
 
 
 def _joints(link: Link, p: Part) -> str:
-    """The joint elements of the body that it carries; at zero at the start."""
+    """The MJCF joint elements of the body that a link carries; their coordinates are zero at the start."""
     at = _text(p.R.T @ (link.point - p.center))
     if link.kind == "free":
         return "<freejoint/>"

@@ -16,7 +16,7 @@ METHODS = ("DOP853", "LSODA")
 
 
 class Pinocchio(Peer):
-    """All joint frames are parallel to the world at the start, at the joint's point."""
+    """A scene in Pinocchio; at the start every joint's frame sits at its point, with axes parallel to the world's."""
 
     name = "pinocchio"
     package = "pin"
@@ -31,14 +31,14 @@ class Pinocchio(Peer):
         self._build()
 
     def leaves_out(self) -> str:
-        """Its own words."""
+        """What is left out of the scene, and how the program differs."""
         words = ["integrated by SciPy, called from Python"]
         words += ["joint friction"] if self.scene.rubs else []
         words += ["loops drift (accelerations only are held)"] if self.scene.loops else []
         return "; ".join(words)
 
     def settings(self) -> list[Setting]:
-        """Two integrators."""
+        """Two of SciPy's integrators with tightening tolerances."""
         return [Setting(m, r) for m in METHODS for r in TOLERANCES]
 
     def _build(self) -> None:
@@ -76,7 +76,7 @@ class Pinocchio(Peer):
             self.accuracy = pin.ProximalSettings(1e-12, 1e-10, 20)
 
     def _closure(self, link: Link) -> list:
-        """Point constraints of a cut joint: one for a ball, two along the axis for a revolute."""
+        """The point constraints of a joint that closes a loop: one for a ball, two along the axis for a revolute."""
         pin, out = self.pin, []
         for a in [0.0] if link.kind == "spherical" else [-0.5, 0.5]:
             at = link.point + (a * link.freedoms[0].axis if a else 0.0)
@@ -107,7 +107,7 @@ class Pinocchio(Peer):
         return out
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Integrate, then the mass centres."""
+        """Integrate, then compute the mass centres at the samples (see ``Peer.run``)."""
         from scipy.integrate import solve_ivp
 
         calls = 0
@@ -136,7 +136,7 @@ class Pinocchio(Peer):
 
 
 def _joints(pin, link: Link, part) -> list:
-    """(joint, its start rates, efforts) from parent to child; several for joints of more than one freedom in order."""
+    """(joint, its start rates, its efforts) from parent to child; a joint of several ordered freedoms becomes several of them."""
     sign = 1.0 if link.forward else -1.0
     if link.kind == "free":
         return [(pin.JointModelFreeFlyer(), [*part.velocity, *part.omega], [0.0] * 6)]

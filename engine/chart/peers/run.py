@@ -25,7 +25,7 @@ PATIENCE = 20.0
 
 
 def measure_peers(study: Study, ready: dict[Variant, Prepared], tell: Tell) -> None:
-    """Add their points and what they leave out to the study."""
+    """Measure the installed peers and add their points, and what they leave out, to the study."""
     chosen = smooth(ready)
     if chosen is None:
         study.peers.append(("all", "", "no law of this chart can be written as an ordinary differential equation"))
@@ -63,7 +63,7 @@ def _made(kind: type[Peer], ready: Prepared, scene: Snapshot) -> Peer:
 
 
 def _points(study: Study, peer: Peer, ready: Prepared) -> list[Point]:
-    """All its settings; a method that has become too slow is not refined further."""
+    """Points of all settings of a peer; a method that has become too slow is not refined further."""
     out: list[Point] = []
     slow: set[str] = set()
     for s in peer.settings():
@@ -89,7 +89,7 @@ def _points(study: Study, peer: Peer, ready: Prepared) -> list[Point]:
 
 
 def _repeats(peer: Peer, s: Setting, first: float, repeats: int) -> tuple[float, float, int]:
-    """Minimum, median and count, the first run counted when it is long."""
+    """(minimum, median, count) of the seconds of repeated runs; a long first run is counted and not repeated."""
     if first > 1.0:
         return first, first, 1
     return repeated(lambda: peer.run(s)[1], repeats)

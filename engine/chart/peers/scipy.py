@@ -21,7 +21,7 @@ CALLS = 100_000
 
 
 class TooLong(Exception):
-    """More right-hand sides than CALLS."""
+    """Raised when an integrator asks for more than CALLS right-hand sides."""
 
 
 def _integrate(f: Callable, span: tuple[float, float], y0: np.ndarray, s: Setting, times: np.ndarray) -> tuple[np.ndarray, float]:
@@ -69,7 +69,7 @@ class ScipyOnOurs(Peer):
         self.modes = bool(self.model.system.sliders) or self.model.system.stops > 0 or bool(self.model.built.numbers.breaks)
 
     def leaves_out(self) -> str:
-        """Its own words."""
+        """What SciPy does not do that the engine does."""
         words = ["our equations, called from Python"]
         words += ["kinks of the friction law not located"] if self.scene.rubs else []
         words += ["loops drift (no projection)"] if self.scene.loops else []
@@ -80,7 +80,7 @@ class ScipyOnOurs(Peer):
         return [Setting(m, r) for m in METHODS for r in TOLERANCES]
 
     def _rate(self, t: float, y: np.ndarray) -> np.ndarray:
-        """ẏ with the modes that belong to this state."""
+        """ẏ at (t, y), with the friction modes that belong to this state."""
         block = self.block
         block.y[: block.ny] = y
         if block.start(t, t + 1.0, 1.0, self.row) != bl.OK:
@@ -88,7 +88,7 @@ class ScipyOnOurs(Peer):
         return block.evaluate()[0]
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Integrate, then evaluate the columns."""
+        """Integrate, then evaluate the compared columns at the samples (see ``Peer.run``)."""
         y, seconds = _integrate(self._rate, (0.0, self.ready.until), self.start, s, self.times)
         rows = []
         for t, state in zip(self.times, y, strict=True):
@@ -115,7 +115,7 @@ class ScipyClosed(Peer):
             raise Unable("its closed form is that of other numbers")
 
     def leaves_out(self) -> str:
-        """Its own words."""
+        """What SciPy does not do that the engine does."""
         return self.form.about
 
     def settings(self) -> list[Setting]:
@@ -123,12 +123,12 @@ class ScipyClosed(Peer):
         return [Setting(m, r) for m in METHODS for r in TOLERANCES]
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Integrate; positions from the one coordinate afterwards."""
+        """Integrate, then compute positions from the one coordinate (see ``Peer.run``)."""
         y, seconds = _integrate(lambda _t, y: self.form.rate(y), (0.0, self.ready.until), np.array(self.form.start), s, self.times)
         return self.by_position(np.array([self._centers(v) for v in y])), seconds
 
     def _centers(self, y) -> np.ndarray:
-        """Mass centres in the order of the parts."""
+        """Mass centres in the order of the scene's parts, samples × bodies × 3, m."""
         at = self.form.positions(y)
         return np.array([at[p.name] for p in self.scene.parts])
 

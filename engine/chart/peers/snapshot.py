@@ -72,7 +72,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The mechanism. missing: what the scene has that this description does not carry."""
+    """The mechanism at its start, SI units. missing: what the scene has that this description cannot express."""
 
     parts: tuple[Part, ...]
     links: tuple[Link, ...]
@@ -92,7 +92,7 @@ class Snapshot:
 
 
 def snapshot(ready: Prepared) -> Snapshot:
-    """Of the assembled start."""
+    """The snapshot of a scene made ready, after its loops have been closed."""
     scene = ready.scene
     model = Model(scene, ["*.position[*", "*.orientation[*", "*.velocity[*", "*.angular_velocity[*", "*.qd[*"])
     model.block.configure(Settings())
@@ -142,7 +142,7 @@ def _part(scene: sm.Scene, at: dict[str, float], name: str, parent: int) -> Part
 
 
 def _link(model: Model, parts: tuple[Part, ...], j: Joint, at: dict[str, float]) -> Link:
-    """World point and axes; the point is the outboard part's (they differ only along a sliding axis)."""
+    """Joint j with its point and axes in the world; of its two points, which differ only along sliding axes, the outboard one."""
     system, values = model.system, model.built.parameters.values
     number = [values[x.index] if not isinstance(x, float) else x for x in j.out_point]
     body = system.bodies[j.out] if j.out != GROUND else None
@@ -183,7 +183,7 @@ def _spring(model: Model, parts: tuple[Part, ...], s: sm.SpringDamper) -> Spring
 
 
 def _missing(scene: sm.Scene) -> list[str]:
-    """Devices that the description does not carry."""
+    """What the scene has that a snapshot cannot express, in words such as "spring of hinge"."""
     out = []
     for name, j in scene.joints.items():
         out += [f"{what} of {name}" for what in ("spring", "damping", "stops", "drive") if getattr(j, what) is not None]

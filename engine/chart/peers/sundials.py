@@ -23,7 +23,7 @@ SX = ca.SX
 
 
 class Sundials(Peer):
-    """Variable-order BDF on our equations, evaluated by CasADi's own machine."""
+    """Variable-order BDF on our equations, which CasADi's virtual machine evaluates."""
 
     name = "sundials (casadi)"
     package = "casadi"
@@ -45,7 +45,7 @@ class Sundials(Peer):
         self.plugin = "idas" if "alg" in self.dae else "cvodes"
 
     def _dae(self, sym: Symbols) -> dict[str, SX]:
-        """ẏ and the residuals of the multipliers, with parameters as numbers."""
+        """Expressions of ẏ and of the residuals of the multipliers, with numbers in place of the parameters."""
         m = model(sym)
         pick, active = combination(sym), list(active_rows(m))
         acc = outward(m, pick)
@@ -69,18 +69,18 @@ class Sundials(Peer):
         return ca.vertcat(*[mo.r + mo.R @ sym.leaves(b.center) for b, mo in zip(sym.system.bodies, m.motions, strict=True)])
 
     def leaves_out(self) -> str:
-        """Its own words."""
+        """How the equations are evaluated, and what the solver does not do."""
         words = ["our equations in CasADi's virtual machine"]
         words += ["kinks of the friction law not located"] if self.scene.rubs else []
         words += ["loops drift (accelerations only are held)"] if self.scene.loops else []
         return "; ".join(words)
 
     def settings(self) -> list[Setting]:
-        """Its tolerances."""
+        """The solver's tolerances, ever tighter."""
         return [Setting(self.plugin.upper(), r) for r in TOLERANCES]
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Integrate to all sample times."""
+        """Integrate to all sample times (see ``Peer.run``)."""
         options = {"reltol": s.rtol, "abstol": s.rtol, "max_num_steps": 50_000}
         f = ca.integrator("f", self.plugin, self.dae, 0.0, self.times[1:].tolist(), options)
         given = {"x0": self.start} | ({"z0": self.guess} if "z" in self.dae else {})
@@ -93,7 +93,7 @@ class Sundials(Peer):
 
 
 def _flags(m: Model, acc: Accelerations, pick: SX) -> tuple[list[SX], list[SX]]:
-    """Mode symbols and what stands for them: the branch by the speed of the instant, the direction that of the motion."""
+    """(mode symbols, expressions put in their place): branches follow the speed of the instant, directions the motion."""
     sym, old, new = m.sym, [], []
     for e in elements(sym.system):
         w, rates, g = wrench(e, reaction_rows(m, acc, e, pick)), joint_rates(m, e.joint), numbers(sym, e)
