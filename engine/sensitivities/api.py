@@ -29,8 +29,8 @@ UNIQUE = 1e-6
 class Sensitivity:
     """Outputs and their derivatives at the sample times.
 
-    time (n), s; names (c) and units of outputs; parameters (m) and their units; values n × c; derivatives n × c × m, in units of
-    the output per unit of the parameter (SI); events: those whose time moves with the parameters, and by how much.
+    time (n), s; names (c) of the outputs, and their units; parameters (m), and their units; values (n × c); derivatives (n × c ×
+    m), in units of the output per unit of the parameter (SI); events: those whose time moves with the parameters, and by how much.
     """
 
     time: np.ndarray
@@ -44,19 +44,19 @@ class Sensitivity:
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """An output over time."""
+        """An output over time (n)."""
         return self.values[:, self.names.index(name)]
 
     def d(self, name: str, parameter: str) -> np.ndarray:
-        """d(output)/d(parameter) over time."""
+        """Derivative of an output by a parameter over time (n)."""
         return self.derivatives[:, self.names.index(name), self.parameters.index(parameter)]
 
     def derivative_units(self) -> list[list[str]]:
-        """Units of the derivatives: outputs × parameters."""
+        """Units of the derivatives, for every output one by every parameter."""
         return [[_per(u, p) for p in self.parameter_units] for u in self.units]
 
     def document(self) -> dict[str, Any]:
-        """Everything as plain data, for JSON."""
+        """Everything as plain data, ready for JSON."""
         return {
             "time": self.time.tolist(), "outputs": list(self.names), "units": list(self.units),
             "parameters": list(self.parameters), "parameter_units": list(self.parameter_units),
@@ -107,7 +107,7 @@ def sensitivity(
 
 
 def _nothing() -> None:
-    """Never ends the work."""
+    """The tick of a caller who gives none: it never ends the work."""
 
 
 def _per(unit: str, by: str) -> str:
@@ -118,8 +118,8 @@ def _per(unit: str, by: str) -> str:
 
 
 def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: np.ndarray) -> None:
-    """Reactions that redundant loops leave open are a choice of the runtime's; where that choice shows in a column, it has no
-    derivative."""
+    """SceneError when a chosen column shows reactions that redundant loops leave open: these are a choice of the runtime's, and
+    a choice has no derivative."""
     open_joints = redundancy(model.block).joints
     problems = []
     for i, c in enumerate(chosen):

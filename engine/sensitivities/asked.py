@@ -19,7 +19,7 @@ SAMPLES = 100
 def checked_request(
     scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float
 ) -> tuple[list[Column], float, float]:
-    """(columns, end time, spacing of samples; s). SceneError with everything that is wrong."""
+    """(columns, end time, s, spacing of samples, s) that a derivative is asked for. SceneError with everything that is wrong."""
     everything = columns(build(scene).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_columns(everything, chosen, outputs)]

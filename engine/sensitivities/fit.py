@@ -27,8 +27,9 @@ NOTHING = 1e-11
 
 @dataclass(frozen=True)
 class Fit:
-    """values by parameter; deviation: their standard deviations, from the misfit itself; correlation (m × m); misfit: root mean
-    square of (model − measured); rounds: runs that were needed; converged; notes: trials that failed on the way, and why."""
+    """Fitted parameters. values: by name; deviation: their standard deviations, estimated from the misfit itself; correlation
+    (m × m); misfit: root mean square of (model − measured); rounds: how many runs were needed; converged: whether the search
+    came to its end; notes: trials that failed on the way, and why."""
 
     values: dict[str, float]
     deviation: dict[str, float]
@@ -95,7 +96,7 @@ class _Search:
         return self._result(found.nfev, found.status > 0)
 
     def _misfit(self, u: np.ndarray) -> np.ndarray:
-        """Residuals; infinite where the scene cannot be made or run, whereupon the search shortens its step."""
+        """Residuals of a trial; infinite where its scene cannot be made or run, so that the search shortens its step."""
         try:
             self._evaluate(u)
         except (SceneError, SimulationError) as e:
@@ -109,7 +110,7 @@ class _Search:
         return self.J * self.unit
 
     def _evaluate(self, u: np.ndarray) -> None:
-        """Residuals r and their derivatives J by the parameters, over all curves."""
+        """Compute the residuals r and their derivatives J by the parameters, over all curves."""
         if self.at is not None and np.array_equal(self.at, u):
             return
         changed = apply(self.scene, dict(zip(self.names, (u * self.unit).tolist(), strict=True)))

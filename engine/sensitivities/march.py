@@ -30,7 +30,7 @@ HAIR = 1e-7
 
 @dataclass(frozen=True)
 class EventShift:
-    """An event whose time moves with the parameters: time s, joint, dt/dp (one entry a parameter)."""
+    """An event whose time moves with the parameters: its time, s; its joint; shift: dt/dp, one entry for each parameter."""
 
     time: float
     joint: str
@@ -38,7 +38,8 @@ class EventShift:
 
 
 class March:
-    """State of the march: S (states and integrals × m), multipliers z."""
+    """The state carried along a run. S: derivatives of states and integrals by the parameters ((ny + nquad) × m); z: the
+    multipliers; events: the shifts of event times so far."""
 
     def __init__(self, unit: Unit, block: Block, start: Start):
         self.unit, self.block, self.start, self.breaks = unit, block, start, block.numbers.breaks
@@ -52,7 +53,7 @@ class March:
         self.rate = block.numbers.rate
 
     def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, dz) at a state."""
+        """(f, df, dz) at a state: the unit's values, and the derivatives by the parameters of these and of the multipliers."""
         self.block.signals(t, x)
         y, S = self._moving(y, S, x)
         f, self.z = self.unit.solve(x, y, self.z)
@@ -60,9 +61,10 @@ class March:
         return f, df, dz
 
     def _moving(self, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(y, S) with a hair of speed along the frozen direction for pairs of several components that slide but stand still at this
-        very instant (the end or onset of sliding): there the direction of friction has a limit, but no derivative. Velocities
-        across that direction die out as the speed goes to zero (friction turns against them), and so do their derivatives."""
+        """(y, S) with a hair of speed along the frozen direction for those pairs of several components that slide but stand
+        still at this very instant, at the end or onset of sliding: there the direction of friction has a limit, but no
+        derivative. Velocities across that direction die out as the speed goes to zero (friction turns against them), and so do
+        their derivatives."""
         y, system = np.array(y), self.unit.system
         for j in system.frictional:
             assert j.friction is not None
@@ -83,7 +85,7 @@ class March:
         return y, S
 
     def step(self, leg: Leg) -> None:
-        """Carry S over a leg, and across what happens at its end."""
+        """Carry S over one leg of the run, and across the event at its end if there is one."""
         n, h, x = self.unit.ny + self.unit.nquad, leg.t1 - leg.t0, leg.x.copy()
         x[1] = 0.5 * (leg.t0 + leg.t1)
         K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
@@ -124,7 +126,7 @@ class March:
         self.events.append(EventShift(leg.t1, joint, shift))
 
     def _kink(self, leg: Leg, k: int) -> None:
-        """A kink of a signal at a time that is itself a parameter's."""
+        """Carry S across kink k of a signal, whose time depends on a parameter."""
         n, sides = self.unit.ny + self.unit.nquad, []
         for side in (-1e-9, 1e-9):
             x = leg.x1.copy()
@@ -133,8 +135,9 @@ class March:
         self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
 
     def _cause(self, leg: Leg, f: np.ndarray, df: np.ndarray) -> tuple[str, np.ndarray, float] | None:
-        """(joint, dg, ġ) of the event function that reached zero: the speed of a pair that came to rest, or the friction ratio of
-        one that was released. ġ is taken along the motion, with the point last evaluated (before the event)."""
+        """(joint, dg, ġ) of the event function g that reached zero at the leg's end: the speed of a pair that came to rest, or
+        the friction ratio of a pair that was released. ġ is taken along the motion before the event, where f was last
+        evaluated. None when there is no such pair."""
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
         flow, _ = u.total(f[:n, None], np.zeros((u.np, 1)), 1.0)
@@ -165,7 +168,8 @@ class March:
 def marched(
     unit: Unit, block: Block, start: Start, run: Record, tick: Tick
 ) -> tuple[np.ndarray, np.ndarray, March]:
-    """(values as this unit has them: samples × columns; derivatives: samples × columns × m; the march)."""
+    """March along a whole run. (values as the unit computes them, samples × columns; derivatives, samples × columns × m; the
+    march)."""
     march = March(unit, block, start)
     out = [_columns(march, 0.0, run.y0, run.x0)]
     for leg in run.legs:
@@ -177,7 +181,7 @@ def marched(
 
 
 def _columns(march: March, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values and derivatives of the chosen columns at a state."""
+    """Values (columns) and derivatives (columns × m) of the chosen columns at a state."""
     u, x = march.unit, x.copy()
     x[1] = t + 1e-12
     f, df, dz = march._evaluate(t, y, march.S, x)

@@ -1,4 +1,4 @@
-"""A run kept step by step: where each step began, in which modes, and what changed at its end."""
+"""A run recorded step by step: where each step began, in which modes, and what changed at its end."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ LEAST_STEPS = 100
 
 @dataclass(frozen=True)
 class Leg:
-    """A step: from (t0, y0) to (t1, y1), with the external values x that were in force (modes frozen); x1: those after its end;
-    flags: where in them the flags and modes are; sample: whether a sample time is at its end."""
+    """One step of a recorded run, from (t0, y0) to (t1, y1). x: the external values in force during it, with frozen modes; x1:
+    those after its end; flags: where in them the stop flags and modes are; sample: whether a sample time is at its end."""
 
     t0: float
     t1: float
@@ -36,13 +36,14 @@ class Leg:
 
     @property
     def changed(self) -> bool:
-        """Whether some flag or mode changed at its end (signals, which change all the time, do not count)."""
+        """Whether a flag or mode changed at the end of the step. Signals, which change all the time, do not count."""
         return not np.array_equal(self.x[self.flags], self.x1[self.flags])
 
 
 @dataclass(frozen=True)
 class Record:
-    """Legs in order, and the output rows at the sample times (first: the start)."""
+    """A recorded run: its legs in order, the output rows at the sample times (the first is the start), and state and external
+    values at the start."""
 
     legs: tuple[Leg, ...]
     rows: np.ndarray
@@ -89,5 +90,6 @@ def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> R
 
 
 def _same_flags(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether flags and modes agree, directions of several components (which are frozen anew every step) apart."""
+    """Whether flags and modes agree in sign: the frozen directions of several components, which are renewed in every step, may
+    differ."""
     return bool(np.array_equal(np.sign(a), np.sign(b)))

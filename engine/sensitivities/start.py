@@ -28,8 +28,8 @@ FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5,
 
 @dataclass(frozen=True)
 class Start:
-    """Derivatives by the parameters (columns): p run-time numbers, then the values of external inputs; y start state; breaks times
-    of kinks."""
+    """Derivatives by the parameters (a column each) of p: the run-time numbers, then the values of external inputs; of y: the
+    start state; and of breaks: the times of kinks."""
 
     p: np.ndarray
     y: np.ndarray
@@ -37,7 +37,7 @@ class Start:
 
 
 def checked(scene: Scene, parameters: Sequence[str]) -> list[float]:
-    """Values of the parameters; SceneError that names every path that is no single number of the scene."""
+    """Values of the parameters at these paths; SceneError that names every path that is no single number of the scene."""
     if problems := parameter_problems(scene, parameters):
         raise SceneError(problems)
     known = {p.path: p.value for p in list_parameters(scene)}
@@ -45,7 +45,7 @@ def checked(scene: Scene, parameters: Sequence[str]) -> list[float]:
 
 
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
-    """What is wrong with the paths of parameters."""
+    """A problem for every path that is no number a derivative may be taken by."""
     known = {p.path: p.value for p in list_parameters(scene)}
     problems = []
     for name in parameters:
@@ -62,7 +62,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
 
 
 def start_of(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> Start:
-    """Differentiate; the block is left assembled at the scene's own numbers."""
+    """Derivatives of what the run starts from. The block is left assembled at the scene's own numbers."""
     values = checked(scene, parameters)
     columns = []
     for name, value in zip(parameters, values, strict=True):
@@ -94,7 +94,8 @@ def _differences(model: Model, scene: Scene, name: str, value: float, h: float, 
 
 
 def _numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
-    """(run-time numbers and inputs, assembled start, kinks) of a scene of the same structure."""
+    """What a run of this scene, which has the same structure, starts from: (run-time numbers and inputs, assembled state, times
+    of kinks)."""
     block, p = model.block, np.array(built.parameters.values, float)
     block.take(built.numbers, p)
     block.configure(Settings())

@@ -1,4 +1,4 @@
-"""The compiled sensitivity unit at one state: values, multipliers, and derivatives along given directions."""
+"""The compiled sensitivity unit at one state: the motion's values, its multipliers, and derivatives along given directions."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ RANK = 1e-9
 
 
 class Unit:
-    """Functions of one structure with one set of parameter values.
+    """The compiled functions of one structure, with one set of parameter values.
 
-    Sizes: ny states, nquad integrals, na active constraint rows, ne friction multipliers, np run-time numbers (those of the kernel,
-    then the values of the external inputs).
+    Its values f are [F; R; V; H] (``kernel.parameter_unit``): F has the rates of the ny states and nquad integrals. Other sizes:
+    na active constraint rows, ne friction multipliers, np run-time numbers (those of the kernel, then the external inputs).
     """
 
     def __init__(self, model: Model, chosen: list[Column]):
@@ -43,20 +43,20 @@ class Unit:
         self.prepare(np.array(model.built.parameters.values, float))
 
     def prepare(self, p: np.ndarray) -> None:
-        """Constants of new parameter values."""
+        """Compute the constants that depend on the parameter values p alone."""
         self.p = np.ascontiguousarray(p)
         self.lib.s_prepare(_at(self.p), _at(self.c))
         self.lib.so_prepare(_at(self.p), _at(self.co))
 
     def point(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """All values f at (x, y, z); directions refer to this point until the next."""
+        """All values f at (x, y, z). Later derivatives are taken at this point, until the next call."""
         self._now = tuple(map(_at, (x, y, self.c, z)))
         self._keep = (x, y, z)
         self.lib.s_point(*self._now, _at(self.w), _at(self.f))
         return self.f[: self.n["values"]]
 
     def along(self, seeds: np.ndarray) -> np.ndarray:
-        """Derivatives of f along the rows of ``seeds`` (k × [y | z | p | t]): values × k."""
+        """Derivatives of f along the rows of ``seeds`` (k × [y | z | p | t]): a matrix of values × k."""
         out = np.empty((len(seeds), self.n["values"] + 1))
         w = _at(self.w)
         for s, o in zip(seeds, out, strict=True):
@@ -64,7 +64,7 @@ class Unit:
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(f, z) with the residuals zero, from z as a guess. SimulationError when there is no root nearby."""
+        """(f, z) where the residuals are zero, found from z as a guess. SimulationError when there is no root nearby."""
         if self.nz == 0:
             return self.point(x, y, z).copy(), z
         a = self.ny + self.nquad
@@ -89,7 +89,7 @@ class Unit:
         return self.along(seeds)
 
     def _solve(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """A⁺ b, rows scaled; least norm where constraints are redundant."""
+        """A⁺ b with scaled rows: the solution of least norm where constraints are redundant."""
         scale = np.abs(A).max(axis=1)
         scale[scale == 0] = 1.0
         A, b = A / scale[:, None], (b.T / scale).T
@@ -104,7 +104,7 @@ class Unit:
         return (found.T / columns).T
 
     def total(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """(df, dz): derivatives of f and of the multipliers when y moves by S (ny × m), p by dp (np × m), time by dt, at the point
+        """(df, dz): how f and the multipliers change when y moves by S (ny × m), p by dp (np × m) and time by dt, at the point
         last solved."""
         m = S.shape[1]
         seeds = np.zeros((m, self.width))
@@ -121,8 +121,8 @@ class Unit:
     def outputs(
         self, x: np.ndarray, y: np.ndarray, z: np.ndarray, rate: np.ndarray, extra: np.ndarray, seeds: tuple[np.ndarray, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(columns, columns × m): values and derivatives. y: states and integrals; seeds: derivatives (rows × m) of y, of the
-        multipliers z, of F (with v̇), of p."""
+        """Values (columns) of the chosen outputs and their derivatives (columns × m). y: states and integrals; rate: their
+        rates F, with v̇; seeds: derivatives (rows × m) of y, of the multipliers z, of F, and of p."""
         S, dz, dF, dp = seeds
         rows, m, v = self.system.rows, S.shape[1], slice(self.system.nq, self.system.nq + self.system.nv)
         full = np.zeros(rows + self.ne)
@@ -146,7 +146,7 @@ def _at(a: np.ndarray) -> ctypes.c_void_p:
 
 
 def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
-    """Fill a cache entry."""
+    """Write and compile the unit in a new folder of the cache."""
     from engine.kernel.parameter_unit import parameter_unit
 
     system, parameters, quadratures, redundant = model.kernel.structure

@@ -18,8 +18,8 @@ from engine.system.build import build
 
 
 def check_settings(until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None) -> None:
-    """SceneError with everything that is wrong with these for the scene. outputs: patterns of the columns that are kept of every
-    row; None where none is."""
+    """Refuse settings of a run that cannot be carried out: SceneError with everything that is wrong with them for this scene.
+    until: end time, s; every: output spacing, s; outputs: patterns of the columns kept of every row, None where no row is kept."""
     asked = {
         "until": (until, POSITIVE, "give a positive end time"),
         "every": (every, NOT_NEGATIVE, "give a positive spacing, or 0 for every step"),
@@ -41,7 +41,8 @@ def check_settings(until: float, every: float, s: bl.Settings, scene: Scene, out
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:
-    """Numbers of a row that is kept, its time included; 0 where none is kept, or too few rows for it to matter."""
+    """How many numbers a kept row has, its time included; 0 where no row is kept, or where there are too few rows for its width
+    to matter."""
     if outputs is None or rows <= NEVER_MANY:
         return 0
     return 1 + len(select(columns(build(scene).system), tuple(outputs)))

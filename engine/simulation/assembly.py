@@ -13,7 +13,7 @@ NOTICE = 1e-9
 
 
 def moved_notes(built: Built, block: Block) -> list[str]:
-    """One line per given start value that was moved, and one per start value that could not be used."""
+    """Lines for the user: one for every given start value that assembly moved, and one for every start value that is not used."""
     system, n = built.system, built.numbers
     notes = list(n.ignored)
     q, v = block.y[: system.nq], block.y[system.nq : system.nq + system.nv]

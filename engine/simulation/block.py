@@ -26,8 +26,8 @@ NEED_JACOBIAN, DONE, NEED_REDUNDANT = Status.NEED_JACOBIAN, Status.DONE, Status.
 
 @dataclass(frozen=True)
 class Settings:
-    """How to step. step > 0: fixed steps of that size without error control; locate: find events; project: close loops;
-    through_jams: stop a jammed joint by a tangential impact and go on."""
+    """How a run steps. step > 0 asks for fixed steps of that size, s, without error control; locate: whether events are
+    located; project: whether loops are closed after a step; through_jams: stop a jammed joint by a tangential impact and go on."""
 
     rtol: float = 1e-6
     method: str = "auto"
@@ -39,7 +39,7 @@ class Settings:
     through_jams: bool = False
 
     def record(self, **scales: float) -> Any:
-        """As the runtime reads them; scales: length, rate, energy. SceneError for a method that does not exist."""
+        """These settings as the runtime's record; scales: length, rate, energy. SceneError for a method that does not exist."""
         if self.method not in METHODS:
             raise SceneError([Problem("method", f"{self.method!r} is unknown", f"one of {', '.join(METHODS)}")])
         return SETTINGS.ctype(*SETTINGS.row(
@@ -50,7 +50,7 @@ class Settings:
 
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
-    """The runtime with its signatures declared."""
+    """The runtime library, with the signatures of its functions declared."""
     lib = runtime()
     p, i, d, long = ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_long
     lib.tr_size.argtypes, lib.tr_size.restype = [p, p, p, i, i, i], ctypes.c_size_t
@@ -81,13 +81,13 @@ def _library() -> ctypes.CDLL:
 
 
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
-    """Time t and ``count`` signals at t into external values x (contiguous); x[1] chooses the interval. tables: their records
-    (``system.curves``)."""
+    """Write time t, s, and ``count`` signals at that time into the external values x (contiguous). x[1], a time inside the
+    step, chooses the interval of each curve; tables: the records of the curves (``system.curves``)."""
     _library().tr_signals(tables.ctypes.data, count, t, x.ctypes.data)
 
 
 class Block:
-    """A simulation block. Arrays are views into it; nothing is copied."""
+    """A simulation block: the memory in which the runtime keeps one run. Its arrays are views into it; nothing is copied."""
 
     def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray, event_capacity: int = EVENT_CAPACITY):
         self.kernel, self.numbers, self.lib = kernel, numbers, _library()
@@ -116,7 +116,7 @@ class Block:
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def attach_jacobian(self) -> None:
-        """Give the block the Jacobian unit (built now if need be); the run goes on where it was."""
+        """Give the block the Jacobian unit, built now if need be; the run goes on where it was."""
         old, old_at = self._memory, self.at
         j = self.kernel.jacobian()
         self._allocate(j)
@@ -131,7 +131,7 @@ class Block:
         return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
 
     def take(self, numbers: Numbers, parameters: np.ndarray) -> None:
-        """Other numbers of the same structure: parameters, start values, tables, kinks. Assemble and start anew after it."""
+        """Take other parameters, start values, tables and kinks of the same structure; then assemble and start again."""
         self.numbers = numbers
         self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
         tables = table_block(numbers.tables)
@@ -140,7 +140,7 @@ class Block:
         self.prepare()
 
     def signals(self, t: float, x: np.ndarray) -> None:
-        """Time t and every table at t into external values x (contiguous, nx); x[1] chooses the interval, as in a step."""
+        """Write time t and every table at t into external values x (contiguous, nx); x[1] chooses the interval, as in a step."""
         signals(self._view(Array.TABLES, self._sizes[1]), self.kernel.sizes["ntables"], t, x)
 
     def prepare(self) -> None:
@@ -154,7 +154,7 @@ class Block:
         self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
-        """Start values onto the loops: 1 done, 0 positions cannot be closed, −1 velocities cannot."""
+        """Move the start values onto the closed loops. 1: done; 0: the positions cannot be closed; −1: the velocities cannot."""
         n = self.numbers
         self.y[:] = 0.0
         self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
@@ -162,25 +162,25 @@ class Block:
         return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
 
     def _rate_given(self) -> np.ndarray:
-        """q_given by rate: a rate counts as given when its coordinate does."""
+        """Which rates count as given (nv): those whose coordinate is given."""
         return self.numbers.q_given_by_rate
 
     def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
-        """Begin a run; fills the first row."""
+        """Begin a run from t to t_stop with output spacing ``every``, all s; fills the first row. The ``Status``."""
         return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
 
     def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
-        """(status, rows written)."""
+        """Step towards the time ``target``, s, by at most ``max_steps`` steps. (``Status``, number of rows written to ``rows``)."""
         count = ctypes.c_long(0)
         code = self.lib.tr_advance(self.at, target, max_steps, rows.ctypes.data, len(rows), ctypes.addressof(count))
         return code, count.value
 
     def row(self, out: np.ndarray) -> int:
-        """Output row at the present time; OK, or the status that says why there is none."""
+        """Write the output row at the present time to ``out``. OK, or the ``Status`` that says why there is none."""
         return self.lib.tr_row(self.at, out.ctypes.data)
 
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
-        """(ẏ, multipliers) at the present state."""
+        """(ẏ (ny), multipliers) at the present state."""
         sizes = self.kernel.sizes
         dy, z = np.zeros(self.ny + sizes["nquad"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
@@ -188,7 +188,7 @@ class Block:
         return dy[: self.ny], z[:-1]
 
     def derivatives(self) -> np.ndarray:
-        """dẏ/d[y, t] at the present state ((ny + integrals) × (ny + 1)); attaches the Jacobian unit when it is missing."""
+        """∂ẏ/∂[y, t] at the present state ((ny + integrals) × (ny + 1)); attaches the Jacobian unit when it is missing."""
         if "jacobian" not in self.kernel.libraries or not self._has_jacobian:
             self.attach_jacobian()
         out = np.zeros((self.ny + 1, self.ny + self.kernel.sizes["nquad"]))
@@ -197,64 +197,65 @@ class Block:
         return out.T
 
     def redundancy(self) -> np.ndarray:
-        """Scaled reactions (loop rows × count) of the reaction directions that the motion leaves open here; orthonormal columns."""
+        """Patterns of reactions that the motion leaves open here: scaled loop reactions (loop rows × count), orthonormal
+        columns."""
         rows = sum(n for _, n in self.kernel.facts["loop_rows"])
         out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
         count = self.lib.tr_redundancy(self.at, out.ctypes.data)
         return out[: max(count, 0), :rows].T
 
     def hold(self) -> np.ndarray | None:
-        """Statics with every frictional pair held at the present state, after ``start``: a ``tr_held`` a pair; None when there is
-        no answer."""
+        """Statics at the present state with every frictional pair held; to be asked after ``start``. One ``tr_held`` for each
+        pair, None when the statics have no answer."""
         out = np.zeros(self.kernel.sizes["nsliders"] + 1, HELD.dtype)
         return out[:-1] if self.lib.tr_hold_all(self.at, out.ctypes.data) else None
 
     def multipliers(self) -> np.ndarray:
-        """η as last solved."""
+        """η, the friction multipliers, as last solved."""
         s = self.kernel.sizes
         return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[s["active"] :]
 
     def why(self) -> tuple[int, int]:
-        """After a failure of friction: (``Why``, the pair to blame or −1)."""
+        """Why friction failed, after a failure of friction: (``Why``, index of the pair to blame or −1)."""
         pair = ctypes.c_int(-1)
         return self.lib.tr_why(self.at, ctypes.addressof(pair)), pair.value
 
     def open_row(self) -> tuple[int, float]:
-        """After a failure of the loops: (constraint row it is about or −1, how independent the rows still are: 1 fully, 0 one
-        depends on the others, −1 not the reason)."""
+        """After a failure of the loops: (constraint row to blame or −1, how independent the rows still are: 1 fully, 0 when one
+        depends on the others, −1 when that is not the reason)."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 
     def gap(self) -> tuple[np.ndarray, np.ndarray]:
-        """How far the loops are from closing at the present state: (residuals in m or as the sine of an angle, their rates), a
-        number a constraint row each."""
+        """How far the loops are from closing at the present state: (residuals, m or the sine of an angle; their rates), one
+        number for each constraint row."""
         rows = self.kernel.sizes["rows"]
         flat = np.zeros(2 * rows + 1)
         self.lib.tr_gap(self.at, flat.ctypes.data)
         return flat[:rows], flat[rows : 2 * rows]
 
     def roots(self) -> int:
-        """Roots of the complement equations found at the present state."""
+        """How many roots of the complement equations were found at the present state."""
         return self.lib.tr_roots(self.at)
 
     def certificate(self) -> Any:
-        """What certifies the run so far, a ``tr_certificate``."""
+        """The numbers that certify the run so far (``tr_certificate``)."""
         out = CERTIFICATE.ctype()
         self.lib.tr_certify_run(self.at, ctypes.addressof(out))
         return out
 
     @property
     def time(self) -> float:
-        """Time the state is at."""
+        """The time the state is at, s."""
         return self.lib.tr_time(self.at)
 
     def statistics(self) -> dict[str, int]:
-        """Counters of the run."""
+        """The run's counters by name: those of ``tr_stats``, and the steps each method took."""
         stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
         counted = {n: int(getattr(stats, n)) for n in STATS.names if n != "of_method"}
         return counted | {n: int(stats.of_method[i]) for n, i in METHODS.items() if n != "auto"}
 
     def take_events(self) -> np.ndarray:
-        """Event records since the last call."""
+        """The events since the last call (n ``tr_event``)."""
         n = self.lib.tr_events_take(self.at)
         return self.events[:n].copy()

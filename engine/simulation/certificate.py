@@ -40,7 +40,7 @@ def certificate(block: Block, system: System, roots_at_start: int, open_reaction
 
 
 def certificate_notes(c: Certificate) -> list[str]:
-    """What of it a user should be told."""
+    """Lines for the user: what in the certificate limits how far the result can be trusted."""
     out = []
     if c.indeterminate:
         time, joint = c.indeterminate

@@ -23,7 +23,8 @@ WHY: dict[int, str] = {Why.JAM: "jammed", Why.INCONSISTENT: "inconsistent"}
 
 
 def diagnose(model: Model, status: int) -> Outcome:
-    """The named outcome of a failure: for friction, the pair to blame is brought to rest; one that then sticks has jammed."""
+    """The named outcome of a failed run. A failure of friction brings the pair to blame to rest; if that pair then sticks, its
+    joint has jammed."""
     block = model.block
     if status in FRICTION:
         why, pair = block.why()
@@ -38,7 +39,8 @@ def diagnose(model: Model, status: int) -> Outcome:
 
 
 def _stuck_loop(model: Model, plain: Outcome) -> Outcome:
-    """The loop that cannot go on: its cut joint, or one with two crossed axes; all its joints, and who drives."""
+    """The outcome of a loop that cannot go on: it names the cut joint (or one with two crossed axes), all joints of the loop,
+    and what drives it."""
     row, independence = model.block.open_row()
     cut = next((j for j in model.system.cuts if j.rows <= row < j.rows + j.kind.rows), None)
     if cut is None:
@@ -65,9 +67,9 @@ def around(system: System, cut: Joint) -> list[Joint]:
 
 
 def suspect(model: Model, status: int) -> str:
-    """Name of the joint: for unsolvable complement equations the one whose friction would have to grow without bound (largest
-    multiplier ratio when friction is scaled up); for numbers that are not finite the one that moves fastest where they were still
-    finite, at rest the first with a freedom."""
+    """Name of the joint a failure is probably about. Complement equations without a solution: the joint whose friction would
+    have to grow without bound (largest multiplier ratio when friction is scaled up). Numbers that are not finite: the joint
+    that moves fastest where they were still finite; at rest the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
         names = [j.name for j in system.frictional]

@@ -13,9 +13,10 @@ from engine.system.structure import state_coordinates
 
 
 def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequence[float]], t: float = 0.0) -> dict[str, float]:
-    """Columns by name at time t, s. q, qd: coordinates and rates of the tree joints by name (all of a joint's, driven ones are
-    ignored; missing joints: as the scene starts; those of cut joints follow). The state must close the loops; it is used as it is.
-    ValueError for joints or numbers that are not there, SimulationError when the state has no solution."""
+    """Columns by name, in SI units, at time t, s, without stepping. q, qd: coordinates and rates of tree joints by name, for
+    each joint all of them (those of driven freedoms are ignored); a joint that is not named is as the scene starts it, and cut
+    joints follow from the tree. The state must close the loops: it is used as it is. ValueError for joints or numbers that are
+    not there, SimulationError when the state has no solution."""
     block, system = model.block, model.system
     _known(model, q, qd)
     n = model.built.numbers

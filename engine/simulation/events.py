@@ -11,7 +11,7 @@ from engine.system.structure import System
 
 
 def decode(system: System, records: np.ndarray) -> list[Event]:
-    """Records (n ``tr_event``) → events."""
+    """The runtime's event records (n ``tr_event``) as events with the names of joints."""
     sliders, stops = slider_names(system), stop_names(system)
     out = []
     for r in records:

@@ -27,9 +27,10 @@ EDGE = 1e-10
 
 @dataclass(frozen=True)
 class PairHold:
-    """One frictional pair, held. share: friction it needs over the most it can give there (NaN: its law holds nothing at rest);
-    capacity: that most, N at the surface; margin: 1 − share; unique: whether the share is the only one possible; sticks: whether it
-    does (another pair may slip first and relieve it)."""
+    """One frictional pair, held at rest. share: the friction it needs, over the most it can give there (NaN: its law holds
+    nothing at rest); capacity: that most, N at the surface; margin: 1 − share; unique: whether no other share is possible;
+    sticks: whether the pair stays at rest (it may although its share is too large, when another pair slips first and relieves
+    it)."""
 
     joint: str
     part: int
@@ -42,14 +43,14 @@ class PairHold:
 
     @property
     def margin(self) -> float:
-        """1 − share: below 0 it cannot hold."""
+        """1 − share; below 0 the pair cannot hold."""
         return 1.0 - self.share
 
 
 @dataclass(frozen=True)
 class HoldReport:
-    """holds: nothing moves; first: the joint that lets go first ("" when all hold); margin: the smallest of the pairs';
-    moves: joints without friction at rest whose freedoms accelerate though every pair is held."""
+    """The answer for a scene. holds: nothing moves; first: the joint that lets go first ("" when all hold); margin: the
+    smallest margin of any pair; moves: joints without friction at rest whose freedoms accelerate although every pair is held."""
 
     holds: bool
     first: str
@@ -79,7 +80,7 @@ def hold(scene: Scene) -> HoldReport:
 
 
 def _dry(scene: Scene) -> tuple[Scene, list[str]]:
-    """The scene with dry friction where its law has none at rest, and what was changed."""
+    """The scene with dry friction wherever its law has none at rest, and notes of what was changed."""
     joints: dict[str, Joint] = dict(scene.joints)
     changed: dict[str, list[str]] = {}
     for name, j in scene.joints.items():
@@ -92,7 +93,7 @@ def _dry(scene: Scene) -> tuple[Scene, list[str]]:
 
 
 def _stopped(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
-    """The scene with every drive held where a run has it at t = 0, and what was changed."""
+    """The scene with every drive held where a run has it at t = 0, and notes of what was changed."""
     joints = dict(scene.joints)
     for (name, k), at in positions(build(scene)).items():
         drive, held = joints[name].drive, Drive(constant=Constant(rate=0.0, start=at))
@@ -103,7 +104,7 @@ def _stopped(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
 
 
 def _start(model: Model) -> int:
-    """Assemble, take all rates away, begin; the runtime's status (a failure of friction is an answer here)."""
+    """Assemble, set all rates to zero and begin a run; gives the runtime's status (here a failure of friction is an answer)."""
     settings, block = bl.Settings(rtol=1e-9), model.block
     block.configure(settings)
     code = block.assemble()
@@ -126,7 +127,7 @@ def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[s
 
 
 def _moving(model: Model) -> tuple[str, ...]:
-    """Tree joints with a freedom that accelerates though every pair is held."""
+    """Tree joints with a freedom that accelerates although every pair is held."""
     block, system, numbers = model.block, model.system, model.built.numbers
     if not block.ny:
         return ()

@@ -25,9 +25,9 @@ from engine.system.structure import state_coordinates
 
 @dataclass(frozen=True)
 class Linearization:
-    """δẋ = A δx + B δu, δy = C δx + D δu at ``time``, s. Names: ``states`` (coordinates of the tree joints, then their rates; a
-    quaternion's four coordinates are not independent, nor are the states of closed loops), ``inputs``, ``outputs``; x, u, y: values
-    there; dx: ẋ there."""
+    """The linear system δẋ = A δx + B δu, δy = C δx + D δu at ``time``, s. ``states``, ``inputs`` and ``outputs`` name the rows
+    and columns; the states are the coordinates of the tree joints, then their rates (a quaternion's four coordinates are not
+    independent, nor are the states of closed loops). x, u, y: values at that time; dx: ẋ there."""
 
     time: float
     states: tuple[str, ...]
@@ -63,9 +63,10 @@ def linearize(
 ) -> Linearization:
     """Run the scene to time ``at``, s, and linearise there.
 
-    outputs: patterns of columns (default: the scene's). scene, overrides, rtol: as in ``simulate``. What only the run itself knows
-    (integrals, counts, states of friction) has no derivative: its rows are zero. An input that prescribes a motion acts through the
-    acceleration with which the motion follows it. SceneError for wrong input, SimulationError when the run does not get there.
+    outputs: patterns of columns (default: the scene's). scene, overrides, rtol: as in ``simulate``. Outputs that only the run
+    itself knows (integrals, counts, states of friction) have no derivative: their rows are zero. An input that prescribes a motion
+    acts through the acceleration with which the motion follows it. SceneError for wrong input, SimulationError when the run does
+    not get there.
     """
     loaded, read = scene_given(scene, overrides), Amounts()
     time, tolerance = read.time(at, "at"), read.number(rtol or loaded.simulation.rtol, "rtol")
@@ -90,7 +91,7 @@ def _go(model: Model, at: float, settings: Settings) -> None:
 
 
 class _Point:
-    """The block at the point of linearisation, with the linear unit."""
+    """The block at the point of linearisation, with the unit that gives derivatives along a direction."""
 
     def __init__(self, model: Model):
         self.model, self.block = model, model.block
@@ -98,7 +99,7 @@ class _Point:
         self.unit = linear_unit(model.kernel, model.columns)
 
     def along(self, inputs: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(δẋ, δcolumns) along a direction."""
+        """(δẋ, δcolumns) along one direction, given by the changes ``dy`` of the states and ``inputs`` of the inputs' signals."""
         rates, columns = np.zeros(self.block.ny + 1), np.zeros(len(self.model.columns) + 1)
         inputs, dy = np.append(inputs, 0.0), np.append(dy, 0.0)
         places = [a.ctypes.data_as(ctypes.c_void_p) for a in (inputs, dy, rates, columns)]
@@ -107,7 +108,7 @@ class _Point:
         return rates[:-1], columns[:-1]
 
     def linearization(self) -> Linearization:
-        """All directions, one by one."""
+        """The whole linear system: unit changes of every state and input, one after the other."""
         block, system = self.block, self.model.system
         ny, names = block.ny, system.inputs
         row = np.zeros(block.width)
@@ -124,7 +125,8 @@ class _Point:
         return Linearization(block.time, states_, tuple(names), columns, A, B, C, D, x, u, row[1:], dx.copy())
 
     def _input_seeds(self) -> list[np.ndarray]:
-        """What a unit change of each input does to its signal at once: the value; of a motion that follows: its acceleration."""
+        """For each input, what a unit change does at once to its signal: it changes the value, or, where a motion follows the
+        input, the acceleration."""
         out = []
         tables = self.model.built.numbers.tables
         for i in range(len(self.model.system.inputs)):

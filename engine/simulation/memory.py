@@ -1,4 +1,5 @@
-"""What the rows of a run would take, before they take it: refused with numbers, wherever a run is asked for."""
+"""What the rows of a run would take, in memory and time, computed before the run: too much is refused with numbers, wherever a
+run is asked for."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
 @lru_cache(maxsize=1)
 def memory() -> int:
-    """Bytes this process may use: the machine's, or what a container allows."""
+    """How many bytes this process may use: the machine's memory, or what a container allows."""
     found = [ASSUMED]
     with suppress(AttributeError, ValueError, OSError):
         found = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
@@ -37,13 +38,14 @@ def memory() -> int:
 
 
 def expected_rows(until: float, every: float, step: float = 0.0) -> float:
-    """Output rows of a run; 0 where only the error control knows."""
+    """Number of output rows of a run; 0 where only the error control decides it."""
     spacing = every if every > 0.0 else step
     return until / spacing + 1.0 if spacing > 0.0 else 0.0
 
 
 def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0) -> list[Problem]:
-    """Why so many rows cannot be had. columns: kept of each row, 0 where none is kept and only time limits them."""
+    """The problems of asking for so many rows; none when they can be had. columns: how many are kept of each row; 0 where none
+    is kept, so that only time limits the rows."""
     rows = expected_rows(until, every, step)
     need = COPIES * NUMBER * columns * rows
     if rows <= MOST_ROWS and need <= SHARE * memory():
@@ -60,13 +62,13 @@ def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0
 
 
 def rounded_up(value: float) -> float:
-    """The next number with one digit."""
+    """The next larger number with one significant digit."""
     unit = 10.0 ** math.floor(math.log10(value))
     return float(f"{math.ceil(value / unit * (1 - 1e-12)) * unit:.1g}")
 
 
 def size(count: float) -> str:
-    """Bytes, readable."""
+    """A number of bytes as readable text."""
     for unit in ("B", "kB", "MB", "GB", "TB"):
         if count < 1000.0 or unit == "TB":
             return f"{count:.3g} {unit}"

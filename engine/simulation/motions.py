@@ -1,4 +1,4 @@
-"""What drives prescribe at an instant, by the same expressions and the same curves as a run: for statics and for what is told."""
+"""What drives prescribe at an instant, by the same expressions and curves as a run; statics uses it, and what users are told."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ INK, LINE, MARK = "#222", "#0072B2", "#9a9a9a"
 
 
 def html(result: Result) -> str:
-    """One HTML fragment."""
+    """The fragment of HTML that a notebook displays for a result."""
     tone = "#00734f" if result.outcome.ok else "#b00020"
     parts = [
         f'<div style="font-family:sans-serif;font-size:13px;color:{INK}">',

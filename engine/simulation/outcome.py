@@ -42,8 +42,8 @@ ADVICE = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """name: "done" or what went wrong; time it happened; joint it is about ("" when it is about the whole); advice;
-    numbers that go with it."""
+    """How a run ended. name: "done" or what went wrong; time when it happened, s; joint it is about ("" when it is about the
+    whole); advice: what to try; numbers that say how far it went wrong, by name."""
 
     name: str
     time: float
@@ -69,6 +69,6 @@ class Outcome:
 
 
 def from_status(status: int, time: float, joint: str) -> Outcome:
-    """Outcome of a runtime status."""
+    """The outcome that belongs to a ``Status`` of the runtime."""
     name = NAMES.get(status, f"status_{status}")
     return Outcome(name, time, joint, ADVICE.get(name, "please report this"))

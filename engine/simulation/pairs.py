@@ -1,4 +1,4 @@
-"""Names of what the runtime numbers: sliding pairs and stops."""
+"""Names of the sliding pairs and stops that the runtime only numbers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from engine.system.structure import System
 
 
 def slider_names(system: System) -> list[tuple[str, int]]:
-    """(joint, part from 1) of every sliding pair, by flag."""
+    """(joint, part from 1) of every sliding pair, in the order of their flags."""
     out: list[tuple[str, int]] = []
     for j in system.frictional:
         assert j.friction is not None
@@ -15,7 +15,7 @@ def slider_names(system: System) -> list[tuple[str, int]]:
 
 
 def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, freedom from 1) of every stop, by flag."""
+    """(joint, freedom from 1) of every stop, in the order of their flags."""
     found: dict[int, tuple[str, int]] = {}
     for j in system.joints:
         for k, d in enumerate(j.devices):

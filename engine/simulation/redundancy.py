@@ -38,7 +38,7 @@ def redundancy(block: Block) -> Redundancy:
 
 
 def redundancy_notes(r: Redundancy) -> list[str]:
-    """The same in words."""
+    """The line a user is told when reactions are not unique; none when they all are."""
     if r.count == 0:
         return []
     times = "once" if r.count == 1 else f"{r.count} times"

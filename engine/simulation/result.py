@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stats:
-    """What the run cost. wall_time: stepping alone, s; build_time: symbolic build and compilation, s (0 from the cache);
-    setup_time: loading and assembly, s."""
+    """What the run cost. wall_time: stepping alone, s; build_time: symbolic build and compilation, s (0 when the kernel came
+    from the cache); setup_time: loading and assembly, s."""
 
     wall_time: float
     build_time: float
@@ -39,7 +39,8 @@ class Stats:
 
 @dataclass(frozen=True)
 class Result:
-    """Columns by name: ``result["ball.contact[1].angle"]``, ``result.time``. Rows are output times."""
+    """The result of a run: a row for every output time. A column is found by its name, ``result["ball.contact[1].angle"]``, and
+    the times are ``result.time``, s."""
 
     scene: Scene
     data: np.ndarray
@@ -121,7 +122,7 @@ class Result:
         return f"<Result of {self.scene.name}: {len(self)} rows × {len(self.names)} columns, {self.outcome}>"
 
     def _repr_html_(self) -> str:
-        """Notebook display: outcome, events, and a picture of the main curves."""
+        """What a notebook displays: outcome, events, and a picture of the main curves."""
         from engine.simulation.notebook import html
 
         return html(self)

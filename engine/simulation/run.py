@@ -62,12 +62,12 @@ class Model:
 
     @property
     def system(self) -> System:
-        """The structure."""
+        """The mechanism's structure."""
         return self.built.system
 
 
 def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:
-    """A pattern that matches nothing is a mistake; close names are looked for as long as they are told."""
+    """A problem for every pattern that matches no column. Close names are looked for only in the problems that are told."""
     from difflib import get_close_matches
 
     wild = sum(map(is_wild, patterns))
@@ -122,8 +122,8 @@ def simulate(
 
 
 def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:
-    """A run as a part of larger work: assemble, start, step to the end; everything up to a failure is kept. KeyboardInterrupt when
-    it is stopped by Ctrl-C, which is meant for the whole."""
+    """Carry out one run as part of larger work: assemble, start, step to the end; on a failure everything up to it is kept.
+    When Ctrl-C stops it, KeyboardInterrupt is raised, because the interrupt is meant for the whole work."""
     result = OneRun(model, until, every, settings, progress).result()
     if result.outcome.name == "stopped":
         raise KeyboardInterrupt

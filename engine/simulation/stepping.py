@@ -34,7 +34,7 @@ Progress = Callable[[float, float], None]
 
 
 class OneRun:
-    """One run: rows and events as they come, and the times of its parts."""
+    """A run in progress: the rows and events so far, and how long its parts took."""
 
     def __init__(self, model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None):
         self.model, self.until, self.every, self.settings, self.progress = model, until, every, settings, progress
@@ -47,7 +47,7 @@ class OneRun:
         self.began = False
 
     def result(self) -> Result:
-        """Carry it out."""
+        """Carry the run out and give its result."""
         started = time.perf_counter()
         outcome = self._begin()
         self.setup = time.perf_counter() - started + self.model.setup_seconds
@@ -68,7 +68,8 @@ class OneRun:
                       self.open_reactions, certified)
 
     def _begin(self) -> Outcome | None:
-        """Close the loops, say what was moved, evaluate the start; an outcome when that cannot be done."""
+        """Close the loops, note which start values were moved, and evaluate the start; gives an outcome when that cannot be
+        done."""
         from engine.simulation.assembly import moved_notes
         from engine.simulation.motions import beginning_notes
 
@@ -90,7 +91,7 @@ class OneRun:
         return None
 
     def _stepping_or_stopped(self) -> Outcome:
-        """Advance to the end, or to the interrupt (Ctrl-C): what there is by then is kept."""
+        """Advance to the end, or until Ctrl-C; the rows and events up to then are kept."""
         started = time.perf_counter()
         try:
             with held() as interrupt:
@@ -101,7 +102,7 @@ class OneRun:
             self.wall = time.perf_counter() - started - self.build
 
     def _stepping(self, interrupt: Held) -> Outcome:
-        """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt between two of them."""
+        """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt is raised only between two of them."""
         block = self.model.block
         buffer = np.empty((CHUNK_ROWS, block.width))
         told, steps = time.perf_counter(), FIRST_STEPS
@@ -133,7 +134,8 @@ class OneRun:
         return Outcome(DONE, self.until)
 
     def _attach_jacobian(self, interrupt: Held) -> None:
-        """Building the unit is building, not stepping, and may be interrupted; the block is not touched before it is there."""
+        """Attach the Jacobian unit. Its building time counts as building, not stepping, and may be interrupted: the block is
+        not touched before the unit is there."""
         started = time.perf_counter()
         try:
             with interrupt.open():
@@ -144,6 +146,6 @@ class OneRun:
 
 
 def sized(steps: int, seconds: float) -> int:
-    """Steps of the next call into C, when the last one took so many seconds for ``steps``."""
+    """How many steps to ask for in the next call into C, when the last call took ``seconds`` for ``steps`` steps."""
     wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
     return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))

@@ -1,4 +1,4 @@
-"""The short of a result: its main columns with their ranges, its last values, its events in words."""
+"""The summary of a result: its main columns with their ranges, its last values, its events in words."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class Range:
 
 
 def main_columns(result: Result, most: int = 16) -> list[str]:
-    """What one looks at first: friction and contact forces of every frictional joint, coordinates, energy balance."""
+    """Names of the columns one looks at first: friction and contact forces of every frictional joint, coordinates, energy
+    balance."""
     joints = result.scene.joints
     names: list[str] = []
     for name in (n for n, j in joints.items() if j.friction is not None):

@@ -38,7 +38,7 @@ ENCODED = ("scene", "settings", "outcome", "events", "notes")
 
 
 def metadata(result: Result) -> dict[str, str]:
-    """Where the result came from: format, version, scene, settings, outcome, events, notes (all text)."""
+    """Where the result came from: format, version, scene, settings, outcome, events and notes, all as text."""
     from engine.scene.dump import scene_to_dict
 
     encoded = {
@@ -53,7 +53,8 @@ def metadata(result: Result) -> dict[str, str]:
 
 
 def finite(value: Any) -> Any:
-    """The same nested data with null where JSON has no number (NaN, infinities), tuples as lists."""
+    """Nested data ready for JSON: null in place of every number that JSON does not have (NaN, infinities), and lists in place
+    of tuples."""
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

@@ -31,7 +31,7 @@ class Built:
 
 
 def build(scene: sm.Scene) -> Built:
-    """Reduce a checked scene. Pure data; no symbolic work."""
+    """Reduce a checked scene to the data of its system. No symbolic expression is made here."""
     table = ParameterTable(scene.tunable)
     spanning = span(scene)
     maker = _Maker(scene, table, spanning)
@@ -40,7 +40,8 @@ def build(scene: sm.Scene) -> Built:
 
 
 class _Maker:
-    """Builds the parts in order; holds the maps they share."""
+    """Builds the parts of a system in order, and holds what they share: indices of bodies, their reference origins, devices,
+    and the parameter table."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
         self.scene, self.table, self.spanning = scene, table, spanning
@@ -68,23 +69,24 @@ class _Maker:
     # -- points -------------------------------------------------------------------------------------------------------------
 
     def relative(self, body: str, label: str, p: tuple[float, ...]) -> Leaves:
-        """Leaves of a point measured from the body's reference origin, named ``label`` among the parameters."""
+        """Leaves of a body's point, measured from the body's reference origin, m; ``label`` is its path among the parameters."""
         o = self.origin[body]
         return self.table.vector(label, [p[k] - o[k] for k in range(3)], "m")
 
     def named(self, body: str, point: str) -> str:
-        """Path of a body's named point."""
+        """Path of a body's named point in the scene."""
         return f"ground.points.{point}" if body == "ground" else f"bodies.{body}.points.{point}"
 
     def label(self, side: str | sm.Side, otherwise: str) -> str:
-        """Path of a side's point: the named point where it has one."""
+        """Path of a joint side's point: that of the named point where the side names one, else the side's own, below
+        ``otherwise``."""
         point = named_point(side)
         return self.named(body_of(side), point) if point else f"{otherwise}.point"
 
     # -- parts --------------------------------------------------------------------------------------------------------------
 
     def body(self, i: int, joint: str, name: str) -> Body:
-        """One body: mass, centre and inertia as leaves."""
+        """Body ``name``, number i in the tree, carried by ``joint``: its mass, centre and inertia as leaves."""
         b = self.scene.bodies[name]
         m, center, inertia = mass_properties(b)
         shaped = b.inertia is None
@@ -103,7 +105,7 @@ class _Maker:
         return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
 
     def joint(self, name: str) -> Joint:
-        """One joint without its offsets."""
+        """A joint, still without its offsets in the state and among the constraint rows."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
         a, b = point_of(self.scene, j.inboard), point_of(self.scene, j.outboard)
@@ -117,7 +119,8 @@ class _Maker:
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
-        """Assign children, offsets of coordinates, rates, constraint rows, and friction multipliers."""
+        """The joints with what depends on their order: children, and offsets of coordinates, rates, constraint rows and
+        friction multipliers."""
         q = v = rows = eta = flag = 0
         out = []
         for n, j in enumerate(joints):

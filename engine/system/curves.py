@@ -1,4 +1,4 @@
-"""Signals the runtime reads from memory: tables as piecewise curves, and external inputs. One record of numbers each.
+"""Signals that the runtime reads from memory: tables as piecewise curves, and external inputs. Each is one record of numbers.
 
 Tables (t_i, v_i) become linear, a cubic spline with continuous second derivative (kept as values and second derivatives at the
 knots), or a cubic that goes up and down only where the values do (values and slopes; its second derivative jumps at the knots).
@@ -23,8 +23,8 @@ would falsify data that move there."""
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A table. held: whether its end values stay beyond its ends (else it goes straight on there); time (n), s; value (n); shape
-    (n): second derivatives (SPLINE), slopes (HERMITE), zeros (LINEAR)."""
+    """A table as a piecewise curve. held: whether the end values stay beyond the ends (else the curve goes straight on there);
+    time (n), s; value (n); shape (n): second derivatives for SPLINE, slopes for HERMITE, zeros for LINEAR."""
 
     kind: TableKind
     held: bool
@@ -33,31 +33,31 @@ class Curve:
     shape: np.ndarray
 
     def record(self) -> np.ndarray:
-        """``tr_knots``, then time, value and shape."""
+        """The numbers the runtime reads: ``tr_knots``, then time, value and shape."""
         head = KNOTS.doubles(kind=self.kind, held=self.held, n=len(self.time))
         return np.concatenate([head, self.time, self.value, self.shape])
 
     def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases may share a run's tables."""
+        """Whether two cases of a batch may share this table: they may when it is the same."""
         return isinstance(other, Curve) and np.array_equal(self.record(), other.record())
 
 
 @dataclass(frozen=True)
 class Outside:
-    """An external input. tracked: whether a motion follows it; start: its value until someone sets it; bandwidth of a motion that
-    follows, rad/s."""
+    """An external input. tracked: whether a motion follows it; start: its value until someone sets it; bandwidth, rad/s: how
+    fast a motion follows it."""
 
     tracked: bool
     start: float
     bandwidth: float
 
     def record(self) -> np.ndarray:
-        """``tr_input``: at its start value from t = 0 on."""
+        """The numbers the runtime reads: ``tr_input``, at its start value from t = 0 on."""
         now = {"t0": 0.0, "u": (self.start, 0.0, 0.0), "gap": 0.0, "gap_rate": 0.0}
         return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth), float)
 
     def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases may share a run's tables: each has its own value."""
+        """Whether two cases of a batch may share this table: start values may differ, since each case has its own."""
         return isinstance(other, Outside) and (self.tracked, self.bandwidth) == (other.tracked, other.bandwidth)
 
 

@@ -13,7 +13,7 @@ FIELDS = ("spring", "damping", "stops", "effort", "drive")
 
 
 class Builder:
-    """Makes devices joint by joint; collects tables and counts stop flags."""
+    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
@@ -24,12 +24,13 @@ class Builder:
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
     def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
-        """One Device a freedom."""
+        """The devices of a joint, one Device for each of its freedoms."""
         kind = REGISTRY[j.type]
         return tuple(self.device(name, j, k, not kind.turns(k)) for k in range(kind.nv))
 
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
-        """Leaves of the devices of freedom k; ``slides`` chooses the units. Paths are those of the scene."""
+        """The devices along freedom k of a joint, as leaves whose paths are those of the scene; ``slides`` chooses the units
+        (of a travel, else of an angle)."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
         s = self.table.own
 
@@ -50,7 +51,7 @@ class Builder:
         )
 
     def stop(self, path: str, st: sm.Stops, u: str, f: str) -> Stop:
-        """Stops with their engagement flags."""
+        """The end stops of a freedom and the flags that say whether they are engaged."""
         flags = [-1, -1]
         bounds: list[Leaf | None] = []
         for side, bound in enumerate((st.lower, st.upper)):
@@ -67,7 +68,7 @@ class Builder:
         )
 
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:
-        """A load: number, input or signal."""
+        """A load as a function of time: a number, an input or a signal."""
         if isinstance(value, sm.FromInput):
             return Signal("table", index=self.inputs[value.input])
         if isinstance(value, sm.Signal):
@@ -75,14 +76,14 @@ class Builder:
         return Signal("value", (self.table.own(path, value, unit),))
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
-        """A component of a load vector; exactly 0 is structural."""
+        """A component of a load vector; None, which removes terms from the code, where it is exactly 0 as written."""
         if isinstance(value, float | int):
             leaf: Leaf = self.table.component(path, float(value), unit)
             return None if leaf == 0.0 else Signal("value", (leaf,))
         return self.load(path, value, unit)
 
     def drive(self, path: str, d: sm.Drive, unit: str) -> Signal:
-        """A prescribed motion."""
+        """A prescribed motion as a function of time."""
         if d.constant is not None:
             s = self.table.own
             return Signal("rate", (s(f"{path}.constant.start", d.constant.start, unit),
@@ -94,7 +95,7 @@ class Builder:
         return self.signal(path, d, unit, "drive")
 
     def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
-        """Ramp, harmonic or table."""
+        """A ramp, harmonic or table as a function of time."""
         s, kink = self.table.own, self.table.scalar  # the integrator stops at kinks, so their times act elsewhere too
         if d.ramp is not None:
             r = d.ramp

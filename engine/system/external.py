@@ -22,27 +22,28 @@ MODE = runs.MODE.numbers
 
 @dataclass(frozen=True)
 class External:
-    """Offsets in x of a system with so many ``tables`` (inputs included), ``stops`` (flags) and ``sliders`` (pairs)."""
+    """Offsets in x, for a system with ``tables`` tables (inputs included), ``stops`` flags of stops and ``sliders`` sliding
+    pairs."""
 
     tables: int
     stops: int
     sliders: int
 
     def table(self, index: int) -> int:
-        """First of a table's numbers."""
+        """Where the numbers of a table begin."""
         return TIMES + TABLE * index
 
     def stop(self, index: int) -> int:
-        """A stop's flag."""
+        """Where the flag of a stop is."""
         return self.table(self.tables) + index
 
     def mode(self, slider: int) -> int:
-        """First of a pair's numbers."""
+        """Where the numbers of a sliding pair's mode begin."""
         return self.stop(self.stops) + MODE * slider
 
     @property
     def flags(self) -> slice:
-        """What events change: stop flags and modes."""
+        """The part of x that changes only at events: stop flags and modes."""
         return slice(self.stop(0), self.size)
 
     @property

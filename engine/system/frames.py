@@ -25,7 +25,7 @@ def direction(d: Direction) -> np.ndarray:
 
 
 def frame(axis: Direction | None, reference: Direction | None) -> tuple[float, ...]:
-    """Columns e1, e2, e3 as a row-major 3×3 tuple of 9."""
+    """The joint frame as a row-major 3×3 tuple of 9 whose columns are e1 (along ``axis``), e2 (towards ``reference``) and e3."""
     if axis is None:
         return IDENTITY
     e1 = direction(axis)

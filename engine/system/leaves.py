@@ -1,7 +1,8 @@
-"""Numbers of a system: structural constants (folded into the code) and run-time parameters (never folded).
+"""The numbers in a system's expressions: structural constants, which generated code contains as they are, and run-time parameters,
+which it reads from memory.
 
-Rule: a component of a vector or matrix that is exactly 0 as written is structure (it removes terms); every other number, and
-every single-number field whatever its value, is a run-time parameter. ``tunable`` patterns turn zeros into parameters too.
+A component of a vector or matrix that is exactly 0 as written is structure: it removes terms. Every other number, and every
+single-number field whatever its value, is a run-time parameter. ``tunable`` patterns turn zeros into parameters too.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from engine.basics.patterns import matcher
 
 @dataclass(frozen=True)
 class Param:
-    """Index of a run-time parameter."""
+    """A run-time parameter, by its index in the table."""
 
     index: int
 
@@ -24,7 +25,7 @@ Leaves = tuple[Leaf, ...]
 
 
 class ParameterTable:
-    """Run-time parameters in order of creation: path (as in the scene where there is one), value, unit."""
+    """The run-time parameters in the order in which they were made: path (that of the scene where there is one), value, unit."""
 
     def __init__(self, tunable: Sequence[str] = ()):
         self.paths: list[str] = []
@@ -44,21 +45,22 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that is the scene's number at this path and acts nowhere else: not on scales, start values, times
-        of kinks or other parameters."""
+        """A run-time parameter that is the scene's number at this path, where that number acts on nothing else: not on scales,
+        start values, times of kinks or other parameters."""
         self._own.add(path)
         return self.scalar(path, value, unit)
 
     def place(self, path: str) -> int | None:
-        """Index of the parameter that is all a number of the scene acts on; None where there is no such one."""
+        """Index of the parameter that a number of the scene is; None where the number acts on anything else too, or is no
+        parameter."""
         return self._index[path] if path in self._own else None
 
     def component(self, path: str, value: float, unit: str) -> Leaf:
-        """A component of a vector: structural when exactly zero and not tunable."""
+        """A component of a vector: a structural 0 when it is exactly zero and not tunable, else a parameter."""
         if value == 0.0 and not self._tunable(path):
             return 0.0
         return self.scalar(path, value, unit)
 
     def vector(self, path: str, values: Sequence[float], unit: str) -> Leaves:
-        """Components named path[1], path[2], …"""
+        """Leaves of a vector, whose components are named path[1], path[2], …"""
         return tuple(self.component(f"{path}[{i + 1}]", v, unit) for i, v in enumerate(values))

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) -> Load:
-    """One applied load of the scene."""
+    """One applied load of the scene as leaves. A force without a named point acts at the mass centre."""
     if isinstance(f, sm.SpringDamper):
         return _spring(maker, name, f)
     path = f"forces.{name}.{f.type}"

@@ -17,8 +17,9 @@ from engine.system.structure import System, state_coordinates
 
 @dataclass(frozen=True)
 class Numbers:
-    """q (nq), v (nv): start values, zero (identity) where the scene gives none; q_given, v_given: 1 where it does.
-    tables: inputs first. breaks: times at which a signal has a kink. length, rate: scales for tolerances."""
+    """What one run starts from. q (nq), v (nv): start values, zero (the identity for quaternions) where the scene gives none;
+    q_given, v_given: 1 where it does. tables: those of the inputs first. breaks: times at which a signal has a kink, s. length,
+    m, and rate, 1/s: scales for tolerances. inputs: start values of the external inputs."""
 
     q: np.ndarray
     v: np.ndarray
@@ -38,7 +39,7 @@ class Numbers:
 
 
 def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
-    """Collect them."""
+    """The numbers of a run of this scene."""
     q, v = np.zeros(system.nq), np.zeros(system.nv)
     q_given, v_given, by_rate = np.zeros(system.nq), np.zeros(system.nv), np.zeros(system.nv)
     for j in system.tree:

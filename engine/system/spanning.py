@@ -14,7 +14,7 @@ DEVICES = ("spring", "damping", "stops", "drive", "effort")
 
 @dataclass(frozen=True)
 class Spanning:
-    """Tree joints in the order they were reached (child bodies in the same order) and the cut ones by name."""
+    """A spanning tree. Its joints stand depth-first (so do the bodies they carry); the joints that are cut are named in ``cut``."""
 
     tree: tuple[tuple[str, str, bool], ...]
     """(joint, child body, forward): forward when the child is the outboard part."""
@@ -22,8 +22,9 @@ class Spanning:
 
 
 def cutting_cost(j: Joint) -> tuple[int, int]:
-    """How much is lost by cutting a joint: devices and unwritable rows first, then friction and given start values, then the
-    number of multipliers it would add (a spherical joint, with three and a quaternion saved, is the best cut)."""
+    """How much is lost by cutting a joint, compared entry by entry: first devices it has and constraints that no cut joint can
+    hold; then friction, given start values and the number of multipliers cutting would add (a spherical joint, which adds three
+    and saves a quaternion, is the best cut)."""
     kind = REGISTRY[j.type]
     never = 0 if kind.cuttable else 4
     devices = sum(getattr(j, d) is not None for d in DEVICES)
@@ -66,7 +67,7 @@ def span(scene: Scene) -> Spanning:
 
 
 def _by_branch(tree: list[tuple[str, str, bool]], ends: dict[str, tuple[str, str]]) -> tuple[tuple[str, str, bool], ...]:
-    """Depth-first order, so that a chain's bodies are neighbours in memory."""
+    """The tree's joints depth-first, so that the bodies of a chain are neighbours in memory."""
     children: dict[str, list[tuple[str, str, bool]]] = {}
     for entry in sorted(tree):
         n, child, _ = entry

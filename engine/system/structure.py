@@ -1,4 +1,5 @@
-"""Data of a system: what the recursion is built from. Everything is immutable and hashes by content (the kernel's key)."""
+"""The data of a system, from which the recursion is built. All of it is immutable and hashes by content, which makes the
+kernel's key."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ GROUND = -1
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of time. kind: "value" (leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins before
-    t = 0, where a drive has its origin all the same), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate:
+    """A function of time. kind: "value" (one leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins
+    before t = 0; a drive still has its origin at t = 0), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate:
     q = start + rate t) or "table" (index of a table; external inputs are the first tables)."""
 
     kind: str
@@ -25,7 +26,8 @@ class Signal:
 
 @dataclass(frozen=True)
 class Stop:
-    """Compliant stops of one freedom; ``flags``: index of the engagement flags of lower and upper (−1 = no such stop)."""
+    """The compliant stops of one freedom. ``flags``: indices of the flags that say whether the lower and the upper stop are
+    engaged (−1: there is no such stop)."""
 
     stiffness: Leaf
     damping: Leaf
@@ -36,7 +38,8 @@ class Stop:
 
 @dataclass(frozen=True)
 class Device:
-    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive."""
+    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive; None for what is not
+    there."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -77,17 +80,17 @@ class FrictionElement:
 
     @property
     def bristles(self) -> bool:
-        """Whether its law has a state of its own along every freedom."""
+        """Whether its law has a state along every freedom (bristles)."""
         return LAWS[self.law].bristles
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint. ``inb``/``out``: body indices (GROUND = −1). Points are relative to the bodies' reference origins, in body axes.
+    """A joint. ``inb``/``out``: indices of its bodies (GROUND = −1). Points are relative to the bodies' reference origins, in body
+    axes; frames are row-major 3×3 tuples.
 
-    In the tree: ``child`` is the body it carries; ``forward`` when the child is the outboard part; q0, v0, d0: offsets of its
-    coordinates, free rates and driven coordinates. ``free``: indices of the freedoms that are not driven.
-    Cut: ``rows`` is the offset of its constraint rows.
+    For a tree joint, ``child`` is the body it carries, ``forward`` says whether the child is the outboard part, and q0 and v0 are
+    the offsets of its coordinates and free rates in the state. For a cut joint, ``rows`` is the offset of its constraint rows.
     """
 
     name: str
@@ -116,12 +119,12 @@ class Joint:
 
     @property
     def free(self) -> tuple[int, ...]:
-        """Freedoms that are not driven."""
+        """Indices of the freedoms that are not driven."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
 
     @property
     def driven(self) -> tuple[int, ...]:
-        """Freedoms whose motion is prescribed."""
+        """Indices of the freedoms whose motion is prescribed."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is not None)
 
 
@@ -143,7 +146,8 @@ class Body:
 
 @dataclass(frozen=True)
 class Load:
-    """Force or torque on a body (``vector`` of signals or structural zeros), or a spring-damper between two points."""
+    """An applied load: a force or torque on a body, whose ``vector`` has signals and None for structural zeros, or a
+    spring-damper between two points with its ``numbers`` (stiffness, damping, length)."""
 
     name: str
     kind: str
@@ -156,8 +160,8 @@ class Load:
 
 @dataclass(frozen=True)
 class System:
-    """The whole: bodies in tree order (inboard before outboard), all joints (tree joints first, in the order of their child
-    bodies, then cut joints), loads, and sizes."""
+    """A whole mechanism: bodies in tree order (inboard before outboard), joints (those of the tree first, in the order of the
+    bodies they carry, then cut joints), applied loads, gravity, and sizes."""
 
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
@@ -181,17 +185,17 @@ class System:
 
     @property
     def nq(self) -> int:
-        """Coordinates of the state (those of driven freedoms are not in it)."""
+        """Number of coordinates in the state; those of driven freedoms are not in it."""
         return sum(len(state_coordinates(j)) for j in self.tree)
 
     @property
     def nv(self) -> int:
-        """Rates of the state."""
+        """Number of rates in the state."""
         return sum(len(j.free) for j in self.tree)
 
     @property
     def rows(self) -> int:
-        """Constraint rows of all cut joints."""
+        """Number of constraint rows of all cut joints."""
         return sum(j.kind.rows for j in self.cuts)
 
     @property
@@ -206,7 +210,8 @@ class System:
 
     @property
     def bristles(self) -> tuple[int, ...]:
-        """Friction multipliers whose law has a state, in the order of those states, which follow the rates in the state."""
+        """Indices of the friction multipliers whose law has a state. The states come in this order, after the rates, in the
+        state of the run."""
         return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
     @property
