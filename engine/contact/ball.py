@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from engine.abi import PairState
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench
@@ -114,7 +115,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     if not law.sets:
         return slides
     spins = [w.pin * g["radius"] * x for x in _cross(_spin_normal(w, rates, law), f)]
-    return [ca.if_else(law.flag > 1.5, b, a) for a, b in zip(slides, spins, strict=True)]
+    return [ca.if_else(law.flag == PairState.CONE.value, b, a) for a, b in zip(slides, spins, strict=True)]
 
 
 def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:

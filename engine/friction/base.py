@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, ClassVar
 
+from engine.abi import PairState
 from engine.basics.numbers import Number, checked_numbers
 from engine.basics.symbolic import SX, ca
 
@@ -139,7 +140,7 @@ class Law(ABC):
     @property
     def stuck(self) -> SX:
         """Whether the pair is held at rest."""
-        return self.flag < 0.5
+        return self.flag == PairState.STUCK.value
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
         """The velocity, with a direction even at the moment slip starts from rest."""
@@ -155,7 +156,7 @@ class Law(ABC):
     def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
         """The value of the branch in force."""
         if sliding is not None and proportional is not None:
-            return ca.if_else(self.flag > 0.5, sliding, proportional)
+            return ca.if_else(self.flag != PairState.PROPORTIONAL.value, sliding, proportional)
         only = proportional if sliding is None else sliding
         if only is None:
             raise ValueError(f"law {self.name} has neither branch")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from engine.recursion.vectors import SX, vector
-from engine.system.external import MODE
+from engine.system.external import INSIDE, MODE, NOW
 from engine.system.leaves import Leaf, Leaves, Param
 from engine.system.structure import Joint, Signal, System, state_coordinates
 
@@ -23,7 +23,7 @@ class Symbols:
         self.system = system
         self.at = system.external
         self.x = SX.sym("x", self.at.size)
-        self.t, self.ts = self.x[0], self.x[1]
+        self.t, self.ts = self.x[NOW], self.x[INSIDE]
         self.q, self.v = SX.sym("q", system.nq), SX.sym("v", system.nv)
         self.b = SX.sym("b", len(system.bristles))
         self.p = SX.sym("p", parameters)

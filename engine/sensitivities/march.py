@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.abi import PairState
 from engine.friction import REGISTRY as LAWS
 from engine.integrators.rk8 import RK8
 from engine.sensitivities.record import Leg, Record, Tick
 from engine.sensitivities.start import Start
 from engine.sensitivities.unit import Unit
 from engine.simulation.block import Block
+from engine.system.external import INSIDE
 
 A = [np.array(row, float) for row in RK8.A]
 B = np.array(RK8.B, float)
@@ -76,7 +78,7 @@ class March:
                 flag, *frozen = x[self.at.mode(s.flag) :][: 1 + len(places)]
                 d = np.array(frozen)
                 size = np.linalg.norm(d)
-                slides = flag > 0.5 and size > 0
+                slides = flag != PairState.STUCK and size > 0
                 if len(places) > 1 and slides and np.linalg.norm(y[places]) < HAIR * self.rate:
                     d = d / size
                     y[places] = HAIR * self.rate * d
@@ -87,7 +89,7 @@ class March:
     def step(self, leg: Leg) -> None:
         """Carry S over one leg of the run, and across the event at its end if there is one."""
         n, h, x = self.unit.ny + self.unit.nquad, leg.t1 - leg.t0, leg.x.copy()
-        x[1] = 0.5 * (leg.t0 + leg.t1)
+        x[INSIDE] = 0.5 * (leg.t0 + leg.t1)
         K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
         y0 = leg.y0[:n]
         for i in range(len(B)):
@@ -130,7 +132,7 @@ class March:
         n, sides = self.unit.ny + self.unit.nquad, []
         for side in (-1e-9, 1e-9):
             x = leg.x1.copy()
-            x[1] = leg.t1 + side * max(1.0, abs(leg.t1))
+            x[INSIDE] = leg.t1 + side * max(1.0, abs(leg.t1))
             sides.append(self._evaluate(leg.t1, leg.y1, self.S, x)[0][:n])
         self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
 
@@ -152,12 +154,12 @@ class March:
                 rows = [rates + at + e - first for e in s.eta]
                 d_ = np.array(d[: len(rows)])
                 size = np.linalg.norm(d_)
-                if flag > 0.5 and size > 0:
+                if flag != PairState.STUCK and size > 0:
                     d_ = d_ / size
                     speed = abs(d_ @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
                     if speed < AT_REST:
                         found.append((speed, j.name, d_ @ df[rows], float(d_ @ flow[rows, 0])))
-                elif flag < 0.5 < new[0] and u.n["holds"]:
+                elif flag == PairState.STUCK != new[0] and u.n["holds"]:
                     row = rates + u.n["rates"] + s.flag
                     found.append((abs(f[row]), j.name, df[row], float(flow[row, 0])))
             at += j.kind.nv
@@ -183,7 +185,7 @@ def marched(
 def _columns(march: March, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values (columns) and derivatives (columns × m) of the chosen columns at a state."""
     u, x = march.unit, x.copy()
-    x[1] = t + 1e-12
+    x[INSIDE] = t + 1e-12
     f, df, dz = march._evaluate(t, y, march.S, x)
     n = u.ny + u.nquad
     return u.outputs(x, np.ascontiguousarray(y[:n]), march.z, f, np.zeros(u.n["extra"] + 1), (march.S, dz, df, march.start.p))

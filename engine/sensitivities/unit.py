@@ -13,6 +13,7 @@ from engine.basics.problems import SimulationError
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column, needs_quadratures
 from engine.simulation.run import Model
+from engine.system.external import NOW
 
 NEWTON = 20
 RANK = 1e-9
@@ -78,7 +79,7 @@ class Unit:
                 break
         else:
             if not np.abs(step).max() <= 1e-9 * size:
-                raise SimulationError(f"no multipliers at t = {x[1]:.6g} s: no derivative")
+                raise SimulationError(f"no multipliers at t = {x[NOW]:.6g} s: no derivative")
         f = self.point(x, y, z).copy()
         self.Rz = self._by_z()
         return f, z

@@ -20,11 +20,11 @@ def moved_notes(built: Built, block: Block) -> list[str]:
     for j in system.tree:
         states = state_coordinates(j)
         was, now = n.q[j.q0 : j.q0 + len(states)], q[j.q0 : j.q0 + len(states)]
-        given = n.q_given[j.q0 : j.q0 + len(states)] > 0.5
+        given = n.q_given[j.q0 : j.q0 + len(states)] != 0.0
         if given.any() and np.abs(was - now).max() > NOTICE * max(1.0, n.length):
             notes.append(f"{j.name}: start q moved from {_list(was)} to {_list(now)} so that the loops close")
         was, now = n.v[j.v0 : j.v0 + len(j.free)], v[j.v0 : j.v0 + len(j.free)]
-        given = n.v_given[j.v0 : j.v0 + len(j.free)] > 0.5
+        given = n.v_given[j.v0 : j.v0 + len(j.free)] != 0.0
         if given.any() and np.abs(was - now).max() > NOTICE * n.rate * max(1.0, n.length):
             notes.append(f"{j.name}: start qd moved from {_list(was)} to {_list(now)} so that the loops close")
     return notes

@@ -9,6 +9,7 @@ from engine.scene.contexts import slides
 from engine.simulation.block import signals
 from engine.system.build import Built
 from engine.system.curves import Curve, table_block
+from engine.system.external import INSIDE
 from engine.system.structure import Signal
 
 AFTER = 1e-12
@@ -40,7 +41,7 @@ def positions(built: Built, t: float = 0.0) -> dict[tuple[str, int], float]:
 def external(built: Built, t: float) -> np.ndarray:
     """External values x at t: time and signals; flags and modes zero."""
     x = np.zeros(built.system.external.size)
-    x[1] = t + AFTER
+    x[INSIDE] = t + AFTER
     signals(table_block(built.numbers.tables), built.system.tables, t, x)
     return x
 

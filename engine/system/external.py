@@ -14,6 +14,8 @@ from engine.abi import runs
 
 TIMES = runs.MOMENT.numbers
 """Numbers before the tables: t and ts."""
+NOW, INSIDE = runs.MOMENT.at("t"), runs.MOMENT.at("inside")
+"""Where t and ts are."""
 TABLE = runs.SIGNAL.numbers
 """Numbers per table: value and three derivatives."""
 MODE = runs.MODE.numbers
