@@ -20,8 +20,9 @@ from engine.simulation.run import Model
 from engine.system.curves import Outside
 from engine.system.structure import state_coordinates
 
-NUMBER, START_Q, START_QD, BANDWIDTH, TOLERANCE, STEP, MAX_STEPS = range(7)
-"""What a parameter stands for (``fmu_setting_kind``)."""
+NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_QD", "FMU_BANDWIDTH"
+TOLERANCE, STEP, MAX_STEPS = "FMU_TOLERANCE", "FMU_STEP", "FMU_MAX_STEPS"
+"""What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
 HUGE = 1e300
 """Bound of what has none."""
 NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"))
@@ -47,7 +48,7 @@ class Variable:
     start: float | None
     bound: Bound = ANY
     nominal: float = 1.0
-    role: int = -1
+    role: str = ""
     index: int = 0
     direct: bool = False
     above: str = ""
