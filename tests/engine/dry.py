@@ -16,10 +16,18 @@ from engine.simulation.run import simulate
 DRY = {"friction.law": "coulomb"}
 
 
-def run(scene: sm.Scene | str, until: float, every: float, rtol: float = 1e-9, max_steps: int = 1_000_000, **changes) -> Result:
+def run(
+    scene: sm.Scene | str,
+    until: float,
+    every: float,
+    rtol: float = 1e-9,
+    max_steps: int = 1_000_000,
+    outputs: tuple[str, ...] = ("*",),
+    **changes,
+) -> Result:
     """A run that ends as it should. changes: ``path__to__number=value``."""
     overrides = {**DRY, **{k.replace("__", "."): v for k, v in changes.items()}}
-    r = simulate(scene, until=until, every=every, rtol=rtol, max_steps=max_steps, overrides=overrides)
+    r = simulate(scene, until=until, every=every, rtol=rtol, max_steps=max_steps, outputs=outputs, overrides=overrides)
     assert r.outcome.ok, r.outcome
     return r
 
