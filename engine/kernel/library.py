@@ -1,7 +1,8 @@
 """Compiled kernels and the runtime as ctypes libraries, from the cache or built on the spot.
 
 The key of a kernel is the structure of its system, the columns asked for, the sources of everything that shapes the code, the
-compiler and the CPU level; so a warm start needs neither the symbolic library nor the compiler.
+compiler and the CPU level; so a warm start needs neither the symbolic library nor the compiler. What is compiled is kept by its
+text besides: scenes that differ in names or columns share what they have in common.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import json
 import logging
+import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -163,7 +165,15 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 
 
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
-    file = folder / f"{unit}.c"
-    file.write_text(text)
-    (folder / "tr_abi.h").write_text(header())
-    compiler.build_library([file], folder / f"{unit}{compiler.library_suffix()}", [folder], cache.cache_folder())
+    """The library of a unit, beside its text. It is looked for by its text first: other columns leave the stepping unit as it was,
+    and other names change neither."""
+    library = f"{unit}{compiler.library_suffix()}"
+
+    def make(place: Path) -> None:
+        (place / f"{unit}.c").write_text(text)
+        (place / "tr_abi.h").write_text(header())
+        compiler.build_library([place / f"{unit}.c"], place / library, [place], cache.cache_folder())
+
+    (folder / f"{unit}.c").write_text(text)
+    found, _ = cache.entry(f"unit-{cache.digest(unit, text, header(), *_toolchain())}", make)
+    shutil.copyfile(found / library, folder / library)

@@ -261,6 +261,28 @@ def test_other_columns_are_another_kernel_and_the_order_of_the_file_is_not() -> 
     assert key(turned, ("guide*",)) == key(scene, ("guide*",))
 
 
+def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other columns leave the stepping unit as it is, other names everything."""
+    compiled: list[str] = []
+    build_library = compiler.build_library
+
+    def watched(sources: Sequence[Path], library: Path, *others: object) -> None:
+        compiled.extend(s.stem for s in sources)
+        build_library(sources, library, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(compiler, "build_library", watched)
+    scene = load_scene("simple_pendulum")
+    first = key(scene)
+    assert {"kernel", "outputs"} <= set(compiled)  # and the runtime, once a process
+    compiled.clear()
+    assert key(scene, ("pivot.q*",)) != first
+    assert compiled == ["outputs"]
+    compiled.clear()
+    named = replace(scene, joints={"hinge": scene.joints["pivot"]})
+    assert key(named, ("hinge*",)) != first
+    assert compiled == []
+
+
 def test_a_warm_start_needs_neither_the_symbolic_library_nor_the_compiler() -> None:
     simulate("simple_pendulum", until=0.1)
     script = (
