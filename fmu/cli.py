@@ -74,7 +74,7 @@ def _write(
     step: float,
     as_json: bool,
 ) -> None:
-    """Do it, with a progress bar, and tell."""
+    """Export with a progress bar, and print what was written."""
     from dataclasses import asdict
 
     from engine.cli.progress import Watch
@@ -94,7 +94,7 @@ def _write(
 
 
 def app() -> typer.Typer:
-    """The sub-command."""
+    """The typer app of the sub-command ``trunnion fmu``."""
     made = typer.Typer(add_completion=False)
     made.command("fmu", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(command)
     return made

@@ -36,8 +36,8 @@ positions are fixed: a change would create momentum or open a loop."""
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable; its value reference is its place in the list. ``role``, ``index``: what a parameter stands for. ``above``: the
-    parameter on whose right side it must stay, with their ``order``. ``rotation``: whether a quaternion begins here."""
+    """One variable of the FMU; its value reference is its place in the list. role, index: what a parameter stands for. above: the
+    name of a smaller parameter that this one must exceed, as ``order`` says. rotation: whether a quaternion begins here."""
 
     name: str
     unit: str
@@ -75,13 +75,13 @@ class Variable:
 
 
 def variables(model: Model, step: float, rtol: float) -> list[Variable]:
-    """Outputs, inputs, parameters."""
+    """All variables in the order of their value references: outputs, inputs, parameters."""
     scales = _Scales(model)
     return [*(_output(c, scales) for c in model.columns), *_inputs(model), *_numbers(model), *_starts(model), *_solver(step, rtol)]
 
 
 class _Scales:
-    """Nominal sizes by unit, from the scene's length, rate and mass."""
+    """Nominal sizes of variables by unit, from the scene's length, rate and mass."""
 
     def __init__(self, model: Model):
         n, table = model.built.numbers, model.built.parameters
@@ -108,7 +108,7 @@ def _inputs(model: Model) -> Iterator[Variable]:
 
 
 def _numbers(model: Model) -> Iterator[Variable]:
-    """Numbers of the scene that are run-time numbers of the equations with the same meaning."""
+    """Parameters for the numbers of the scene that the equations use at run time with the same meaning."""
     scene, table = model.built.scene, model.built.parameters
     own = {p.path: p.value for p in list_parameters(scene)}
     found = []
@@ -153,7 +153,7 @@ def describe(path: Path, text: str) -> str:
 
 
 def _starts(model: Model) -> Iterator[Variable]:
-    """Start coordinates and rates of the tree joints."""
+    """Parameters for the start coordinates and rates of the tree joints."""
     n = model.built.numbers
     units = {"angle": "rad", "length": "m", "quaternion": "1"}
     for j in model.system.tree:

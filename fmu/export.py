@@ -94,7 +94,7 @@ def _check(flavour: str, target: Path, step: float, before: Sequence[Problem]) -
 
 
 def started(scene: Scene, outputs: Names | None) -> tuple[Model, Result]:
-    """The model with the kernel its start needs, and a first glimpse of its motion; SimulationError when it cannot start."""
+    """The compiled model and the first millionth of its run; SimulationError when the scene cannot start."""
     model = Model(scene, outputs)
     sim = scene.simulation
     glimpse = 1e-6 * float(sim.until)
@@ -142,7 +142,7 @@ class Made:
         return made
 
     def documents(self, flavour: str) -> dict[str, bytes]:
-        """Description, picture, page, licences."""
+        """Files by path in the archive: model description, picture, documentation page, licences."""
         xml = model_description(self.scene, self.listed, self.identifier, self.guid, self.step, flavour)
         return {
             "modelDescription.xml": xml, "model.png": pages.picture(self.first),
@@ -151,5 +151,5 @@ class Made:
 
 
 def uuid(digest: str) -> str:
-    """32 hexadecimal digits in groups."""
+    """The first 32 hexadecimal digits of a digest in the groups of a UUID."""
     return "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))

@@ -44,7 +44,7 @@ def page(result: Result, listed: list[Variable], flavour: str, guid: str) -> byt
 
 
 def _table(rows: Iterable[Variable]) -> str:
-    """Rows of an HTML table."""
+    """The variables as rows of an HTML table."""
     out = ""
     for v in rows:
         start = "" if v.start is None else f"{v.start:.9g}"

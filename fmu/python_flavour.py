@@ -26,7 +26,7 @@ REQUIREMENTS = "# the standard library only\n"
 
 
 def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
-    """Files of the FMU but its description and documents."""
+    """Files of the FMU by path in the archive, without its description and documents."""
     try:
         from pythonfmu.builder import FmuBuilder
     except ImportError as e:

@@ -17,7 +17,7 @@ HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_ker
 
 
 def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) -> str:
-    """C text."""
+    """The C source that defines ``fmu_the_model``."""
     n, sizes = model.built.numbers, model.kernel.sizes
     settings = [v for v in listed if v.causality == "parameter"]
     tables = table_block(n.tables)
@@ -43,18 +43,18 @@ def number(x: float) -> str:
 
 
 def string(text: str) -> str:
-    """A C string."""
+    """The text as a C string literal; line breaks become spaces."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ")
     return f'"{escaped}"'
 
 
 def doubles(name: str, values: Iterable[float]) -> str:
-    """A constant array (never empty in C)."""
+    """A constant C array; without values it holds one zero, because C has no empty arrays."""
     return f"static const double {name}[]={{{','.join(map(number, values)) or '0'}}};\n"
 
 
 def _settings(settings: list[Variable]) -> str:
-    """What parameters stand for, the values they may have, and the words of their refusal."""
+    """The C table of parameters: what they stand for, the values they may have, and the words of their refusal."""
     place = {v.name: i for i, v in enumerate(settings)}
     rows = ",\n".join(
         f"{{{v.role},{v.index},{int(v.tunable)},{number(v.start or 0.0)},{number(v.bound.least)},{number(v.bound.most)},"
@@ -72,7 +72,7 @@ def key(name: str) -> str:
 
 
 def _outcomes(model: Model) -> str:
-    """Status, name and advice; a joint that must be the cause is named."""
+    """The C table of outcomes: status, name and advice. A joint is named when no other can be the cause."""
     frictional = model.system.frictional
     rows = []
     for status, name in NAMES.items():

@@ -29,13 +29,13 @@ CATEGORIES = {
 
 
 def date() -> str:
-    """SOURCE_DATE_EPOCH, or a constant: the same scene gives the same bytes on any day."""
+    """The date of generation: that of SOURCE_DATE_EPOCH, or a constant, so that a scene gives the same bytes on any day."""
     at = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "946684800")), UTC)
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def model_description(scene: Scene, listed: list[Variable], identifier: str, guid: str, step: float, flavour: str) -> bytes:
-    """The file's bytes."""
+    """``modelDescription.xml`` as bytes."""
     root = Element("fmiModelDescription", {
         "fmiVersion": "2.0", "modelName": scene.name, "guid": guid, "description": scene.title or f"Mechanism {scene.name}",
         "author": "Trunnion", "version": version(), "copyright": "The scene: its author. The runtime: the Trunnion authors",
@@ -99,7 +99,8 @@ def _variables(root: Element, listed: list[Variable]) -> None:
 
 
 def _structure(root: Element, listed: list[Variable]) -> None:
-    """Outputs depend on inputs at once where forces act on them; initially everything depends on all that is set before."""
+    """Write ModelStructure: an output depends on inputs at once where forces act on it; at the start all outputs depend on
+    everything that was set before."""
     structure = SubElement(root, "ModelStructure")
     inputs = [str(i + 1) for i, v in enumerate(listed) if v.causality == "input"]
     outputs = [(i + 1, v) for i, v in enumerate(listed) if v.causality == "output"]

@@ -74,7 +74,7 @@ class Counting:
         self.app, self.metrics = app, metrics
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on; count."""
+        """Pass the request on, then count and time it."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return

@@ -21,12 +21,12 @@ BACKLOG = 2048
 
 
 def limit_names() -> list[str]:
-    """Limits that are numbers."""
+    """Names of the limits that are numbers."""
     return [f.name for f in fields(Limits) if f.name != "rate"]
 
 
 def limits_of(rate: str, texts: list[str]) -> Limits:
-    """Limits of the options; SceneError with every problem."""
+    """The limits that the options set; SceneError with every problem."""
     from service.api.security import Rates
 
     problems, given = [], {}

@@ -40,7 +40,7 @@ class Server:
         self.url = url
 
     def ask(self, method: str, path: str, **more: Any) -> httpx.Response:
-        """A request; its good answer."""
+        """Send a request and return its answer; an error answer is raised as ``checked`` says."""
         try:
             answer = self.http.request(method, path, **more)
         except httpx.HTTPError as e:
@@ -71,7 +71,7 @@ def problems_of(document: dict[str, Any]) -> list[Problem]:
 
 
 def checked(answer: httpx.Response) -> httpx.Response:
-    """The answer when it is good."""
+    """The answer when it is no error; else SceneError with the problems it lists, or SimulationError when it lists none."""
     if answer.status_code < 400:
         return answer
     try:
@@ -161,7 +161,7 @@ def watch(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = False
 
 @app.command()
 def cancel(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = False) -> None:
-    """Cancel a job; rows there are stay."""
+    """Cancel a job; rows computed so far are kept."""
     found = Server(server, key).ask("DELETE", f"/v1/jobs/{job}").json()
     print_json(found) if as_json else print(_line(found))
 
@@ -208,7 +208,7 @@ def _line(job: dict[str, Any]) -> str:
 
 
 def _told(job: dict[str, Any]) -> None:
-    """A job as text; what went wrong on standard error."""
+    """Print a job as text; what went wrong goes to standard error."""
     print(_line(job))
     if job["state"] == "running" and job["eta_seconds"] is not None:
         print(f"about {job['eta_seconds']:.0f} s to go")

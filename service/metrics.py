@@ -8,7 +8,7 @@ SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.
 
 
 class Metrics:
-    """One server's registry."""
+    """The registry of one server's counters and gauges."""
 
     def __init__(self) -> None:
         self.registry = r = CollectorRegistry()
@@ -21,13 +21,13 @@ class Metrics:
         self.chunks = Counter("trunnion_chunks_total", "Chunks by what became of them.", ("result",), registry=r)
 
     def chunk(self, cases: int, seconds: float) -> None:
-        """A chunk is done."""
+        """Count a chunk that is done."""
         self.cases.inc(cases)
         self.stepping.inc(seconds)
         self.chunks.labels("done").inc()
 
     def chunk_lost(self, state: str) -> None:
-        """An attempt came to nothing: the chunk is waiting or failed."""
+        """Count an attempt that came to nothing; the chunk is now ``waiting`` or ``failed``."""
         self.chunks.labels(state).inc()
 
     def text(self, states: dict[str, int], workers: int) -> bytes:

@@ -35,14 +35,14 @@ def _unicode(text: str) -> bool:
 
 
 class Asked(BaseModel):
-    """Unknown fields are mistakes."""
+    """Base of all requests: unknown fields are mistakes."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod
     def _sound(cls, data: Any) -> Any:
-        """Only text that is Unicode, and nothing nested without end."""
+        """Refuse text that is not valid Unicode, and data nested too deeply."""
         todo = [(data, 0)]
         while todo:
             value, depth = todo.pop()
@@ -69,7 +69,7 @@ class SceneSource(Asked):
 
 
 class Sample(Asked):
-    """A seeded sample."""
+    """A random sample of cases, the same for the same seed."""
 
     ranges: dict[Path, tuple[Number, Number]] = Field(max_length=100, description="Low and high end by path.")
     count: int = Field(ge=1, le=100_000_000, description="How many cases.")

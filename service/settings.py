@@ -9,10 +9,10 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Limits:
-    """Most a request may ask for. body: bytes of a request; duration: simulated s; rows: output rows a case; output_bytes: of a
-    job's table; job_seconds: stepping s of a job; answer_seconds: of work for what is answered at once (a case run again, a
-    sensitivity); waiting: jobs that may be queued or running; rate: requests a key (or, without keys, an address) may make, "" for
-    any number."""
+    """The most a request may ask for. body: bytes of a request; duration: simulated seconds; rows: output rows of a case;
+    output_bytes: size of a job's table; job_seconds: stepping seconds of a job; answer_seconds: seconds of work for what is
+    answered at once (a case run again, a sensitivity); waiting: jobs that may be queued or running; rate: requests that a key
+    (or, without keys, an address) may make, such as "20/second", "" for any number."""
 
     body: int = 2_000_000
     bodies: int = 128
@@ -53,7 +53,7 @@ class Settings:
 
     @property
     def results_url(self) -> str:
-        """Where parts go."""
+        """fsspec URL of the folder where parts are written."""
         return self.results or str((self.data / "results").absolute())
 
     @property

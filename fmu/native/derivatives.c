@@ -35,7 +35,7 @@ static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unk
     int input = (int)known[i] - no;
     const tr_input *in = tr_input_record(FMU_SIM(m->state), input);
     if (in->followed == 0.0) direction[input].value += seed[i];
-    else direction[input].second += in->bandwidth * in->bandwidth * seed[i]; /* a motion that follows: its acceleration answers at once */
+    else direction[input].second += in->bandwidth * in->bandwidth * seed[i]; /* a motion that follows an input answers with its acceleration at once */
   }
   memset(all, 0, sizeof all);
   if (nk) status = fmu_along(m, direction, all);

@@ -147,7 +147,7 @@ FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *out) {
   return fmi2OK;
 }
 
-/* Whether bytes are a state of this FMU. */
+/* Whether serialized bytes hold a state of this very FMU. */
 static int fmu_is_state(const fmu_state *s, size_t bytes) {
   return bytes >= sizeof *s && s->bytes == bytes && !strncmp(s->guid, MODEL->guid, sizeof s->guid - 1);
 }

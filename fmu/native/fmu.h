@@ -1,18 +1,19 @@
 /* The shell's own data: what an exported model is (constant tables, generated) and what an instance is (one relocatable block).
  *
- * Everything that changes during a run lies in the block behind fmu_state, so that an FMU state is a copy of it. No globals: any
- * number of instances, in any threads. */
+ * Everything that changes during a run lies in the block behind fmu_state, so that saving a state is copying that block. There are
+ * no global variables: a process can have any number of instances, in any threads. */
 #ifndef FMU_H
 #define FMU_H
 #include <stddef.h>
 #include "tr.h"
 #include "fmi2Functions.h"
 
-/* What a parameter of the FMU stands for; index: engine parameter, coordinate, rate, input. */
+/* What a parameter of the FMU stands for. Its `index` counts engine parameters, coordinates, rates or inputs, as the kind says. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS };
 
-/* A parameter. open: min itself is excluded; nonzero: 0 is. above: another parameter that it must not be below (strict: nor at), -1:
- * none. rotation: a quaternion begins here. name: path in the scene; key: its last key; rule: what its value must be, in words. */
+/* A parameter. open: min itself is excluded; nonzero: zero is excluded. above: the place of another parameter that this one must
+ * not be below (strict: must exceed), -1 for none. rotation: a quaternion begins here. name: path in the scene; key: the last key
+ * of that path; rule: what its value must be, in words. */
 typedef struct fmu_setting {
   int kind, index, tunable;
   double start, min, max;
@@ -20,7 +21,7 @@ typedef struct fmu_setting {
   const char *name, *key, *rule;
 } fmu_setting;
 
-/* Why a run cannot go on, in the same words as everywhere. */
+/* Why a run cannot go on, in the words of engine/simulation/outcome.py. */
 typedef struct fmu_outcome {
   int status;
   const char *name, *advice;
@@ -34,9 +35,9 @@ typedef struct fmu_model {
   const tr_jacobian *jacobian;
   const tr_linear *linear;
   const double *p;      /* engine parameters */
-  int nbreaks, ntables; /* ntables: numbers in tables */
+  int nbreaks, ntables; /* lengths of `breaks` and `tables` */
   const double *breaks, *tables;
-  const double *q, *v, *q_given, *v_given; /* start values; given: rate by rate */
+  const double *q, *v, *q_given, *v_given; /* start values; q_given, v_given: 1 for each rate whose value the scene gives */
   double length, rate, energy; /* scales of the tolerances */
   int method, events, noutcomes;
   const fmu_setting *setting;
@@ -48,7 +49,7 @@ extern const fmu_model fmu_the_model;
 /* What the host has changed since the simulation last took it over. */
 enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2 };
 
-/* What the host says of an input, from the communication point on. */
+/* What the host says of an input: its value and two derivatives from the present communication point on. */
 typedef struct fmu_input {
   double value, derivative[2];
 } fmu_input;
@@ -59,8 +60,8 @@ typedef struct fmu_state {
   size_t bytes;
   char guid[40];
   int mode;
-  int ready;   /* the simulation is at `time` and the row belongs to it */
-  int changed; /* bits: what differs from what the simulation uses */
+  int ready;   /* whether the simulation is at `time` and the row of outputs belongs to it */
+  int changed; /* bits FMU_NEW_*: what the host has set and the simulation does not use yet */
   int failed;  /* status of the runtime that ended the run, 0 while it goes on */
   int has_stop, has_tolerance, moved;
   double start, stop, tolerance, time, reached;

@@ -14,7 +14,7 @@
 
 static const char *const fmu_category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
 
-/* Tell the host; what went wrong is told whether or not it asked for a log. Returns the status. */
+/* Send a message to the host and return the status. Without a log asked for, only what went wrong is sent. */
 static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *form, ...) {
   char text[1024];
   va_list a;
@@ -23,7 +23,7 @@ static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *
   vsnprintf(text, sizeof text, form, a);
   va_end(a);
   for (char *c = text; *c; ++c)
-    if (*c == '%') *c = ' '; /* the host takes it for a format */
+    if (*c == '%') *c = ' '; /* the host would take it for a format */
   m->host.logger(m->host.componentEnvironment, m->name, status, fmu_category[status], text);
   return status;
 }
@@ -38,7 +38,7 @@ static void fmu_free(const fmi2CallbackFunctions *host, void *p) {
   else free(p);
 }
 
-/* Places of the arrays; returns the bytes of the whole. */
+/* Set the places of the arrays behind the state; returns the bytes of the whole block. */
 static size_t fmu_layout(fmu_state *s) {
   int at = 0;
   s->settings = at, at += MODEL->settings;
@@ -49,7 +49,7 @@ static size_t fmu_layout(fmu_state *s) {
        + tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
 }
 
-/* Everything as exported. */
+/* Set every value of the block as it was exported. */
 static void fmu_defaults(fmu_state *s) {
   size_t bytes = s->bytes;
   memset(s, 0, bytes);
@@ -60,7 +60,7 @@ static void fmu_defaults(fmu_state *s) {
   for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
 }
 
-/* The pointers of a block that comes from elsewhere. */
+/* Renew the pointers of a block that was copied here from another address. */
 static void fmu_adopt(fmu_state *s) {
   tr_sim *sim = FMU_SIM(s);
   sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
@@ -84,14 +84,15 @@ static fmi2Status fmu_failed(fmu_instance *m, int status, fmi2Status as) {
   return fmu_log(m, as, "%s at t = %.9g s: %s", o->name, m->state->reached, o->advice);
 }
 
-/* Parameters that are numbers of the equations. */
+/* Hand the simulation the parameters that are numbers of its equations. */
 static void fmu_numbers(fmu_state *s) {
   double *p = tr_array(FMU_SIM(s), TR_ARRAY_PARAMETERS);
   for (int i = 0; i < MODEL->settings; ++i)
     if (MODEL->setting[i].kind == FMU_NUMBER) p[MODEL->setting[i].index] = FMU_A(s, settings)[i];
 }
 
-/* Hand the inputs to the simulation from time t on. A motion that follows one goes on from where it is; at the start it is there. */
+/* Hand the inputs to the simulation from time t on. A motion that follows an input goes on from where the motion is; when the run
+ * begins, it starts at the input's value. */
 static void fmu_hand_inputs(fmu_state *s, double t, int begin) {
   for (int i = 0; i < MODEL->inputs; ++i) {
     const fmu_input *told = FMU_INPUTS(s) + i;
@@ -107,7 +108,7 @@ static void fmu_hand_inputs(fmu_state *s, double t, int begin) {
     if (MODEL->setting[i].kind == FMU_BANDWIDTH) tr_input_record(FMU_SIM(s), MODEL->setting[i].index)->bandwidth = FMU_A(s, settings)[i];
 }
 
-/* Start values: coordinates and rates; quaternions are normalised by the assembly. */
+/* Hand the simulation the start values of coordinates and rates; its assembly normalises the quaternions. */
 static void fmu_start_values(fmu_state *s) {
   double *y = tr_array(FMU_SIM(s), TR_ARRAY_STATE);
   memcpy(y, MODEL->q, sizeof(double) * MODEL->kernel->nq);
@@ -186,12 +187,12 @@ static fmi2Status fmu_take_over(fmu_instance *m) {
   return fmi2OK;
 }
 
-/* The row of outputs for what is set now. */
+/* Make the row of outputs belong to everything that is set now. */
 static fmi2Status fmu_refresh(fmu_instance *m) {
   fmu_state *s = m->state;
   if (s->ready && !s->changed) return fmi2OK;
   if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
-  if (s->failed) return fmi2OK; /* the last row there was */
+  if (s->failed) return fmi2OK; /* the outputs stay at the last row of the run */
   fmi2Status status = fmu_take_over(m);
   if (status != fmi2OK) return status;
   int code = tr_row(FMU_SIM(s), FMU_A(s, row));
@@ -202,7 +203,7 @@ static fmi2Status fmu_refresh(fmu_instance *m) {
 
 static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= SAME_POINT * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
 
-/* One communication step. */
+/* One communication step of length h from t. */
 static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   fmu_state *s = m->state;
   double target = t + h;
@@ -219,7 +220,7 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   if (!(target > s->time)) return fmu_log(m, fmi2Discard, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
   fmi2Status taken = fmu_take_over(m);
   if (taken != fmi2OK) return taken;
-  /* after a change another is likely: then what lies beyond the step would be computed in vain */
+  /* Steps may reach beyond the communication point. After a change another is likely, which would make such work useless. */
   double limit = s->moved || (s->has_stop && target >= s->stop) ? target : s->has_stop ? s->stop : target + FAR * h;
   double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
   int status = tr_reach(FMU_SIM(s), target, limit, most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS, FMU_A(s, row));

@@ -1,4 +1,4 @@
-/* Values by reference: outputs, then inputs, then parameters. */
+/* Getting and setting variables. Value references count outputs, then inputs, then parameters. */
 #include "fmu.h"
 
 static int fmu_count(void) { return MODEL->outputs + MODEL->inputs + MODEL->settings; }
@@ -37,7 +37,7 @@ static fmi2Status fmu_check_setting(fmu_instance *m, const fmu_setting *g, doubl
 static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const double *value) {
   fmu_state *s = m->state;
   int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count();
-  for (size_t i = 0; i < n; ++i) { /* all or nothing */
+  for (size_t i = 0; i < n; ++i) { /* check all values before setting any */
     int r = (int)vr[i];
     if (vr[i] >= (unsigned)all) return fmu_log(m, fmi2Error, "there is no real variable with value reference %u", vr[i]);
     if (r < no) return fmu_log(m, fmi2Error, "value reference %u is an output: it cannot be set", vr[i]);
@@ -54,7 +54,7 @@ static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t 
     int same = *at == value[i] && (r >= ni || (in->derivative[0] == 0.0 && in->derivative[1] == 0.0));
     if (same) continue;
     *at = value[i];
-    if (r < ni) in->derivative[0] = in->derivative[1] = 0.0; /* its derivatives are told after it */
+    if (r < ni) in->derivative[0] = in->derivative[1] = 0.0; /* a host sets derivatives after the value */
     s->changed |= r < ni ? FMU_NEW_INPUTS : FMU_NEW_PARAMETERS;
   }
   return fmi2OK;

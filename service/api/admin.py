@@ -23,7 +23,7 @@ Admin = Annotated[Caller, Depends(need("admin"))]
 
 
 class KeyRequest(Asked):
-    """A key to make."""
+    """What the key to make shall be: its name and role."""
 
     name: Plain = Field(min_length=1, description="Whose it is.")
     role: Literal["read", "submit", "admin"]
@@ -51,7 +51,7 @@ def _item(k: Key) -> dict[str, object]:
 
 @router.post("/v1/keys", tags=["keys"], status_code=201, response_model=KeyMade, responses=documented(413))
 def make_key(request: Annotated[KeyRequest, Body(openapi_examples=KEYS)], caller: Admin, s: Here) -> Response:
-    """Make a key."""
+    """Make an API key; its secret is in this answer only."""
     key, text = new_key(request.name, request.role)
     s.store.add_key(key)
     return Json(_item(key) | {"key": text}, 201)
@@ -59,7 +59,7 @@ def make_key(request: Annotated[KeyRequest, Body(openapi_examples=KEYS)], caller
 
 @router.get("/v1/keys", tags=["keys"], response_model=list[KeyItem], responses=documented())
 def list_keys(caller: Admin, s: Here) -> Response:
-    """All keys."""
+    """List all keys, without their secrets."""
     return Json([_item(k) for k in s.store.all_keys()])
 
 
@@ -99,5 +99,5 @@ def ready(s: Here) -> Response:
 
 @router.get("/metrics", tags=["health"], response_class=PlainTextResponse, responses=documented())
 def metrics(caller: Annotated[Caller, Depends(need("read"))], s: Here) -> Response:
-    """For Prometheus."""
+    """Counters and gauges in the text format of Prometheus."""
     return Response(s.metrics.text(s.store.states(), s.cluster.counted), media_type="text/plain; version=0.0.4; charset=utf-8")

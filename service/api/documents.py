@@ -42,7 +42,7 @@ EXAMPLE_JOB: dict[str, Any] = {
 
 
 class JobDocument(BaseModel):
-    """A job: state, progress, cases by outcome."""
+    """A job as clients see it: state, progress, cases by outcome."""
 
     id: str
     state: State
@@ -120,5 +120,5 @@ def job_document(j: Job) -> dict[str, Any]:
 
 
 def stamp(t: float | None) -> str | None:
-    """RFC 3339 of seconds since the epoch."""
+    """Seconds since the epoch as a date and time of RFC 3339; None stays None."""
     return None if t is None else datetime.fromtimestamp(t, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

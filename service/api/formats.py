@@ -45,7 +45,7 @@ CONTENT: dict[str, Any] = {
 
 
 def chosen(asked: str | None, accept: str) -> str:
-    """Name of the format: ``asked`` by the query, else the one the Accept header likes best. Refusal (406) for none."""
+    """Name of the format: the one the query asks for, else the one the Accept header prefers. Refusal (406) when there is none."""
     if asked is not None:
         return asked
     best, name = 0.0, None
@@ -109,11 +109,11 @@ class _Pipe(io.RawIOBase):
         self.position = 0
 
     def writable(self) -> bool:
-        """Yes."""
+        """Whether it can be written: always (writers ask)."""
         return True
 
     def write(self, data: Any) -> int:
-        """Keep bytes."""
+        """Keep bytes until they are taken."""
         self.pieces.append(bytes(data))
         self.position += len(self.pieces[-1])
         return len(self.pieces[-1])

@@ -1,4 +1,4 @@
-"""/v1/jobs: submit, list, look, cancel, follow."""
+"""/v1/jobs: submit a batch, list jobs, look at one, cancel it, follow its events."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def jobs(
     cursor: Annotated[str | None, Query(max_length=200, description="``next`` of the page before.")] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 50,
 ) -> Response:
-    """Jobs, newest first, a page at a time."""
+    """List jobs, newest first, a page at a time."""
     found, after = s.store.page(state, scene, label, cursor, limit)
     return Json({"jobs": [job_document(j) for j in found], "next": after})
 
@@ -150,7 +150,7 @@ def job(job: str, caller: Reader, s: Here) -> Response:
 
 @router.delete("/{job}", response_model=JobDocument, responses=documented(404))
 def cancel(job: str, caller: Submitter, s: Here) -> Response:
-    """Cancel a job; rows there are stay. A job that has ended stays as it is."""
+    """Cancel a job. Rows computed so far are kept; a job that has ended stays as it is."""
     found(s, job)
     after = s.store.cancel(job)
     s.dispatcher.wake()
@@ -160,7 +160,7 @@ def cancel(job: str, caller: Submitter, s: Here) -> Response:
 
 @router.get("/{job}/request", responses={200: {"content": {"application/json": {"schema": REQUEST}}}, **documented(404)})
 def asked(job: str, caller: Reader, s: Here) -> Response:
-    """What was submitted, as it is kept: the scene itself in place of its name and changes. It can be sent again."""
+    """What was submitted, with the scene itself in place of its name and changes. The document can be submitted again."""
     found(s, job)
     return Json(s.store.document(job))
 
@@ -197,7 +197,7 @@ async def events(
 
 
 async def _followed(s: Service, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
-    """Events as they come, and the job's document whenever it has changed."""
+    """The job's events as they come, and its document whenever that has changed."""
     s.streams += 1
     told = ""
     try:

@@ -97,12 +97,12 @@ def text_of(data: Any) -> bytes:
 
 
 class Json(Response):
-    """A JSON response."""
+    """A JSON response written by ``text_of``."""
 
     media_type = "application/json"
 
     def render(self, content: Any) -> bytes:
-        """Its body."""
+        """The content as the body's bytes."""
         return text_of(content)
 
 
@@ -173,7 +173,7 @@ def install(app: FastAPI) -> None:
 
 
 def _of_validation(e: Any) -> Problem:
-    """One of pydantic's errors."""
+    """One of pydantic's errors as a problem."""
     if e["type"] == "json_invalid":
         return Problem("body", f"it is no JSON: {e['ctx']['error']}, at character {e['loc'][-1]}"[:500])
     place = [str(x) for x in e["loc"]]

@@ -49,7 +49,8 @@ def results(
     count: Annotated[int | None, Query(ge=1, le=10**12, description="Most cases.")] = None,
     accept: Accept = "*/*",
 ) -> Response:
-    """The table: a row a case. While the job runs, the rows there are so far; ``Trunnion-Complete`` says whether these are all."""
+    """The table with one row for each case. While the job runs it has the rows so far; ``Trunnion-Complete`` says whether they
+    are all."""
     kind = chosen(format, accept)
     there = found(s, job)
     stop = there.cases if count is None else min(there.cases, first + count)
@@ -77,7 +78,7 @@ def _columns(known: list[str], asked: list[str] | None) -> list[str]:
 
 
 def _tables(s: Service, done: list[Chunk], schema: Any, first: int, stop: int) -> Iterator[Any]:
-    """The parts, cut to the cases wanted."""
+    """The tables of the parts, cut to the cases wanted."""
     for chunk in done:
         table = s.parts.read_table(s.parts.part(chunk.job, chunk.start, chunk.stop), schema.names)
         low, high = max(first, chunk.start), min(stop, chunk.stop)
@@ -101,7 +102,7 @@ async def trajectory(
     ] = None,
     accept: Accept = "*/*",
 ) -> Response:
-    """One case, run again with all its rows: a column a quantity, a row an output time."""
+    """One case, run again with all its rows: one column for each quantity, one row for each output time."""
     import pyarrow as pa
 
     kind = chosen(format, accept)
@@ -127,14 +128,14 @@ async def animation(job: str, case: int, caller: Reader, s: Here, request: Reque
 
 
 async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
-    """A case run again on the cluster."""
+    """What running a case again on the cluster gives, as bytes."""
     await run_in_threadpool(_check, s, job, case, outputs)
     call = Call(run_trajectory, (s.parts.url, job, case, outputs, kind), s.replays, REPLAYS_AT_ONCE, priority=10)
     return await answered(s, request, s.settings.limits.answer_seconds, call)
 
 
 def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
-    """Whether a case can be run again."""
+    """Refusal (404, 409) or SceneError when a case cannot be run again."""
     there = found(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")

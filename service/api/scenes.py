@@ -73,7 +73,7 @@ class ColumnItem(BaseModel):
 
 
 class SceneFacts(BaseModel):
-    """What a scene without problems is."""
+    """What is known about a scene without problems: its numbers and its columns."""
 
     name: str
     title: str
@@ -165,7 +165,7 @@ async def fmus(request: Annotated[FmuRequest, Body(openapi_examples=FMUS)], call
 
 
 def _exported(scene: Scene, request: FmuRequest, data: Path) -> bytes:
-    """The FMU's bytes."""
+    """The bytes of the exported FMU."""
     export = _exporter()
     with tempfile.TemporaryDirectory(dir=data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"

@@ -111,7 +111,7 @@ async def sensitivities(
 
 
 def _plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], float]:
-    """(arguments for a worker, its time s). SceneError with every problem, those of limits included."""
+    """(arguments for a worker, its time budget in s). SceneError with every problem, those of limits included."""
     scene = scene_of(asked, limits)
     problems: list[Problem] = []
     seconds = asked.budget or limits.answer_seconds

@@ -25,7 +25,7 @@ RESULT_SECONDS = 10
 
 @asynccontextmanager
 async def taking(turns: Turns, most: int) -> AsyncIterator[None]:
-    """Wait for a turn, of which ``most`` are at a time; Refusal (503) when too many wait."""
+    """Wait for one of ``most`` turns that may be taken at a time, and give it back; Refusal (503) when too many wait."""
     if turns.there >= MOST_WAITING:
         raise Refusal(503, "too many such requests at once; try again", headers={"Retry-After": "10"})
     turns.there += 1
@@ -43,7 +43,8 @@ async def taking(turns: Turns, most: int) -> AsyncIterator[None]:
 
 @dataclass(frozen=True)
 class Call:
-    """A function for the cluster. most: such calls at a time; priority: above 0, ahead of the chunks of jobs."""
+    """A function to call on the cluster. most: how many such calls run at a time; priority: above 0 it goes ahead of the chunks
+    of jobs, which have 0."""
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
@@ -53,7 +54,7 @@ class Call:
 
 
 async def answered(s: Service, request: Request, seconds: float, call: Call) -> bytes:
-    """What a call gives. Refusal (503) when too many wait, or when there is no answer after ``seconds``."""
+    """What a call returns. Refusal (503) when too many wait, or when there is no answer after ``seconds``."""
     end = time.monotonic() + seconds
     work = asyncio.create_task(_worked(s, call))
     try:
@@ -69,13 +70,13 @@ async def answered(s: Service, request: Request, seconds: float, call: Call) -> 
 
 
 async def _worked(s: Service, call: Call) -> bytes:
-    """Take a turn; the future is cancelled with this task."""
+    """Take a turn and call; the future on the cluster is cancelled when this task is."""
     async with taking(call.turns, call.most):
         future = await run_in_threadpool(lambda: s.cluster.submit(call.function, *call.arguments, priority=call.priority))
         loop, over = asyncio.get_running_loop(), asyncio.Event()
 
         def came(_: Any) -> None:
-            with suppress(RuntimeError):  # the server ends
+            with suppress(RuntimeError):  # the loop is already closed when the server ends
                 loop.call_soon_threadsafe(over.set)
 
         future.add_done_callback(came)
@@ -90,7 +91,7 @@ async def _worked(s: Service, call: Call) -> bytes:
 
 
 def _result(future: Any) -> Any:
-    """What came of it; the function's own error, NoCluster when it went away with its worker."""
+    """The result of a future; raises the function's own error, or NoCluster when the future was lost with its worker."""
     from distributed import KilledWorker
 
     error = future.exception(timeout=RESULT_SECONDS) if future.status == "error" else None

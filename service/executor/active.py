@@ -21,7 +21,8 @@ OUT_OF_TIME = {
 
 @dataclass
 class Active:
-    """A job being worked on. flying: chunks at the cluster, by first case; cost: stepping seconds a case, so far."""
+    """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; cost: mean stepping seconds for a
+    case so far, 0 before the first chunk; planned: cases handed out."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -32,8 +33,8 @@ class Active:
     looked: float = 0.0
 
     def size(self, longest: float, slots: int) -> int:
-        """Cases the next chunk should have: PIECES chunks for each slot if that makes them neither short nor longer than
-        ``longest`` seconds, so that a small job spreads and a large one spends no time on being cut up; less at its end."""
+        """Number of cases for the next chunk. What is left is cut into PIECES chunks for each slot, so that a small job spreads,
+        but into none shorter than SHORTEST or longer than ``longest`` seconds; chunks shrink towards the end."""
         if self.cost <= 0.0:
             return FIRST_CHUNK
         left = max(1, self.job.cases - self.planned)

@@ -22,7 +22,7 @@ class NoCluster(RuntimeError):
 
 
 class Cluster:
-    """submit(function, …) → future, cancelled when the scheduler goes away."""
+    """A connection to the cluster. Futures it gives out are cancelled when the scheduler goes away."""
 
     def __init__(self, address: str, workers: int, scratch: Path):
         self.address, self.scratch = address, scratch
@@ -77,7 +77,7 @@ class Cluster:
         self.client = self.local = None
 
     def slots(self) -> int:
-        """Chunks that can run at once (0: no worker is there now); NoCluster."""
+        """How many chunks can run at once (0 while there is no worker); NoCluster when the cluster cannot be reached."""
         if time.monotonic() - self.counted_at > COUNT_SECONDS:
             client = self.connect()
             try:
@@ -88,7 +88,7 @@ class Cluster:
         return self.counted
 
     def submit(self, function: Callable[..., Any], *arguments: Any, priority: int = 0) -> Any:
-        """A future; NoCluster."""
+        """Send a call to the cluster and return its future; NoCluster when there is none."""
         client = self.connect()
         try:
             return client.submit(function, *arguments, pure=False, priority=priority)

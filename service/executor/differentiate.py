@@ -13,8 +13,8 @@ LOOK_SECONDS = 0.25
 
 
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
-    """The answer as JSON. asked: a scene as plain data and the other arguments of ``engine.sensitivity``. SceneError when it is not
-    there after ``seconds``, Cancelled when nobody waits for it any more."""
+    """Values and derivatives as JSON. asked: the scene as plain data and the other arguments of ``engine.sensitivity``. SceneError
+    when the work takes longer than ``seconds``, Cancelled when nobody waits for the answer any more."""
     from engine.sensitivities import sensitivity
     from service.api.problems import text_of
 
@@ -23,7 +23,7 @@ def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
 
 
 class _Watch:
-    """Asked at least once a step whether to go on."""
+    """Called at least once in every step; ends the run by an exception when it is out of time or no longer wanted."""
 
     def __init__(self, seconds: float):
         self.seconds, self.end = seconds, time.monotonic() + seconds

@@ -32,7 +32,7 @@ RESULT_SECONDS = 10
 
 
 class Dispatcher:
-    """start(), stop(); ``wake`` after a submission. ``trouble``: what keeps it from working now ("" when nothing does)."""
+    """The thread that hands out chunks. trouble: what keeps it from working now, in words ("" when nothing does)."""
 
     def __init__(self, store: WorkStore, cluster: Cluster, parts: Parts, settings: Settings, metrics: Metrics):
         self.store, self.cluster, self.parts, self.settings, self.metrics = store, cluster, parts, settings, metrics
@@ -45,17 +45,17 @@ class Dispatcher:
         self.trouble = ""
 
     def start(self) -> None:
-        """Begin working."""
+        """Start the thread."""
         self.thread.start()
 
     def stop(self) -> None:
-        """End; leases are given back, so that another server can go on at once."""
+        """Stop the thread and give back its leases, so that another server can go on at once."""
         self.stopping.set()
         self.woken.set()
         self.thread.join(15)
 
     def wake(self) -> None:
-        """A job came, or is to be cancelled."""
+        """Work on now instead of at the next turn: a job was submitted or is to be cancelled."""
         self.claimed = -1e9
         self.woken.set()
 
@@ -89,7 +89,7 @@ class Dispatcher:
     # -- one turn -----------------------------------------------------------------------------------------------------------
 
     def _turn(self) -> bool:
-        """Take what landed, renew leases, send off more. True when something was done."""
+        """One turn: take results that came back, renew leases, send off more chunks. True when something was done."""
         busy = self._take_landed()
         if time.monotonic() - self.claimed > self.settings.lease / 3:
             self._claim()
@@ -114,7 +114,7 @@ class Dispatcher:
                 self._adopt(job)
 
     def _adopt(self, job: Job) -> None:
-        """Begin or resume a job."""
+        """Begin a job whose lease was just taken, or resume it where another server left it."""
         if job.state != "cancelling":
             self.parts.write(self.parts.job_file(job.id), json.dumps(self.store.document(job.id)).encode())
         active = Active(job, planned=job.planned)
@@ -126,7 +126,7 @@ class Dispatcher:
         self.store.begin(self.name, job.id)
 
     def _settle(self, active: Active, chunk: Chunk) -> None:
-        """A chunk nobody knows about any more: done when its part is there, else to be run again."""
+        """Decide on a chunk whose future is gone: it is done when its part is there, else it is run again."""
         there = self.parts.counted(self.parts.part(chunk.job, chunk.start, chunk.stop))
         if there is not None:
             self.store.chunk_done(self.name, chunk.job, chunk.start, Done(there[0], 0.0, 0.0, there[1]))
@@ -141,7 +141,7 @@ class Dispatcher:
         self.jobs.pop(active.job.id, None)
 
     def _look_after(self, active: Active) -> None:
-        """Cancel, end, and find chunks whose futures died without a word."""
+        """Cancel or end the job when it is time, and find chunks whose futures were lost without a result."""
         if active.job.state == "cancelling":
             self._stop_job(active, "cancelled", [])
             return
@@ -167,7 +167,7 @@ class Dispatcher:
     # -- landing ------------------------------------------------------------------------------------------------------------
 
     def _take_landed(self) -> bool:
-        """Write down everything that has come back."""
+        """Record everything that has come back from the cluster."""
         some = False
         while True:
             try:
@@ -187,7 +187,7 @@ class Dispatcher:
                 raise
 
     def _landed(self, active: Active, start: int, future: Any) -> None:
-        """One chunk came back, well or not."""
+        """Record one chunk that came back with a result or an error."""
         chunk, job = active.flying[start][0], active.job.id
         got = self._result(future) if future.status == "finished" else None
         if got is not None:
@@ -209,7 +209,7 @@ class Dispatcher:
 
     @staticmethod
     def _result(future: Any) -> dict[str, Any] | None:
-        """What the chunk says; None when it can no longer be had (its part can: the next attempt will find it)."""
+        """What the chunk reports; None when the report is lost (its part may be there, and the next attempt will find it)."""
         try:
             return dict(future.result(timeout=RESULT_SECONDS))
         except Exception as e:  # noqa: BLE001  # whatever became of the worker, the chunk is simply asked for again

@@ -29,10 +29,10 @@ class Parts:
         return f"{self.root}/{job}/part-{start:09d}-{stop:09d}.parquet"
 
     def write(self, path: str, data: bytes) -> None:
-        """Bytes under a name, whole or not at all."""
+        """Write bytes under a name, whole or not at all."""
         self.fs.makedirs(path.rpartition("/")[0], exist_ok=True)
         if not isinstance(self.fs, LocalFileSystem):
-            self.fs.pipe_file(path, data)  # object stores put whole objects
+            self.fs.pipe_file(path, data)  # object stores write whole objects only
             return
         with replacing(path, ".tmp") as work, work.open("wb") as f:
             f.write(data)
@@ -40,7 +40,7 @@ class Parts:
             os.fsync(f.fileno())
 
     def write_table(self, path: str, table: pyarrow.Table) -> int:
-        """A table as a Parquet part; its size in bytes."""
+        """Write a table as a Parquet part and return its size in bytes."""
         import pyarrow.parquet as pq
 
         sink = io.BytesIO()
@@ -49,7 +49,7 @@ class Parts:
         return len(sink.getvalue())
 
     def read_table(self, path: str, columns: list[str] | None = None) -> pyarrow.Table:
-        """A part as a table."""
+        """Read a part as a table."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -80,11 +80,11 @@ class Parts:
         self.fs.rm_file(path)
 
     def marker(self, job: str) -> str:
-        """A file that tells workers to stop working on a job."""
+        """Path of the file that tells workers to stop working on a job."""
         return f"{self.root}/{job}/stopped"
 
     def job_file(self, job: str) -> str:
-        """What workers read to know the job."""
+        """Path of the file from which workers read the job."""
         return f"{self.root}/{job}/job.json"
 
 

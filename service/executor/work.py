@@ -46,7 +46,7 @@ def run_chunk(url: str, job: str, start: int, stop: int, seconds: float) -> dict
 
 
 class _Watch:
-    """Asked every few hundredths of a second whether to go on."""
+    """Called every few hundredths of a second; ends the chunk by an exception when it is out of time or was cancelled."""
 
     def __init__(self, parts: Parts, job: str, runner: Runner, seconds: float):
         self.parts, self.job, self.end = parts, job, time.monotonic() + seconds

@@ -17,7 +17,7 @@ router = APIRouter(include_in_schema=False)
 
 @router.get("/")
 def index() -> Response:
-    """The page."""
+    """The web page."""
     return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, {"Content-Security-Policy": POLICY}, "text/html")
 
 

@@ -9,7 +9,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Job:
-    """A job as kept. Times in s since the epoch; counts: cases by outcome; lost: cases of failed chunks; seconds: stepping."""
+    """A job as it is stored. Times are seconds since the epoch; counts: number of cases by outcome; lost: cases in failed chunks;
+    seconds: spent on stepping."""
 
     id: str
     created: float
@@ -34,7 +35,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Cases start … stop − 1 of a job; attempts so far."""
+    """The cases start … stop − 1 of a job, with the number of attempts so far."""
 
     job: str
     start: int
@@ -47,7 +48,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class StoredEvent:
-    """Something that happened to a job; ids grow."""
+    """Something that happened to a job; later events have larger ids."""
 
     id: int
     job: str
@@ -69,21 +70,21 @@ class Key:
 
 
 def job_of(row: Any) -> Job:
-    """A job of a row of the table."""
+    """The job that a row of its table holds."""
     fields = {name: row[name] for name in Job.__dataclass_fields__}
     return Job(**fields | {"counts": json.loads(row["counts"]), "problems": json.loads(row["problems"])})
 
 
 def chunk_of(row: Any) -> Chunk:
-    """A chunk of a row."""
+    """The chunk that a row of its table holds."""
     return Chunk(**{name: row[name] for name in Chunk.__dataclass_fields__})
 
 
 def event_of(row: Any) -> StoredEvent:
-    """An event of a row."""
+    """The event that a row of its table holds."""
     return StoredEvent(row["id"], row["job"], row["time"], row["kind"], json.loads(row["data"]))
 
 
 def key_of(row: Any) -> Key:
-    """A key of a row."""
+    """The key that a row of its table holds."""
     return Key(**{name: row[name] for name in Key.__dataclass_fields__})

@@ -42,7 +42,7 @@ class Store:
         self.engine.dispose()
 
     def ping(self) -> None:
-        """Unreachable when the database is."""
+        """Ask the database for a sign of life; Unreachable when there is none."""
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
 
@@ -51,8 +51,8 @@ class Store:
     def submit(
         self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None
     ) -> tuple[Job, bool]:
-        """(job, whether it is new). With an idempotency ``key`` this owner used before for the same ``digest``, the job made
-        then; Conflict when the digest differs."""
+        """Keep a new job: (job, whether it is new). When this owner used the idempotency ``key`` before, for the same ``digest``,
+        it is the job made then; Conflict when the digest differs."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
             "created": time.time(),
@@ -80,13 +80,13 @@ class Store:
             return earlier, False
 
     def job(self, job: str) -> Job | None:
-        """A job by id."""
+        """The job with an id; None when there is none."""
         with transaction(self.engine) as c:
             row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
         return job_of(row) if row else None
 
     def document(self, job: str) -> dict[str, Any]:
-        """What was submitted, normalised."""
+        """The request that was submitted, in the form in which it is kept."""
         with transaction(self.engine) as c:
             return json.loads(c.execute(select(jobs.c.document).where(jobs.c.id == job)).scalar_one())
 
@@ -98,7 +98,7 @@ class Store:
         cursor: str | None = None,
         limit: int = 50,
     ) -> tuple[list[Job], str | None]:
-        """(jobs, newest first; cursor of the next page). BadCursor for one that is none."""
+        """(jobs, newest first; cursor of the next page, None on the last). BadCursor for a cursor that was not given out."""
         query = select(jobs).order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
         for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
             if wanted is not None:
@@ -147,12 +147,12 @@ class Store:
     # -- keys ---------------------------------------------------------------------------------------------------------------
 
     def add_key(self, key: Key) -> None:
-        """Keep a key (its hash)."""
+        """Keep a key; only the hash of its secret is stored."""
         with transaction(self.engine, writing=True) as c:
             c.execute(insert(keys).values({n: getattr(key, n) for n in Key.__dataclass_fields__}))
 
     def key(self, key: str) -> Key | None:
-        """A key by id, revoked ones too."""
+        """The key with an id, even when it was revoked; None when there is none."""
         with transaction(self.engine) as c:
             row = c.execute(select(keys).where(keys.c.id == key)).mappings().first()
         return key_of(row) if row else None
@@ -163,7 +163,7 @@ class Store:
             return [key_of(row) for row in c.execute(select(keys).order_by(keys.c.created, keys.c.id)).mappings()]
 
     def revoke(self, key: str) -> bool:
-        """A key is no longer accepted. False: there is none in use."""
+        """End the use of a key. False when no key with this id is in use."""
         with transaction(self.engine, writing=True) as c:
             found = and_(keys.c.id == key, keys.c.revoked.is_(None))
             return bool(c.execute(update(keys).where(found).values(revoked=time.time())).rowcount)

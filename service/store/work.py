@@ -58,7 +58,7 @@ class WorkStore(Store):
         return row
 
     def begin(self, server: str, job: str) -> None:
-        """A queued job is running."""
+        """Record that a queued job is running now."""
         with transaction(self.engine, writing=True) as c:
             if self._held(c, server, job)["state"] == "queued":
                 c.execute(update(jobs).where(jobs.c.id == job).values(state="running", started=time.time()))
@@ -86,7 +86,7 @@ class WorkStore(Store):
             return chunk_of(found)
 
     def running(self, job: str) -> list[Chunk]:
-        """Chunks somebody was working on (after a restart: whoever that was is gone)."""
+        """Chunks recorded as running; after a restart, nobody works on them any more."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
         with transaction(self.engine) as c:
             return [chunk_of(row) for row in c.execute(query).mappings()]
@@ -98,7 +98,7 @@ class WorkStore(Store):
             return [chunk_of(row) for row in c.execute(query).mappings()]
 
     def chunk_done(self, server: str, job: str, start: int, done: Done) -> None:
-        """A chunk's part is there. Told twice, it counts once."""
+        """Record that a chunk's part is there. A report that comes twice counts once."""
         with transaction(self.engine, writing=True) as c:
             row = self._held(c, server, job)
             at = and_(chunks.c.job == job, chunks.c.start == start)
@@ -117,8 +117,8 @@ class WorkStore(Store):
             self._attempt_ended(c, job, start, done.worker, "done")
 
     def chunk_lost(self, server: str, job: str, start: int, error: str, most: int, delay: float, blame: bool = True) -> str:
-        """An attempt came to nothing: the chunk waits ``delay`` seconds for the next one, or has failed after ``most``. Without
-        ``blame`` (the scheduler went away, the server was restarted) the attempt is not counted. Returns its state."""
+        """Record an attempt that came to nothing: the chunk waits ``delay`` seconds for the next one, or has failed after ``most``.
+        Without ``blame`` (the scheduler went away, the server was restarted) it is not counted. Returns the chunk's state."""
         with transaction(self.engine, writing=True) as c:
             self._held(c, server, job)
             at = and_(chunks.c.job == job, chunks.c.start == start)

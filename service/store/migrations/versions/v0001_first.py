@@ -1,4 +1,4 @@
-"""jobs, chunks, attempts, events, keys."""
+"""The first schema: tables of jobs, chunks, attempts, events and keys."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Forwards."""
+    """Create the tables."""
 
     op.create_table(
         "jobs",
@@ -99,7 +99,7 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Back."""
+    """Drop the tables."""
 
     with op.batch_alter_table("events", schema=None) as batch_op:
         batch_op.drop_index("ix_events_job_id")
