@@ -1,4 +1,4 @@
-"""Records of a batch: many cases of one structure per call."""
+"""Records of a batch, in which one call runs many cases of one structure."""
 
 from __future__ import annotations
 

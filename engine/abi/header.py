@@ -1,4 +1,4 @@
-"""The C header ``tr_abi.h`` and its number: what kernels, runtime and Python must agree about."""
+"""The C header ``tr_abi.h``, and the number by which kernels, runtime and Python recognise that they agree about it."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ def records() -> list[Record]:
 
 
 def sizes() -> str:
-    """Counts that are no field of a record."""
+    """C definitions of the counts that are no field of a record."""
     counts = {"TR_EVENT_CONTACTS": runs.EVENT_CONTACTS, "TR_EVENT_KINDS": batches.EVENT_KINDS, "TR_METHODS": len(METHODS)}
     return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n"
 
 
 @lru_cache(maxsize=1)
 def body() -> str:
-    """The header without its frame."""
+    """The header without its include guard and the ABI's number."""
     return "\n".join([sizes(), *(e.c_text() for e in ENUMERATIONS), *(r.c_text() for r in records())])
 
 
 @lru_cache(maxsize=1)
 def number() -> int:
-    """The ABI's number: a digest of the declarations, words apart."""
+    """The ABI's number: a digest of the declarations, without comments."""
     plain = re.sub(r"/\*.*?\*/", "", body(), flags=re.DOTALL)
     return int(hashlib.sha256(" ".join(plain.split()).encode()).hexdigest()[:7], 16)
 

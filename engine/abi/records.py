@@ -1,6 +1,6 @@
-"""Descriptions of what C and Python share: enumerations and records, with their C text and their Python readers.
+"""How C and Python describe what they share: enumerations and records, with their C text and their Python readers.
 
-A record's fields are written once, one a line, as ``C declaration : what it is``; from these lines come the C struct, the
+A record's fields are written once, one on each line, as ``C declaration : what it is``; from these lines come the C struct, the
 ``ctypes`` structure, the NumPy type and the checks of names.
 """
 
@@ -24,7 +24,7 @@ KNOWN: dict[str, Record] = {}
 
 
 class Named(IntEnum):
-    """An enumeration whose members say what they mean: ``MEMBER = number, "meaning"``. ``prefix()``: of the C names."""
+    """An enumeration whose members say what they mean: ``MEMBER = number, "meaning"``. ``prefix()`` begins its names in C."""
 
     about: str
 
@@ -41,14 +41,14 @@ class Named(IntEnum):
 
     @classmethod
     def c_text(cls) -> str:
-        """The C enumeration."""
+        """The C definition of the enumeration."""
         lines = [f"  {cls.prefix()}{m.name} = {m.value}," + (f" /* {m.about} */" if m.about else "") for m in cls]
         return "\n".join([f"/* {one_line(cls.__doc__)} */", "enum {", *lines, "};\n"])
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a record: C declaration, name, base type, how many, meaning."""
+    """A field of a record: its C declaration, name and base type, how many entries it has, and what it means."""
 
     declaration: str
     name: str
@@ -58,7 +58,7 @@ class Field:
 
 
 class Record:
-    """A C struct ``tag``."""
+    """A C struct, declared in C text and read in Python. tag: its name; about: what it is; lines: its fields, one on each line."""
 
     def __init__(self, tag: str, about: str, lines: str):
         self.tag, self.about = tag, one_line(about)
@@ -85,11 +85,11 @@ class Record:
 
     @property
     def numbers(self) -> int:
-        """How many doubles a record of doubles takes."""
+        """How many doubles a record takes that has nothing but doubles."""
         return self.dtype.itemsize // 8
 
     def at(self, name: str) -> int:
-        """In which double of a record of doubles a field begins."""
+        """Index of the double at which a field begins, in a record that has nothing but doubles."""
         found = self.dtype.fields
         assert found is not None
         return found[name][1] // 8
@@ -100,7 +100,7 @@ class Record:
         return tuple(f.name for f in self.fields if f.base == "int" and "*" not in f.declaration)
 
     def c_text(self) -> str:
-        """The C struct."""
+        """The C definition of the struct."""
         lines = [f"  {f.declaration};" + (f" /* {f.about} */" if f.about else "") for f in self.fields]
         return "\n".join([f"/* {self.about} */", f"typedef struct {self.tag} {{", *lines, f"}} {self.tag};\n"])
 
@@ -111,23 +111,23 @@ class Record:
         return tuple(values[n] for n in self.names)
 
     def doubles(self, **values: Any) -> list[float]:
-        """The same as plain doubles, of a record of doubles."""
+        """The values of all fields in order as plain doubles, for a record that has nothing but doubles."""
         row = self.row(**values)
         return [float(x) for value in row for x in (value if isinstance(value, tuple) else (value,))]
 
     def initialiser(self, name: str, **values: Any) -> str:
-        """C definition of a constant with every field named."""
+        """C definition of a constant record ``name``, every field named."""
         self.row(**values)
         return f"const {self.tag} {name}={{{','.join(f'.{n}={values[n]}' for n in self.names)}}};\n"
 
     def table(self, name: str, rows: Iterable[tuple[Any, ...]]) -> str:
-        """C definition of a constant array of records (never empty in C)."""
+        """C definition of a constant array of records; without rows it has one zero record, as C allows no empty array."""
         body = ",".join("{" + ",".join(map(str, r)) + "}" for r in rows) or "{0}"
         return f"static const {self.tag} {name}[]={{{body}}};\n"
 
 
 def _field(line: str) -> Field:
-    """``const double *p : meaning`` → Field."""
+    """The Field that a line such as ``const double *p : meaning`` declares."""
     declaration, _, about = line.partition(" : ")
     declaration = declaration.strip()
     pointer = re.search(r"\(\*(\w+)\)", declaration)

@@ -1,5 +1,5 @@
-"""Records that lie in a block while it runs: signals and modes, what functions write about pairs, what the runtime is told and
-what it notes. All but the settings and the statistics are made of doubles."""
+"""Records that lie in a block while it runs: signals and modes, what a kernel's functions write about pairs, what the runtime
+is told, and what it notes. All but the settings and the statistics are made of doubles only."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Small things every other folder of the engine stands on; imports nothing from them."""
+"""Small things that every other folder of the engine uses; nothing here imports from those folders."""

@@ -1,4 +1,4 @@
-"""Packages that are not part of the plain installation: which extra brings them, and what to say when they are not there."""
+"""Packages that are not part of the plain installation: which extra brings them, and what to say when one is not there."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ REQUIREMENT = re.compile(r"^([\w.-]+).*;.*\bextra\s*==\s*['\"]([\w-]+)['\"]")
 
 @lru_cache(maxsize=1)
 def _extras() -> dict[str, str]:
-    """{module: extra}, from the metadata of the installation."""
+    """{module: name of the extra that brings it}, from the metadata of the installation."""
     try:
         lines = requires(PROJECT) or []
     except PackageNotFoundError:  # run from its sources, without an installation
@@ -29,17 +29,17 @@ def _extras() -> dict[str, str]:
 
 
 def _module(package: str) -> str:
-    """A package's name as it is imported: the same but for case and dashes, for all that we require."""
+    """A package's name as it is imported: for all packages we require it differs only in case and dashes."""
     return re.sub(r"[-.]", "_", package).lower()
 
 
 def extra_of(module: str) -> str:
-    """The extra that brings a module (``service`` for ``sqlalchemy.orm``); "" where none does."""
+    """The extra that brings a module (``service`` for ``sqlalchemy.orm``); "" when none does."""
     return _extras().get(_module(module.partition(".")[0]), "")
 
 
 def absent(extra: str, use: str) -> list[Problem]:
-    """What to say before anything begins: the packages of an extra that are not installed. use: what needs them."""
+    """Problems to tell before anything begins: the packages of an extra that are not installed. use: what needs them."""
     missing = sorted(m for m, e in _extras().items() if e == extra and not _there(m))
     what = f"needs {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed"
     return [Problem(use, what, remedy(extra))] if missing else []
@@ -53,7 +53,7 @@ def _there(module: str) -> bool:
 
 
 def remedy(extra: str) -> str:
-    """What to type for an extra."""
+    """The hint for a missing extra: the line to type."""
     return f"pip install '{PROJECT}[{extra}]'"
 
 

@@ -12,9 +12,8 @@ from engine.basics.problems import Problem, SceneError
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
-    """What stands in the way of writing ``path``: a suffix not in ``suffixes``, or a folder that cannot be written.
-
-    where: the option or argument the name came from.
+    """What stands in the way of writing ``path``: a suffix not in ``suffixes``, or a folder that cannot be written. Empty when
+    nothing does. where: the option or argument the name came from.
     """
     target = Path(path)
     text = os.fspath(path)
@@ -49,8 +48,9 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
-    """A temporary name in the folder of ``path`` (links followed), with its suffix or another. What was written under it takes the
-    place of ``path`` in one step when the block ends well, and is removed when it does not. OSError as it comes."""
+    """A temporary name in the folder of ``path`` (links followed), with the suffix of ``path`` or another. What was written
+    under it takes the place of ``path`` in one step when the block ends well, and is removed when it does not. An OSError is
+    passed on as it is."""
     target = Path(os.path.realpath(path))
     work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{suffix or target.suffix}")
     try:

@@ -15,21 +15,21 @@ from types import FrameType
 
 
 class Held:
-    """asked: whether Ctrl-C was pressed since the interrupts are held."""
+    """Interrupts that are held back. asked: whether Ctrl-C has been pressed since."""
 
     def __init__(self) -> None:
         self.asked = False
         self._through = False
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        """The handler of the signal."""
+        """The handler of the signal: only remember that Ctrl-C was pressed."""
         self.asked = True
         if self._through:
             raise KeyboardInterrupt
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Inside, Ctrl-C raises KeyboardInterrupt as usual; also when it was pressed just before."""
+        """Within this block Ctrl-C raises KeyboardInterrupt as usual, and so does one that was pressed just before."""
         self._through = True
         try:
             if self.asked:
@@ -41,8 +41,8 @@ class Held:
 
 @contextmanager
 def held() -> Iterator[Held]:
-    """Hold Ctrl-C back. Only in the main thread, which alone gets it, and only where nobody else handles it: a program with a
-    handler of its own keeps that."""
+    """Hold Ctrl-C back during the block. It does so only in the main thread, the only one that gets the signal, and only where
+    nobody else handles it: a program with a handler of its own keeps that."""
     note = Held()
     own = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if not own:

@@ -1,5 +1,5 @@
-"""What a number is: name, unit, the values it may have. Said once, where the number belongs, and obeyed at every door: scene files,
-overrides, sweeps, the service and FMUs."""
+"""What a number of a scene is: its name, its unit, and the values it may have. These are written once, where the number
+belongs, and hold everywhere: in scene files, overrides, sweeps, the service and FMUs."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 
 @dataclass(frozen=True)
 class Bound:
-    """Finite numbers from ``least`` to ``most``; ``open``: ``least`` itself is excluded; ``nonzero``: zero is. advice: what to do
-    instead of a value beyond."""
+    """The values a number may have: finite ones from ``least`` to ``most``. ``open``: ``least`` itself is excluded;
+    ``nonzero``: zero is excluded. advice: what to do instead of giving a value outside."""
 
     least: float = -math.inf
     most: float = math.inf
@@ -38,7 +38,7 @@ class Bound:
 
     @property
     def rule(self) -> str:
-        """What holds for a value, in words: "must be positive", "must lie between 1e-14 and 0.1"."""
+        """The bound in words: "must be positive", "must lie between 1e-14 and 0.1"."""
         if self.nonzero:
             return "must not be 0"
         if self.most < math.inf:
@@ -51,7 +51,7 @@ class Bound:
         return "must be a finite number"
 
     def refusal(self, name: str, value: float) -> str:
-        """Why a value is refused; the same words everywhere."""
+        """Why a value is refused, in the same words everywhere."""
         return f"{name} {self.rule} (it is {value:g})"
 
 
@@ -74,7 +74,7 @@ class Order:
         return low < high if self.strict else low <= high
 
     def refusal(self, low: float, high: float) -> str:
-        """Why values are refused; the same words everywhere."""
+        """Why two values are refused, in the same words everywhere."""
         rule, fault = ("be above", "not above") if self.strict else ("not be below", "below")
         return f"{self.high} must {rule} {self.low}: {high:g} is {fault} {low:g}"
 
@@ -118,17 +118,17 @@ class Number:
 
     @property
     def order(self) -> Order | None:
-        """The condition that ``not_below`` stands for."""
+        """The comparison that ``not_below`` stands for; None without it."""
         return Order(self.not_below, self.name) if self.not_below else None
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of its entries: itself, or ``radius[1]``, ``radius[2]``."""
+        """Names of its entries: its own name, or ``radius[1]``, ``radius[2]``, … when there are several."""
         return (self.name,) if self.count == 1 else tuple(f"{self.name}[{k + 1}]" for k in range(self.count))
 
     @property
     def hint(self) -> str:
-        """A hint for who gives none, or a wrong one."""
+        """The hint for a user who gives none, or a wrong one."""
         return f"for example {self.name}: {self.example}"
 
 

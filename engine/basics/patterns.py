@@ -1,4 +1,5 @@
-"""Shell-style patterns over names like ``ball.contact[1].angle``: ``*`` and ``?`` only; brackets are brackets."""
+"""Shell-style patterns over names like ``ball.contact[1].angle``. Only ``*`` and ``?`` are wild cards; brackets stand for
+themselves."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ def is_wild(pattern: str) -> bool:
 
 
 def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
-    """Tells of a name whether it matches one of the patterns. Patterns are read once; names without wild cards are looked up."""
+    """A function that tells whether a name matches one of the patterns. Patterns are compiled once, and those without wild
+    cards are looked up."""
     every = tuple(patterns)
     plain = frozenset(p for p in every if not is_wild(p))
     wild = [re.compile(translate(p.replace("[", "[[]"))).match for p in dict.fromkeys(every) if is_wild(p)]

@@ -38,7 +38,7 @@ class Problem:
         return f"{place}{self.where}: {self.what}" + (f" ({self.hint})" if self.hint else "")
 
     def as_dict(self) -> dict[str, object]:
-        """The same, for JSON (command line ``--json``, REST problem lists)."""
+        """The problem as plain data for JSON (command line ``--json``, REST problem lists)."""
         return {"where": self.where, "what": self.what, "hint": self.hint, "file": self.file, "line": self.line}
 
 
@@ -63,7 +63,7 @@ class SceneError(ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Problem, ...]]]:
-        """Comes whole from another process."""
+        """Keep the problems when the error is sent from another process."""
         return SceneError, (self.problems,)
 
 

@@ -1,8 +1,8 @@
 """CasADi, loaded when the first expression is made.
 
-Laws and contact elements say in one file both what they are (numbers, names: asked whenever a scene is read) and what they compute
-(expressions: asked when a kernel is built). Loading CasADi costs more time than reading most scenes; it is loaded for the second
-only. Import ``ca`` from here in every module that reading a scene imports.
+Laws and contact elements say in one file both what they are (numbers and names, asked for whenever a scene is read) and what they
+compute (expressions, asked for when a kernel is built). Loading CasADi costs more time than reading most scenes, and only the
+second needs it. Import ``ca`` from here in every module that reading a scene imports.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 
 class _Deferred:
-    """Stands for the module ``casadi``; an attribute found once is kept."""
+    """Stands for the module ``casadi``, which it loads when an attribute is first asked for; attributes found are kept."""
 
     def __getattr__(self, name: str) -> Any:
         import casadi

@@ -1,4 +1,4 @@
-"""Which Trunnion this is."""
+"""Which version of Trunnion this is."""
 
 from __future__ import annotations
 

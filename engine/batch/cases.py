@@ -1,4 +1,5 @@
-"""Which cases: a grid, a list, or a seeded sample of numbers of a scene; any case by its index, the same everywhere."""
+"""Which cases a batch has: a grid, a list, or a seeded sample of numbers of a scene. Any case can be had by its index alone,
+and is the same everywhere."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ TOLD = 5
 
 @dataclass(frozen=True)
 class Cases:
-    """paths: what varies; units: theirs; count: how many; values(start, stop): numbers (stop − start × paths), SI."""
+    """The cases of a batch. paths: what varies; units: their SI units; count: how many cases; values(start, stop): the numbers
+    of cases start … stop − 1 ((stop − start) × paths), SI."""
 
     paths: tuple[str, ...]
     units: tuple[str, ...]
@@ -38,13 +40,14 @@ class Cases:
     values: Callable[[int, int], np.ndarray] = field(compare=False)
 
     def changes(self, index: int) -> dict[str, float]:
-        """One case as overrides of the scene."""
+        """One case as overrides of the scene, {path: SI value}."""
         row = self.values(index, index + 1)[0]
         return dict(zip(self.paths, map(float, row), strict=True))
 
 
 def grid(scene: Scene, over: Mapping[str, Any], where: str = "over") -> Cases:
-    """Every combination, the last path varying fastest. A path's values: a list, or "first:last:count" (ends with units)."""
+    """Every combination of values, the last path varying fastest. over: for each path a list of values, or "first:last:count"
+    (the ends with units). SceneError with every mistake."""
     problems: list[Problem] = []
     readers = [_Reader(scene, path, f"{where}.{path}", problems) for path in over]
     axes = [_axis(reader, given) for reader, given in zip(readers, over.values(), strict=True)]
@@ -59,7 +62,7 @@ def grid(scene: Scene, over: Mapping[str, Any], where: str = "over") -> Cases:
 
 
 def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
-    """The cases as given, each {path: value}; all name the same paths."""
+    """The cases as given, each {path: value}; all of them must name the same paths. SceneError with every mistake."""
     problems: list[Problem] = []
     paths = tuple(cases[0]) if cases else ()
     odd = [i for i, case in enumerate(cases) if case.keys() != cases[0].keys()]
@@ -75,8 +78,8 @@ def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases
 def sampled(
     scene: Scene, ranges: Mapping[str, Sequence[Any]], count: int, seed: int = 0, method: str = "latin", where: str = "sample"
 ) -> Cases:
-    """``count`` cases spread over the ranges {path: (low, high)}: "latin" (each range cut into ``count`` strips, one case in every
-    strip) or "random" (independent, uniform). The same seed gives the same cases."""
+    """``count`` cases spread over the ranges {path: (low, high)}. method: "latin" (each range cut into ``count`` strips, one
+    case in every strip) or "random" (independent, uniform). The same seed gives the same cases. SceneError with every mistake."""
     problems: list[Problem] = []
     if count < 1:
         problems.append(Problem(f"{where}.count", f"{count} cases are none", "give a positive number"))
@@ -114,7 +117,7 @@ def _uniform(count: int, axes: int, seed: int, method: str) -> np.ndarray:
 
 
 def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> None:
-    """SceneError with every problem there is, ``untold`` more than are listed."""
+    """Raise SceneError with the listed problems, if there are any; ``untold``: how many more there are."""
     if not paths and not problems:
         problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
     if problems:
@@ -122,7 +125,7 @@ def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> No
 
 
 def _axis(reader: _Reader, given: Any) -> np.ndarray:
-    """Values of one path of a grid."""
+    """The values of one path of a grid, SI."""
     if isinstance(given, str) and ":" in given:
         return _span(reader, given)
     if isinstance(given, str):
@@ -141,7 +144,7 @@ def _axis(reader: _Reader, given: Any) -> np.ndarray:
 
 
 def _span(reader: _Reader, text: str) -> np.ndarray:
-    """``first:last:count``."""
+    """The values that ``first:last:count`` stands for, SI."""
     parts = [p.strip() for p in text.split(":")]
     if len(parts) != 3 or not parts[2].isascii() or not parts[2].isdigit() or not 1 <= int(parts[2][:12]) <= MOST_VALUES:
         reader.complain(f"{text!r} is not first:last:count", 'such as "0.1:0.6:26" or "0 deg:90 deg:91"')
@@ -152,7 +155,7 @@ def _span(reader: _Reader, text: str) -> np.ndarray:
 class _Reader:
     """Turns values as written for one path into SI numbers; mistakes go on the list, which keeps the first few of each path.
 
-    What unit the path has is found out once, so that a million values do not build a million scenes.
+    The unit of the path is found out once, so that a million values do not build a million scenes.
     """
 
     def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
@@ -163,17 +166,18 @@ class _Reader:
 
     @property
     def untold(self) -> int:
-        """Mistakes that are not on the list."""
+        """How many mistakes are not on the list."""
         return max(0, self.wrong - TOLD)
 
     def complain(self, what: str, hint: str = "") -> None:
-        """One more mistake."""
+        """Put one more mistake on the list, or only count it."""
         self.wrong += 1
         if self.wrong <= TOLD:
             self.problems.append(Problem(self.where, what, hint))
 
     def number(self, value: Any) -> float:
-        """SI value; plain numbers are SI already. A number the scene refuses will be a case that fails."""
+        """SI value of one entry; plain numbers are SI already. A number that the scene refuses is no mistake here: its case
+        will fail."""
         value = _plain(value)
         if isinstance(value, bool) or not isinstance(value, float | str):
             self.complain(f"{shown(value)} is not a number")
@@ -196,7 +200,7 @@ class _Reader:
         return float(value)
 
     def _first(self, value: float | str) -> float:
-        """The first value of a number that the scene does not give: the scene with it says what it is."""
+        """The first value of a number that the scene does not give; building the scene with that value shows what it is."""
         try:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:
@@ -211,7 +215,7 @@ class _Reader:
 
 
 def _plain(value: Any) -> Any:
-    """A float of a number, or of a text that is one; anything else as it is."""
+    """A number, or a text that is one, as a float; anything else as it is."""
     if isinstance(value, bool) or not isinstance(value, Real | str):
         return value
     try:
@@ -235,7 +239,7 @@ def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
 
 
 def _part(node: Any, key: str | int) -> Any:
-    """What a key or index leads to; None where it leads nowhere."""
+    """What a key or index of a part of a scene leads to; None where it leads nowhere."""
     if isinstance(key, int):
         return node[key] if isinstance(node, tuple) and key < len(node) else None
     if isinstance(node, dict):

@@ -42,8 +42,8 @@ def _library() -> ctypes.CDLL:
 
 @dataclass(frozen=True)
 class Reduced:
-    """What became of some cases: all that were to be run, or the first of them when the caller's tick said no. index: which (n);
-    numbers (n × reductions); outcomes and steps (n); seconds: stepping."""
+    """The outcome of some cases: of all that were to be run, or of the first of them when the caller's tick said no. index (n):
+    which cases; numbers (n × reductions); outcomes and steps (n); seconds: time spent stepping."""
 
     index: np.ndarray
     numbers: np.ndarray
@@ -53,7 +53,7 @@ class Reduced:
 
 
 class Loop:
-    """Runs rows of one structure. Make it once, use it for many chunks, from one thread at a time."""
+    """Runs cases of one structure in C. Make it once and use it for many chunks, from one thread at a time."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], method: str | None):
         self.lib = _library()
@@ -79,12 +79,12 @@ class Loop:
         self.budget = 500
 
     def _buffer(self, size: int) -> int:
-        """Memory that lives as long as the loop; zeroed."""
+        """Address of zeroed memory (``size`` bytes) that lives as long as the loop."""
         self.memory.append((ctypes.c_double * (size // 8 + 4))())
         return ctypes.addressof(self.memory[-1])  # type: ignore[arg-type]
 
     def _variant(self, made: Kernel) -> None:
-        """Blocks of the kernel, or of its redundant variant."""
+        """Add the blocks of a kernel, the plain one or its redundant variant."""
         s = made.sizes
         events = 64 + 4 * (s["nsliders"] + s["nstops"])
         numbers, table = self.model.built.numbers, self.model.built.parameters
@@ -100,7 +100,7 @@ class Loop:
         self._variant(made)
 
     def _jacobian(self) -> None:
-        """Give the variant that runs its Jacobian unit and a block with room for it."""
+        """Give the variant that is running its Jacobian unit, and a block with room for it."""
         block, v = self.blocks[self.batch.which], self.batch.variant[self.batch.which]
         started = time.perf_counter()
         v.j = block.kernel.jacobian()
@@ -110,7 +110,7 @@ class Loop:
         v.full = self._buffer(v.full_bytes)
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
-        """Run the cases, or as many of them as are finished when ``tick`` says no."""
+        """Run the cases; when ``tick`` says no, only those that are finished by then count."""
         b, n = self.batch, len(rows.index)
         out = np.zeros(n, self.layout)
         inputs = rows.inputs if rows.inputs.size else np.zeros(1)
@@ -141,7 +141,8 @@ class Loop:
         return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, out["case"]["steps"][:n].astype(np.int64), seconds)
 
     def _outcome(self, case: np.void) -> Outcome:
-        """Diagnosis of the case that just failed, while its block is at hand: the model as if it had run the case."""
+        """The diagnosis of the case that just failed, while its block still holds its state, as if the model itself had run the
+        case."""
         block = copy(self.blocks[self.batch.which])
         block.at = self.batch.now
         block._views()
@@ -170,5 +171,5 @@ class Loop:
 
 
 def invalid(where: Sequence[object]) -> Outcome:
-    """Outcome of a case whose numbers the scene refuses."""
+    """The outcome of a case whose numbers the scene refuses."""
     return Outcome("invalid", 0.0, "", "; ".join(map(str, where)))

@@ -1,4 +1,5 @@
-"""A batch, understood: scene, cases, reductions, settings. Chunks of it can be run anywhere and give the same rows."""
+"""A batch as understood from what the caller asked: scene, cases, reductions, settings. Any chunk of it can be run anywhere and
+gives the same rows."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a batch computes: ``scene`` (fixed changes made), its cases, the reductions kept, the settings given."""
+    """What a batch computes: ``scene``, with the fixed changes made; its cases; the reductions kept of each; and the settings
+    given."""
 
     scene: Scene
     cases: Cases
@@ -39,7 +41,7 @@ class Plan:
 
     @property
     def schema(self) -> pyarrow.Schema:
-        """Of its table."""
+        """The Arrow schema of the batch's table."""
         return schema(self.cases.paths, self.cases.units, self.reductions, self.about)
 
 
@@ -102,7 +104,7 @@ def plan(
 
 
 class Stopped(Exception):
-    """The caller's tick said no. table: the rows of the cases that were finished by then."""
+    """Raised when the caller's tick said no. table: the rows of the cases that were finished by then."""
 
     def __init__(self, table: pyarrow.Table):
         super().__init__("stopped between two cases")
@@ -110,7 +112,7 @@ class Stopped(Exception):
 
 
 class Runner:
-    """Runs chunks of a plan; keeps what chunks share (kernels, blocks, built values). For one thread at a time."""
+    """Runs chunks of a plan, and keeps what they share (kernels, blocks, built values). For one thread at a time."""
 
     def __init__(self, plan: Plan):
         self.plan = plan
@@ -120,11 +122,11 @@ class Runner:
 
     @property
     def build_seconds(self) -> float:
-        """Symbolic build and compilation so far, s (0 from the cache)."""
+        """Time of symbolic build and compilation so far, s (0 when all came from the cache)."""
         return sum(x.build_seconds for x in self.loops)
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Rows of the cases start … stop − 1. Stopped when ``tick`` (told how many are done) says no."""
+        """Table of the cases start … stop − 1. ``tick`` is told how many of them are done; when it says no, Stopped is raised."""
         values = self.plan.cases.values(start, stop)
         n = stop - start
         outcomes: list[Outcome] = [invalid(())] * n
@@ -150,7 +152,7 @@ class Runner:
         return made
 
     def _loop(self, rows: Rows) -> Loop:
-        """The loop for this structure."""
+        """The loop for cases of this structure, made when there is none yet."""
         for loop in self.loops:
             if fits(loop, rows):
                 return loop
@@ -160,12 +162,12 @@ class Runner:
 
 
 def _told(tick: Callable[[int], bool], before: int, done: int) -> bool:
-    """Tick for rows that come after others of the chunk."""
+    """Tell ``tick`` how many cases of the chunk are done, when ``before`` of them are done by earlier loops; gives its answer."""
     return tick(before + done)
 
 
 def fits(loop: Loop, rows: Rows) -> bool:
-    """Whether the loop's blocks are those of the rows: structure, tables, kinks."""
+    """Whether the loop's blocks can run these cases: same structure, tables and kinks."""
     a, b = loop.model.built, rows.built
     if a is b:
         return True

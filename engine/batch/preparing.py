@@ -32,7 +32,7 @@ MOST_KEPT = 20_000
 
 @dataclass(frozen=True)
 class Run:
-    """Settings the caller gives for all cases; None: the scene's own."""
+    """The settings that the caller gives for all cases; None where each case has its scene's own."""
 
     until: float | None = None
     every: float | None = None
@@ -40,7 +40,7 @@ class Run:
     method: str | None = None
 
     def of(self, scene: Scene) -> tuple[float, float, float]:
-        """(until, every, rtol) of a scene, by the rules of ``engine.simulate``."""
+        """(until, s; every, s; rtol) of a scene, by the rules of ``engine.simulate``."""
         sim = scene.simulation
         until = float(sim.until if self.until is None else self.until)
         every = self.every
@@ -51,8 +51,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Rows:
-    """Cases of one structure. index: which (n). p, y, given, inputs: as the C loop reads them. settings: numbers of a
-    ``tr_case_settings`` (n × 6)."""
+    """Cases of one structure, ready for the C loop. index (n): which cases; p, y, given, inputs: a row for each case, as the
+    loop reads them; settings (n × 6): the numbers of a ``tr_case_settings``."""
 
     built: Built
     index: np.ndarray
@@ -65,15 +65,15 @@ class Rows:
 
 @dataclass(frozen=True)
 class _Entry:
-    """One built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]; built: itself, None where it is
-    of the base's structure."""
+    """One built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]. built: the scene itself
+    where its structure differs from the base's, else None."""
 
     built: Built | None
     flat: np.ndarray
 
 
 class Preparer:
-    """Makes rows of values (cases × paths). Keeps what it has built; use it from one thread."""
+    """Turns values (cases × paths) into rows for the C loop. Keeps what it has built; use it from one thread."""
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
         self.scene, self.paths, self.run = scene, tuple(paths), run
@@ -85,7 +85,8 @@ class Preparer:
         self.sizing = len({o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p})
 
     def rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """(rows by structure, what is wrong with the cases that have none), by place in ``values``."""
+        """(the cases' rows, grouped by structure; for each case that cannot be run, by its index in ``values``, what is wrong
+        with it)."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)
@@ -134,8 +135,9 @@ class Preparer:
         return kept[key]
 
     def _placed(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
-        """The entries that the group's numbers are, where the table of parameters knows them all and the scene takes the values:
-        its bounds and comparisons of numbers are linear, so they hold for all values when they hold at the corners of their box."""
+        """The entries of ``flat`` that the group's numbers are, where the table of parameters knows them all and the scene
+        takes the values: bounds and comparisons of numbers are linear, so they hold for all values when they hold at the
+        corners of their box. None otherwise."""
         paths = [self.paths[i] for i in self.groups[g]]
         place = [self.start.parameters.place(p) for p in paths]
         if None in place or 2 ** len(paths) > MOST_CORNERS:
@@ -148,8 +150,8 @@ class Preparer:
         return np.array(place)
 
     def _copied(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
-        """Entries that are the path's number itself, tried at the ends and in between, for numbers the table does not place (start
-        values, points); None when it acts in another way."""
+        """The entries of ``flat`` that are the path's number itself, for numbers the table does not place (start values,
+        points): the number is tried at the ends of its values and in between. None when it acts in another way."""
         tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, 5).astype(int))]
         tried = tried[tried[:, 0] != 0.0]
         entries = [self._built(g, v) for v in tried]
@@ -169,7 +171,7 @@ class Preparer:
         return _Entry(None if self._alike(built) else built, self._flat(built))
 
     def _flat(self, built: Built) -> np.ndarray:
-        """Its numbers, side by side."""
+        """The numbers of a built scene, side by side."""
         n, (until, every, rtol) = built.numbers, self.run.of(built.scene)
         pull = float(np.linalg.norm(np.array(built.scene.gravity, float)))
         mass = sum(mass_properties(b)[0] for b in built.scene.bodies.values())
@@ -177,7 +179,7 @@ class Preparer:
         return np.concatenate([built.parameters.values, n.q, n.v, n.inputs, rest])
 
     def _alike(self, built: Built) -> bool:
-        """Same structure, tables, kinks and given start values as the base."""
+        """Whether a built scene has the base's structure, tables, kinks and choice of given start values."""
         a, b = built.numbers, self.start.numbers
         return (
             built.system == self.start.system
@@ -190,7 +192,7 @@ class Preparer:
     # -- rows ---------------------------------------------------------------------------------------------------------------
 
     def _together(self, index: np.ndarray, flat: np.ndarray) -> Rows:
-        """Rows of cases of the base's structure."""
+        """Rows of the cases that have the base's structure."""
         return _rows(self.start, index, flat)
 
     def _singly(self, index: np.ndarray, values: np.ndarray, wrong: dict[int, SceneError]) -> list[Rows]:
@@ -214,7 +216,7 @@ Tables = tuple[Curve | Outside, ...]
 
 
 def same_tables(a: Tables, b: Tables) -> bool:
-    """Whether tables are equal; values of inputs may differ, since each case has its own."""
+    """Whether two cases have equal tables; start values of inputs may differ, since each case has its own."""
     return len(a) == len(b) and all(x is y or x.alike(y) for x, y in zip(a, b, strict=True))
 
 
@@ -227,7 +229,7 @@ def owner(path: str) -> tuple[str, ...]:
 
 
 def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
-    """Split flat numbers; the rate scale follows from gravity, length and start rates as in ``engine.system.numbers``."""
+    """Rows from flat numbers. The rate scale follows from gravity, length and start rates as in ``engine.system.numbers``."""
     n, s = built.numbers, built.system
     ends = np.cumsum([len(built.parameters.values), s.nq + s.nv, len(n.inputs)])
     p, y, inputs, rest = np.split(flat, ends, axis=1)

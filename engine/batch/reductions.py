@@ -31,7 +31,8 @@ DEFAULTS = (
 
 @dataclass(frozen=True)
 class Reduction:
-    """kind of OF_COLUMNS with the name of a column, or of OF_EVENTS with the name of a kind of event; unit and meaning."""
+    """One number kept of every case. kind and what: one of OF_COLUMNS with the name of a column, or one of OF_EVENTS with the
+    name of a kind of event; with its unit and description."""
 
     kind: str
     what: str
@@ -40,12 +41,13 @@ class Reduction:
 
     @property
     def name(self) -> str:
-        """Its column in the table."""
+        """Name of its column in the table."""
         return f"{self.kind}:{self.what}"
 
 
 def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = "reductions") -> tuple[Reduction, ...]:
-    """Reductions of texts, patterns spelled out; the defaults for none. SceneError names every text that means nothing."""
+    """The reductions that texts mean, with a pattern replaced by the columns it matches; the default ones for no texts.
+    SceneError names every text that means nothing."""
     found: dict[str, Reduction] = {}
     problems: list[Problem] = []
     names = {c.name: c for c in everything}
@@ -98,6 +100,6 @@ def _unmatched(where: str, text: str, kind: str, what: str, names: Iterable[str]
 
 
 def wanted_columns(chosen: Sequence[Reduction]) -> tuple[str, ...]:
-    """Names of the columns a kernel must give; one at least."""
+    """Names of the columns that a kernel must give for these reductions; at least one, since a kernel needs one."""
     names = dict.fromkeys(r.what for r in chosen if r.kind in OF_COLUMNS)
     return tuple(names) or ("events.count",)

@@ -34,8 +34,8 @@ SweepProgress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep that was run: a row a case. counts: cases by outcome; wall_time, stepping_time (of all cores), build_time: s.
-    stopped: it was interrupted, and its rows are those of the cases that were finished by then."""
+    """A sweep that was run, with a row for each case. counts: cases by outcome; wall_time, stepping_time (summed over cores)
+    and build_time, s. stopped: whether it was interrupted; its rows are then those of the cases that were finished."""
 
     plan: Plan
     table: pyarrow.Table
@@ -73,12 +73,12 @@ class Sweep:
         return Path(path)
 
     def trajectory(self, case: int, outputs: Sequence[str] | None = None) -> Result:
-        """One case run again, with all its rows."""
+        """One case run again, keeping all its rows."""
         return trajectory(self.plan, case, outputs)
 
 
 def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Result:
-    """One case of a plan as ``engine.simulate`` runs it."""
+    """One case of a plan, run as ``engine.simulate`` runs it, keeping all its rows."""
     from engine.simulation.run import simulate
 
     r = of.run
@@ -122,8 +122,8 @@ def sweep(
 
 
 def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | None = None) -> Sweep:
-    """Run all of it on threads (the loop holds no lock of the interpreter while it steps). KeyboardInterrupt when it is stopped
-    before any case is finished."""
+    """Run a whole plan on threads (the loop holds no lock of the interpreter while it steps). KeyboardInterrupt when it is
+    stopped before any case is finished."""
     started = time.perf_counter()
     threads = max(1, min(workers or os.cpu_count() or 1, of.cases.count))
     work = _Work(of, progress)
@@ -140,7 +140,8 @@ def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | Non
 
 
 def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
-    """Wait for the threads; after Ctrl-C for what they still finish, and whatever else stops them then does not count."""
+    """Wait for the threads. After Ctrl-C, wait for the cases they are finishing; an error that stops a thread after that does
+    not count."""
     left: set[Future[None]] = set(waiting)
     while left:
         done, left = wait(left, LOOK_SECONDS, FIRST_EXCEPTION)
@@ -151,7 +152,8 @@ def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
 
 
 class _Work:
-    """Chunks handed out in order, each sized from what the last ones cost; their tables, kept by first case."""
+    """The work of a sweep: chunks handed out in order, each sized from what the last ones cost, and their tables, kept by first
+    case."""
 
     def __init__(self, of: Plan, progress: SweepProgress | None):
         self.plan, self.progress = of, progress
@@ -163,7 +165,7 @@ class _Work:
         self.told = time.perf_counter()
 
     def take(self) -> None:
-        """Run chunks until none is left (one thread)."""
+        """Run chunks, in one thread, until none is left."""
         runner, size = Runner(self.plan), FIRST_CHUNK
         with self.lock:
             self.runners.append(runner)
@@ -183,7 +185,7 @@ class _Work:
             self._finished(start, got)
 
     def go_on(self, done: int) -> bool:
-        """Asked by the loop every few hundredths of a second, told how many cases of its chunk are done."""
+        """Whether to go on; the loop asks every few hundredths of a second and tells how many cases of its chunk are done."""
         return not self.stopped
 
     def _finished(self, start: int, got: Any) -> None:
@@ -195,7 +197,8 @@ class _Work:
                 self.progress(self.done, self.plan.cases.count)
 
     def result(self, wall: float) -> Sweep:
-        """All tables as one; of a sweep that was interrupted, its metadata say how many cases of how many."""
+        """The sweep, with all tables put together; when it was interrupted, the table's metadata say how many of the cases it
+        has."""
         import pyarrow as pa
         import pyarrow.compute as pc
 

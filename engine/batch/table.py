@@ -21,7 +21,8 @@ HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "s
 
 
 def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:
-    """Fields with ``unit`` and ``description`` in their metadata; where the table came from in the schema's."""
+    """The schema of a batch's table: every field has ``unit`` and ``description`` in its metadata, and the schema's own
+    metadata say where the table came from."""
     import pyarrow as pa
 
     def field(name: str, kind: Any, unit: str, text: str) -> Any:
@@ -49,7 +50,7 @@ def table(
     steps: np.ndarray,
     numbers: np.ndarray,
 ) -> pyarrow.Table:
-    """Rows of some cases (n numbers of cases). NaN (nothing to reduce) becomes null."""
+    """The table's rows for some cases; ``cases`` (n) are their numbers. NaN, where there is nothing to reduce, becomes null."""
     import pyarrow as pa
 
     def floats(a: np.ndarray) -> Any:

@@ -1,9 +1,9 @@
 """The seam between contact geometry and friction law.
 
-A law is asked for the signed friction ratio k of a sliding velocity v (friction force on the pin = k per unit normal force, (121)
-with ω_r, ṡ of the outboard part relative to the pin's). Two forms cover the closed contact forms:
-``slope``: k = slope · v, and ``level``: k = level(|v|) · v/|v| + drag · v; ``choose`` takes the one in force. A law with kinks
-names the value the sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen. A
+A law is asked for the signed friction ratio k at a sliding velocity v: the friction force on the pin is k per unit normal force
+(equation (121) of the paper, with ω_r, ṡ those of the outboard part relative to the pin's). Two forms cover the closed contact
+forms: ``slope``, k = slope · v, and ``level``, k = level(|v|) · v/|v| + drag · v; ``choose`` takes the one in force. A law with
+kinks names the value the sliding speed crosses, so that the runtime ends its steps there; within a step the branch is frozen. A
 set-valued law (``sets``) has no value at rest: there the runtime holds the pair by a constraint as long as the ratio needed stays
 within ``static``.
 """
@@ -43,9 +43,10 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 
 
 class Law(ABC):
-    """A law at one sliding pair. value: its scene numbers as expressions; mode: (flag, d1, d2, d3, tilt) of the pair, the state
-    flag, the rates at the start of the step (a single rate: its sign), against which the direction of sliding is frozen, and for a
-    ball the tilt where it is not to follow from the state (``contact.ball``).
+    """A law at one sliding pair. value: its scene numbers as expressions, by name; mode: (flag, d1, d2, d3, tilt) of the pair. The
+    flag tells the branch; d1, d2, d3 are the rates at the start of the step (of a single rate: its sign), against which the
+    direction of sliding is frozen; tilt is given for a ball where it is not to follow from the state (``contact.ball``). state:
+    the law's states.
 
     A law declares itself in the class variables below; what scenes, checks, units, FMUs, time stepping, ``--hold`` and documents
     know of it follows from them. A declaration that does not fit together cannot be imported."""
@@ -89,7 +90,7 @@ class Law(ABC):
 
     @classmethod
     def _mistakes(cls) -> list[str]:
-        """What is wrong with the declaration."""
+        """What is wrong with the declaration, a phrase each."""
         by_name = {n.name: n for n in cls.numbers if isinstance(n, Number)}
         found = []
         if not _NAME.fullmatch(cls.name):
@@ -113,48 +114,53 @@ class Law(ABC):
 
     @abstractmethod
     def slope(self, speed2: SX) -> SX | None:
-        """k per sliding velocity (s/m) on the proportional branch at the squared sliding speed (m²/s²); None: it has none."""
+        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s²; None when the law has
+        no such branch."""
 
     @abstractmethod
     def level(self, speed2: SX) -> SX | None:
-        """|k| on the sliding branch at the squared sliding speed (m²/s²) without its viscous part, None when the law has none."""
+        """|k| on the sliding branch without its viscous part, at the squared sliding speed, m²/s²; None when the law has no
+        such branch."""
 
     @property
     def drag(self) -> SX | None:
-        """Viscous part of the sliding branch, s/m: k beyond ``level`` per sliding velocity; None when the law has none."""
+        """The viscous part of the sliding branch, s/m: what k has beyond ``level``, per sliding velocity. None when the law has
+        none."""
         return None
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Rates of the states, 1/s, at a sliding velocity (m/s)."""
+        """Rates of the law's states, 1/s, at a sliding velocity (m/s). Only for laws with bristles."""
         raise NotImplementedError(f"law {self.name} has no state")
 
     def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Signed ratios k at a sliding velocity (m/s) and state."""
+        """Signed ratios k at a sliding velocity (m/s) and state. Only for laws with bristles."""
         raise NotImplementedError(f"law {self.name} has no state")
 
     @property
     def static(self) -> SX:
-        """|k| up to which a pair at rest is held (set-valued laws)."""
+        """The largest |k| at which a pair stays held at rest (set-valued laws)."""
         return self.value["mu_static"] if "mu_static" in self.value else self.value["mu"]
 
     @property
     def stuck(self) -> SX:
-        """Whether the pair is held at rest."""
+        """Whether the pair is held at rest, as an expression of its flag."""
         return self.flag == PairState.STUCK.value
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """The velocity, with a direction even at the moment slip starts from rest."""
+        """The sliding velocity; for several components of a set-valued law it has a direction even at the moment slip starts
+        from rest. ``arms``: as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
 
     @property
     def kink(self) -> SX:
-        """Sliding speed at which the branches meet."""
+        """Sliding speed at which the two branches meet, m/s."""
         return ca.SX(0)
 
     def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
-        """The value of the branch in force."""
+        """The value on the branch that is in force: sliding when the flag is set, else proportional; the only one when one is
+        None."""
         if sliding is not None and proportional is not None:
             return ca.if_else(self.flag != PairState.PROPORTIONAL.value, sliding, proportional)
         only = proportional if sliding is None else sliding
@@ -163,16 +169,16 @@ class Law(ABC):
         return only
 
     def sign(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """+1 while the velocity still points to the side of the frozen one, −1 past its reversal. ``arms``: lever that turns
-        each rate into a velocity."""
+        """+1 while the velocity still points to the side of the frozen direction, −1 past its reversal. ``arms``: the levers
+        that turn rates into velocities, m for rotations, 1 for travels."""
         if len(v) == 1:
             return ca.if_else(v[0] * self.frozen[0] < 0, -1, 1)
         dot = sum(x * d * a for x, d, a in zip(v, self.frozen, arms, strict=False))
         return ca.if_else(dot < 0, -1, 1)
 
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
-        """Signed ratios k of one or two velocity components (m/s). On the sliding branch the sign is frozen over a step:
-        k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line."""
+        """Signed ratios k, one for each component of the sliding velocity v (m/s). On the sliding branch the sign is frozen
+        over a step: k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line. ``arms``: as in ``sign``."""
         if self.bristles:
             return self.carried(v, self.state)
         speed2 = sum((x * x for x in v), ca.SX(0))

@@ -1,4 +1,4 @@
-"""Numbers that several laws have, with one meaning in all of them."""
+"""Numbers that several laws have, and that mean the same in all of them."""
 
 from engine.basics.numbers import NOT_NEGATIVE, POSITIVE, Bound, Number
 

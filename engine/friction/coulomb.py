@@ -10,7 +10,7 @@ from engine.friction.common import MU, MU_STATIC
 
 
 class Coulomb(Law):
-    """Sliding has one branch; rest is a constraint with its multiplier, kept by the runtime."""
+    """One sliding branch; rest is a constraint, which the runtime holds with a multiplier."""
 
     name = "coulomb"
     numbers = (MU, replace(MU_STATIC, needed=False))
@@ -18,9 +18,9 @@ class Coulomb(Law):
     formula, at_rest = "μ v/|v|", "any |k| ≤ μ_s (μ_s = μ where it is not given)"
 
     def slope(self, speed2: SX) -> None:
-        """No proportional branch."""
+        """None: the law has no proportional branch."""
         return
 
     def level(self, speed2: SX) -> SX:
-        """μ."""
+        """μ at any speed."""
         return self.value["mu"]

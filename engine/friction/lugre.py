@@ -20,9 +20,9 @@ from engine.friction.common import MU, MU_STATIC, OPPOSES, V_STRIBECK, VISCOSITY
 
 
 class LuGre(Law):
-    """A function of velocity and state, at rest too: below break-away a spring, in time it creeps. The kink of |v| at v = 0 is
-    taken out of the steps of a single rate, whose sign is frozen over a step; of several components it is left to error control.
-    """
+    """Friction as a function of velocity and state, at rest too: below break-away it acts as a spring, which creeps in time.
+    With a single rate the kink of |v| at v = 0 is kept out of the steps, over which the rate's sign is frozen; with several
+    components it is left to error control."""
 
     name = "lugre"
     numbers = (
@@ -40,24 +40,24 @@ class LuGre(Law):
     formula, at_rest = "σ0 z + σ1 ż + σ2 v, ż = v − σ0 |v|/g z", "the same: a function of state"
 
     def slope(self, speed2: SX) -> None:
-        """No proportional branch."""
+        """None: the law has no proportional branch."""
         return
 
     def level(self, speed2: SX) -> SX:
-        """g: the ratio of steady sliding without its viscous part."""
+        """g, the ratio in steady sliding without its viscous part."""
         n = self.value
         if "mu_static" not in n:
             return n["mu"]
         return n["mu"] + (n["mu_static"] - n["mu"]) * ca.exp(-speed2 / n["v_stribeck"] ** 2)
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Rates of σ0 z, 1/s."""
+        """Rates of σ0 z, 1/s, one for each component."""
         speed2 = sum((x * x for x in v), ca.SX(0))
         pull = (v[0] * self.frozen[0] if len(v) == 1 else ca.sqrt(speed2 + TINY)) / self.level(speed2)
         return [self.value["bristle_stiffness"] * (x - pull * s) for x, s in zip(v, state, strict=True)]
 
     def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """σ0 z + σ1 ż + σ2 v."""
+        """k = σ0 z + σ1 ż + σ2 v, one for each component."""
         n, out = self.value, list(state)
         if "bristle_damping" in n:
             each = n["bristle_damping"] / n["bristle_stiffness"]

@@ -1,4 +1,4 @@
-"""The laws there are, and the questions the rest of the product asks about them by name."""
+"""The friction laws there are, and what the rest of the product asks about them by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from engine.friction.viscous import Viscous
 
 
 def registered(laws: Iterable[type[Law]]) -> dict[str, type[Law]]:
-    """Laws by name. ValueError when two have one name, mean different things by one number, or refer to a law there is not."""
+    """The laws by name. ValueError when two have one name, mean different things by one number, or refer to a law that does not
+    exist."""
     out: dict[str, type[Law]] = {}
     for law in laws:
         if law.name in out:
@@ -40,12 +41,12 @@ def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
 
 
 def exact_of(law: str) -> str:
-    """The law that errors of this one are measured against: itself, or the set-valued one it smooths."""
+    """The law against which this one's errors are measured: itself, or the set-valued law it smooths."""
     return REGISTRY[law].exact or law
 
 
 def twin_of(law: str) -> str:
-    """The law that smooths this one; "" when none does."""
+    """The law that smooths this one; "" when there is none."""
     return next((name for name, other in REGISTRY.items() if other.exact == law), "")
 
 

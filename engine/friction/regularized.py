@@ -1,4 +1,4 @@
-"""Rooney and Deravi's continuous law (104): μ |v|/v_eps up to v_eps, μ beyond."""
+"""Rooney and Deravi's continuous law, the paper's (104): |k| = μ |v|/v_eps up to the speed v_eps, μ beyond."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from engine.friction.common import MU, V_EPS
 
 
 class Regularized(Law):
-    """Flag 1: saturated, 0: proportional."""
+    """Two branches: the flag is 1 where friction is saturated, 0 where it is proportional."""
 
     name = "regularized"
     numbers = (MU, V_EPS)
@@ -18,14 +18,14 @@ class Regularized(Law):
     formula, at_rest = "(104): μ min(|v|/v_eps, 1) v/|v|", "0"
 
     def slope(self, speed2: SX) -> SX:
-        """μ/v_eps, s/m."""
+        """μ/v_eps, s/m, on the proportional branch."""
         return self.value["mu"] / self.value["v_eps"]
 
     def level(self, speed2: SX) -> SX:
-        """μ."""
+        """μ on the saturated branch."""
         return self.value["mu"]
 
     @property
     def kink(self) -> SX:
-        """v_eps, m/s."""
+        """v_eps, m/s, where the branches meet."""
         return self.value["v_eps"]

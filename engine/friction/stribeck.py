@@ -13,8 +13,8 @@ from engine.friction.common import MU, MU_STATIC, V_STRIBECK, VISCOSITY
 
 
 class Stribeck(Law):
-    """Set-valued as Coulomb's law. The level is smooth in v², so that within a step, where the direction is frozen, the law is
-    smooth through rest; after release friction falls continuously from μ_static."""
+    """Set-valued at rest as Coulomb's law is. While sliding it is smooth in v², so that within a step, where the direction is
+    frozen, it is smooth through rest; after release, friction falls continuously from μ_static."""
 
     name = "stribeck"
     numbers = (MU, MU_STATIC, V_STRIBECK, replace(VISCOSITY, needed=False))
@@ -23,15 +23,15 @@ class Stribeck(Law):
     formula, at_rest = "(μ + (μ_s − μ) exp(−(v/v_S)²)) v/|v| + σ2 v", "any |k| ≤ μ_s"
 
     def slope(self, speed2: SX) -> None:
-        """No proportional branch."""
+        """None: the law has no proportional branch."""
         return
 
     def level(self, speed2: SX) -> SX:
-        """Without the viscous part."""
+        """|k| at the given squared speed, without its viscous part."""
         n = self.value
         return n["mu"] + (n["mu_static"] - n["mu"]) * ca.exp(-speed2 / n["v_stribeck"] ** 2)
 
     @property
     def drag(self) -> SX | None:
-        """viscosity, s/m."""
+        """The viscosity, s/m."""
         return self.value.get("viscosity")

@@ -11,7 +11,7 @@ from engine.friction.common import VISCOSITY
 
 
 class Viscous(Law):
-    """No branch, no kink."""
+    """One proportional branch, so there is no kink."""
 
     name = "viscous"
     numbers = (VISCOSITY,)
@@ -20,9 +20,9 @@ class Viscous(Law):
     formula, at_rest = "σ2 v", "0"
 
     def slope(self, speed2: SX) -> SX:
-        """viscosity, s/m."""
+        """The viscosity, s/m."""
         return self.value["viscosity"]
 
     def level(self, speed2: SX) -> None:
-        """No sliding branch."""
+        """None: the law has no sliding branch."""
         return

@@ -21,8 +21,8 @@ REGISTRY: tuple[Method, ...] = (
 
 @dataclass(frozen=True)
 class Auto:
-    """What method ``auto`` chooses from: an explicit method for tolerances above ``loose_above`` and one for the others, one for
-    stiff motions, one for events that accumulate."""
+    """The methods that ``auto`` chooses from: explicit ones for tolerances above ``loose_above`` and for the others, one for
+    stiff motions, and one for events that accumulate."""
 
     loose: Tableau
     tight: Tableau

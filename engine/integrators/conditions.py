@@ -4,7 +4,7 @@ Ordinary Differential Equations I", II.2; for Rosenbrock methods Hairer, Wanner 
 A tree is the tuple of its subtrees. Weights w over stages whose elementary weights are Φ have order p when w·Φ(t) = θ^|t|/γ(t)
 for every tree t of at most p nodes, θ the part of the step they integrate over.
 
-Plain Python: these modules are read wherever the names of the methods are wanted, also where NumPy is not loaded.
+Written in plain Python: these modules are read wherever the names of the methods are wanted, also where NumPy is not loaded.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ ROUND_OFF = 1e-12
 
 @lru_cache(maxsize=MOST + 1)
 def trees(nodes: int) -> tuple[Tree, ...]:
-    """All rooted trees with so many nodes."""
+    """All rooted trees with this number of nodes."""
     return tuple(_forests(nodes - 1, nodes - 1))
 
 
 def _forests(nodes: int, largest: int) -> list[Tree]:
-    """Multisets of trees with ``nodes`` nodes in all, none of more than ``largest``."""
+    """All multisets of trees that have ``nodes`` nodes together, and at most ``largest`` each."""
     if nodes == 0:
         return [()]
     out: list[Tree] = []
@@ -42,7 +42,7 @@ def _forests(nodes: int, largest: int) -> list[Tree]:
 
 @cache
 def size(tree: Tree) -> int:
-    """Its nodes."""
+    """Number of nodes of a tree."""
     return 1 + sum(size(t) for t in tree)
 
 
@@ -56,13 +56,13 @@ def density(tree: Tree) -> int:
 
 
 def carried(matrix: Matrix, values: Sequence[float]) -> list[float]:
-    """Matrix times values; rows may be shorter than these."""
+    """A matrix times a vector; rows of the matrix may be shorter than the vector."""
     return [sum([a * v for a, v in zip(row, values, strict=False) if a]) for row in matrix]
 
 
 class Elementary:
-    """Elementary weights Φ(t) of a method. single, several: matrices that carry a subtree to a node with one branch and with
-    several (of a Runge–Kutta method both are A; of a Rosenbrock method β and α)."""
+    """The elementary weights Φ(t) of a method, a number for each stage. single, several: the matrices that carry a subtree to a
+    node with one branch and to a node with several (both are A for a Runge–Kutta method; β and α for a Rosenbrock method)."""
 
     def __init__(self, single: Matrix, several: Matrix):
         self.single, self.several = single, several
@@ -77,13 +77,14 @@ class Elementary:
         return self.known[tree]
 
     def defect(self, weights: Sequence[float], tree: Tree, part: float = 1.0, exact: bool = True) -> float:
-        """By how much a condition is missed, relative to the sizes of its terms; ``exact`` False: the sum itself is to vanish."""
+        """By how much the condition of a tree is missed, relative to the sizes of its terms. With ``exact`` False the sum
+        itself must vanish, as for error estimators."""
         terms = [w * p for w, p in zip(weights, self(tree), strict=True)]
         wanted = part ** size(tree) / density(tree) if exact else 0.0
         return abs(math.fsum(terms) - wanted) / (sum(map(abs, terms)) + wanted + 1e-300)
 
     def order(self, weights: Callable[[float], Sequence[float]], parts: tuple[float, ...] = (1.0,), exact: bool = True) -> int:
-        """The order of weights(θ), checked at the given θ."""
+        """The order of the weights ``weights(θ)``, checked at the given θ (``parts``)."""
         at = [(x, weights(x)) for x in parts]
         for p in range(1, MOST + 1):
             if any(self.defect(w, t, x, exact) > ROUND_OFF for t in trees(p) for x, w in at):

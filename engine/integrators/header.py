@@ -19,7 +19,7 @@ def header() -> str:
 
 
 def _sum(coefficients: Sequence[float]) -> str:
-    """Σ c_i K[i] over the non-zero coefficients, as vector expressions."""
+    """C expression of Σ c_i K[i] over the non-zero coefficients, on vectors."""
     terms = [f"({float(c)!r}*K[{i}*n+j])" for i, c in enumerate(coefficients) if c != 0]
     return "+".join(terms) or "v0"
 
@@ -29,7 +29,7 @@ def _loop(target: str) -> str:
 
 
 def _explicit(t: Tableau) -> str:
-    """Stage argument, solution, errors and dense rows of one method. K: rows of n vectors."""
+    """C functions of one explicit method: stage argument, solution, errors and dense rows. K: rows of n vectors."""
     s, name = t.stages, t.name
     loops = {i: _sum(row) for i, row in enumerate(t.A) if i}
     loops |= {s + 1 + i: _sum(row) for i, row in enumerate(t.A_dense)}
@@ -55,7 +55,7 @@ def _explicit(t: Tableau) -> str:
 
 
 def _rosenbrock(t: Rosenbrock) -> str:
-    """Tables of a Rosenbrock method (square, zero padded)."""
+    """C tables of a Rosenbrock method; its matrices are square, padded with zeros."""
     n, name = t.stages, t.name
 
     def square(rows: Sequence[Sequence[float]]) -> list[float]:
@@ -80,13 +80,13 @@ def _kind(m: Method) -> str:
 
 
 def _table() -> str:
-    """What the runtime knows of every method, by number."""
+    """C table of what the runtime knows of every method, by the method's number."""
     rows = ",\n".join("{" + _kind(m) + "}" for m in REGISTRY)
     return f"static const tr_method tr_methods[TR_METHODS]={{\n{{.kind=TR_CHOSEN}},\n{rows}}};\n"
 
 
 def _choices() -> str:
-    """What method auto chooses from, and the largest sizes."""
+    """C definitions of what method ``auto`` chooses from, and of the largest sizes."""
     of: dict[str, Method] = {"LOOSE": AUTO.loose, "TIGHT": AUTO.tight, "STIFF": AUTO.stiff, "ACCUMULATING": AUTO.accumulating}
     numbers = ", ".join(f"TR_AUTO_{k} = {METHODS.index(m.name)}" for k, m in of.items())
     with_rows = [m for m in REGISTRY if isinstance(m, Tableau | Rosenbrock)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Impulses:
-    """Friction and loops as impulses over a fixed step; events need not be located. Of order 1."""
+    """A method that treats friction and loops as impulses over a fixed step, so that events need not be located. Its order is 1."""
 
     name: str
     about: str

@@ -1,6 +1,5 @@
-"""Dormand and Prince's method of order 8 with error estimators of order 5 and 3 and dense output of order 7 (Hairer,
-    Nørsett, Wanner,
-"Solving Ordinary Differential Equations I", II.5, II.6; the published coefficients)."""
+"""Dormand and Prince's method of order 8 with error estimators of order 5 and 3 and dense output of order 7 (Hairer, Nørsett,
+Wanner, "Solving Ordinary Differential Equations I", II.5, II.6; the published coefficients)."""
 
 from engine.integrators.tableau import Tableau
 

@@ -19,10 +19,10 @@ HERMITE = 3
 
 @dataclass(frozen=True)
 class Rosenbrock:
-    """A stiffly accurate method.
+    """A stiffly accurate method, with the coefficients of the form above.
 
-    Declared, and refused with ValueError unless the coefficients say the same: order, error_order (of the estimator), dense_order;
-    nodes c and d must follow from A, C and γ, and R(∞) must be 0.
+    order, error_order (that of the estimator) and dense_order are declared, and refused with ValueError unless the coefficients
+    say the same; so are nodes c and d that do not follow from A, C and γ, and a stability function that is not 0 at infinity.
     """
 
     name: str
@@ -52,12 +52,12 @@ class Rosenbrock:
 
     @property
     def end(self) -> int:
-        """Row of K with the derivative at the end of the step; behind f(t, y) and the stages."""
+        """Row of K that holds the derivative at the end of the step: after f(t, y) and the stages."""
         return self.stages + 1
 
     @property
     def rows(self) -> int:
-        """Rows of K."""
+        """Number of rows of K."""
         return self.stages + 2
 
     def weights(self) -> list[float]:
@@ -72,18 +72,18 @@ class Rosenbrock:
         return alpha, beta, by(self.weights(), gamma), gamma
 
     def defect(self) -> float:
-        """Largest violation of: nodes, d, stability at infinity (b β⁻¹ 1 = 1)."""
+        """The largest violation of what must hold among the coefficients: nodes, d, and stability at infinity (b β⁻¹ 1 = 1)."""
         alpha, beta, b, gamma = self.classical()
         ones = [1.0] * self.stages
         worst = max(abs(x - c) for x, c in zip(carried(alpha, ones), self.c, strict=True))
         worst = max(worst, *(abs(x - d) for x, d in zip(carried(gamma, ones), self.d, strict=True)))
-        u: list[float] = []  # β u = 1, β lower triangular
+        u: list[float] = []  # solves β u = 1 for lower triangular β
         for i, row in enumerate(beta):
             u.append((1.0 - sum(r * x for r, x in zip(row, u, strict=False))) / row[i])
         return max(worst, abs(1.0 - sum(w * x for w, x in zip(b, u, strict=True))))
 
     def _derived(self) -> dict[str, int]:
-        """Orders of the solution, the error estimator and the dense output."""
+        """The orders that the coefficients give: of the solution, the error estimator and the dense output."""
         alpha, beta, b, gamma = self.classical()
         phi = Elementary(beta, alpha)
 
@@ -99,7 +99,7 @@ class Rosenbrock:
 
 
 def by(row: Sequence[float], matrix: Matrix) -> list[float]:
-    """Row times matrix; the row may be shorter than the matrix is high."""
+    """A row times a matrix; the row may be shorter than the matrix is high."""
     return [sum(a * m[k] for a, m in zip(row, matrix, strict=False)) for k in range(len(matrix))]
 
 

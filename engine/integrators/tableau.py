@@ -1,5 +1,5 @@
-"""Explicit Runge–Kutta methods as data. What a tableau says of itself is derived from its coefficients when it is made; C code is
-written from it."""
+"""Explicit Runge–Kutta methods as data. The properties a tableau declares are checked against its coefficients when it is made,
+and C code is written from it."""
 
 from __future__ import annotations
 
@@ -61,16 +61,16 @@ class Tableau:
 
     @property
     def end(self) -> int:
-        """Row of K with the derivative at the end of the step."""
+        """Row of K that holds the derivative at the end of the step."""
         return self.stages
 
     @property
     def rows(self) -> int:
-        """Rows of K: stages, the derivative at the end, extra stages."""
+        """Number of rows of K: stages, the derivative at the end, extra stages."""
         return self.stages + 1 + len(self.A_dense)
 
     def _shapes(self) -> None:
-        """ValueError for coefficients that do not fit each other."""
+        """ValueError for coefficients whose sizes do not fit each other."""
 
         def refuse(what: str) -> None:
             raise ValueError(f"tableau {self.name}: {what}")
@@ -92,7 +92,7 @@ class Tableau:
             refuse(f"a node is not the sum of its row, by {nodes:.1e}")
 
     def _derived(self) -> dict[str, object]:
-        """What the coefficients say of the declared properties."""
+        """The declared properties, as they follow from the coefficients."""
         n, s = self.rows, self.stages
         full = (*self.A, self.B, *self.A_dense)
         phi = Elementary(full, full)
@@ -118,7 +118,8 @@ class Tableau:
         }
 
     def real_interval(self) -> float:
-        """Largest x for which |R(−x')| ≤ 1 for all x' ≤ x, R the stability polynomial."""
+        """Length of stability along the negative real axis: the largest x for which |R(−x')| ≤ 1 for all x' ≤ x, R being the
+        stability polynomial."""
         power, coefficients = [1.0] * self.stages, [1.0]
         for _ in range(self.stages):
             coefficients.append(sum(b * p for b, p in zip(self.B, power, strict=True)))

@@ -20,8 +20,9 @@ E1, E2, E3 = range(3)
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One column of P^r or P^s (1, 2): unit vector ``index`` (E1, E2, E3) of the joint frame on ``side``, turning (``rot``) or
-    sliding; ``by_pitch``: times pitch/2π (screw; its ``travel`` is likewise per pitch/2π)."""
+    """One column of the matrix P^r (turning, ``rot``) or P^s (sliding) of the paper's (1), (2): unit vector ``index`` (E1, E2,
+    E3) of the joint frame on ``side``. ``by_pitch``: the column is multiplied by pitch/2π (a screw's; its ``travel`` is
+    likewise for a pitch of 2π)."""
 
     index: int
     rot: bool
@@ -30,30 +31,30 @@ class Axis:
 
 
 def turn(index: int, side: Literal["in", "out"] = "in") -> Axis:
-    """A turning axis fixed in the frame of one side."""
+    """An axis to turn about, fixed in the frame of one side."""
     return Axis(index=index, rot=True, side=side)
 
 
 def slide(index: int, by_pitch: bool = False) -> Axis:
-    """A sliding axis, fixed in the inboard frame."""
+    """An axis to slide along, fixed in the inboard frame."""
     return Axis(index=index, rot=False, by_pitch=by_pitch)
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointKind:
-    """A joint type (paper §2, §4, §5). ``engine.joints.contract`` says what must hold among these; a type that breaks it cannot be
-    imported.
+    """A joint type (paper §2, §4, §5). ``engine.joints.contract`` says what must hold among its parts; a type that breaks it
+    cannot be imported.
 
     name         as scenes write it.
     freedoms     the freedoms in words, in their order, for the published schema.
     axes         for every rate, the axes it moves along (a screw rate has two).
     coordinates  kind of each q: "angle", "length" or "quaternion" (four in a row, the last ones).
-    rotation     (q, ops) → R, components in the outboard joint frame to the inboard joint frame.
-    travel       q → s = p_out − p_in along the inboard axes.
-    rows_s       indices k of (49), (r_out − r_in)·h_in^k = 0, when cut.
-    rows_r       pairs (m, k) of (46), h_in^m·h_out^k = 0, when cut.
-    ties         constraints that are neither: a coordinate tied to another (screw). A joint that has any cannot be cut.
-    measure      (R, s, ops) → q of a joint whose parts are where they are (angles within ±π): the inverse of the two above.
+    rotation     (q, ops) → R (3×3), which turns components in the outboard joint frame into components in the inboard one.
+    travel       q → s = p_out − p_in, components along the inboard axes.
+    rows_s       when cut: indices k of the translational constraints (r_out − r_in)·h_in^k = 0, (49).
+    rows_r       when cut: pairs (m, k) of the rotational constraints h_in^m·h_out^k = 0, (46).
+    ties         number of constraints of neither form: a coordinate tied to another (screw). A joint that has any cannot be cut.
+    measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
     """
 
@@ -87,12 +88,12 @@ class JointKind:
 
     @property
     def cuttable(self) -> bool:
-        """Whether rows (46) and (49) say all that it holds."""
+        """Whether rows (46) and (49) express all its constraints."""
         return self.ties == 0
 
     @property
     def quaternion(self) -> int:
-        """Index in q where the quaternion starts, −1 without one."""
+        """Index in q where the quaternion starts, −1 when the type has none."""
         return self.coordinates.index("quaternion") if "quaternion" in self.coordinates else -1
 
     @property
@@ -102,27 +103,28 @@ class JointKind:
 
     @property
     def needs_axis(self) -> bool:
-        """Whether it matters which way e1 points: not where it turns about all axes or none, and slides along all or none."""
+        """Whether it matters which way e1 points. It does not for a type that turns about all axes or none, and slides along
+        all or none."""
         return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
 
     @property
     def second_axis(self) -> int:
-        """Index of the outboard axis it turns about besides an inboard one (two crossed pins), −1 when it has none."""
+        """Index of the outboard axis the joint turns about besides an inboard one (two crossed pins), −1 when it has none."""
         return next((a.index for axes in self.axes for a in axes if a.side == "out"), -1)
 
     @property
     def turning(self) -> tuple[int, ...]:
-        """Indices of the axes it turns about, in the order of the rates."""
+        """Indices of the axes the joint turns about, in the order of the rates."""
         return tuple(a.index for axes in self.axes for a in axes if a.rot)
 
     @property
     def slides_along(self) -> int:
-        """Index of the one axis it slides along by its first rate, −1 when there is no such one (a straight guide has)."""
+        """Index of the one axis the joint slides along by its first rate (a straight guide has one), −1 when there is none."""
         along = [k for k in range(self.nv) if not self.turns(k)]
         return self.axes[0][0].index if along == [0] else -1
 
     def turns(self, rate: int) -> bool:
-        """Whether a freedom is a rotation (a screw's is), in rad; else it is a travel, in m."""
+        """Whether a freedom is a rotation, in rad (a screw's is), not a travel, in m."""
         return self.axes[rate][0].rot
 
     def coordinate_of(self, rate: int) -> int:
@@ -131,23 +133,23 @@ class JointKind:
 
 
 def identity(q: Sequence[Scalar], ops: Any) -> list[list[Scalar]]:
-    """R = E."""
+    """The rotation of a joint that does not turn: R = E."""
     return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
 
 def no_travel(q: Sequence[Scalar]) -> list[Scalar]:
-    """s = 0."""
+    """The travel of a joint that does not slide: s = 0."""
     return [0.0, 0.0, 0.0]
 
 
 def about_e1(angle: Scalar, ops: Any) -> list[list[Scalar]]:
-    """rot(e1, angle)."""
+    """The rotation by an angle about e1."""
     c, s = ops.cos(angle), ops.sin(angle)
     return [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
 
 
 def of_quaternion(e: Sequence[Scalar]) -> list[list[Scalar]]:
-    """R(e), scalar first; divides by |e|², so that a quaternion slightly off unit length still gives a rotation."""
+    """R of a quaternion, scalar first. Divides by |e|², so that a quaternion slightly off unit length still gives a rotation."""
     w, x, y, z = e
     s = 2.0 / (w * w + x * x + y * y + z * z)
     wx, wy, wz = s * w * x, s * w * y, s * w * z
@@ -161,12 +163,12 @@ def of_quaternion(e: Sequence[Scalar]) -> list[list[Scalar]]:
 
 
 def angle_about_e1(r: list[list[Scalar]], s: list[Scalar], ops: Any) -> Scalar:
-    """Angle of rot(e1, angle), within ±π."""
+    """The angle of a rotation about e1, within ±π."""
     return ops.atan2(r[2][1], r[1][1])
 
 
 def to_quaternion(r: list[list[Scalar]], ops: Any) -> list[Scalar]:
-    """Unit quaternion (w ≥ 0) of a rotation matrix, on the branch of its largest component."""
+    """Unit quaternion (w ≥ 0) of a rotation matrix, computed from its largest component, which is safely away from zero."""
     a, b, c = r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]
     xy, xz, yz = r[0][1] + r[1][0], r[0][2] + r[2][0], r[1][2] + r[2][1]
     xx, yy, zz = r[0][0], r[1][1], r[2][2]

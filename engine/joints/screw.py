@@ -1,5 +1,5 @@
-"""Screw joint: one angle about e1 that travels pitch/2π along e1. The travel is tied to the angle, which no row of the form (46) or
-(49) can say: it is never cut."""
+"""Screw joint: one angle about e1, with a travel of pitch/2π times the angle along e1. No constraint row of the form (46) or
+(49) can tie the travel to the angle, so this joint is never cut."""
 
 from engine.joints.base import E1, JointKind, about_e1, angle_about_e1, slide, turn
 

@@ -4,7 +4,7 @@ from engine.joints.base import E1, E2, JointKind, no_travel, turn
 
 
 def _rotation(q, ops):
-    """rot(e1, q1) rot(e2, q2)."""
+    """R as two turns, by q1 about e1, then by q2 about the turned e2."""
     c1, s1, c2, s2 = ops.cos(q[0]), ops.sin(q[0]), ops.cos(q[1]), ops.sin(q[1])
     return [[c2, 0.0, s2], [s1 * s2, c1, -s1 * c2], [-c1 * s2, s1, c1 * c2]]
 

@@ -197,8 +197,7 @@ class Block:
         return out.T
 
     def redundancy(self) -> np.ndarray:
-        """Patterns of reactions that the motion leaves open here: scaled loop reactions (loop rows × count), orthonormal
-        columns."""
+        """Reaction patterns that the motion leaves open here: scaled loop reactions (loop rows × count), orthonormal columns."""
         rows = sum(n for _, n in self.kernel.facts["loop_rows"])
         out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
         count = self.lib.tr_redundancy(self.at, out.ctypes.data)
