@@ -15,6 +15,7 @@ from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench
 from engine.friction import Law
+from engine.friction.base import HALF
 
 TINY = 1e-300
 FLOOR = 1e-24
@@ -115,7 +116,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     if not law.sets:
         return slides
     spins = [w.pin * g["radius"] * x for x in _cross(_spin_normal(w, rates, law), f)]
-    return [ca.if_else(law.flag == PairState.CONE.value, b, a) for a, b in zip(slides, spins, strict=True)]
+    return [ca.if_else(law.flag > PairState.SLIPS.value + HALF, b, a) for a, b in zip(slides, spins, strict=True)]
 
 
 def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
