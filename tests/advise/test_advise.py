@@ -29,12 +29,12 @@ QUICK = {"repeats": 1, "samples": 50, "until": 0.65}
 
 @pytest.fixture(scope="module")
 def torque() -> Advice:
-    """8.2, asked for the drive's torque over one turn."""
+    """Advice on example 8.2 for the drive's torque over one turn of the crank."""
     return advise(load_scene("crank_slider"), WANTED, ("crank_pivot.drive.effort[1]",), **QUICK)  # type: ignore[arg-type]
 
 
 def test_friction_of_the_slider_pin_does_not_matter_to_the_sliders_motion() -> None:
-    """8.2 is kinematically driven: the motion cannot depend on forces."""
+    """The motion of example 8.2 is prescribed, so that it cannot depend on forces."""
     a = advise(load_scene("crank_slider"), WANTED, ("slider.position[1]", "slider.velocity[1]"), **QUICK)  # type: ignore[arg-type]
     assert a.chosen is not None
     assert a.chosen.joints == ()
@@ -51,7 +51,7 @@ def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) 
 
 
 def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) -> None:
-    """To first order: friction enters its own normal force, so a tenth is allowed."""
+    """The prediction is of first order; friction enters its own normal force, so that a tenth is allowed for."""
     ideal = next(r for r in torque.rungs if not r.joints)
     assert not ideal.predicted
     assert ideal.setting is None
@@ -74,8 +74,8 @@ def test_what_the_wanted_error_rules_out_is_not_run() -> None:
 
 
 def test_a_method_far_slower_than_the_best_is_not_tightened_further() -> None:
-    """Told of runs that all take 10 ms, but for time stepping: that takes 10 ms at the loosest tolerance and ten times longer at
-    each of the next. The automatic choice reaches the error at once, the others at the tightest tolerance only."""
+    """The ladder is given invented runs. All take 10 ms, but time stepping takes ten times longer at each tighter tolerance.
+    The automatic choice reaches the error at the first tolerance, the other methods only at the tightest."""
     asked: list[tuple[str, float]] = []
 
     def once(settings: Settings) -> tuple[Result, str]:

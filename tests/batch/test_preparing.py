@@ -36,7 +36,7 @@ def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> No
         try:
             moved = build(apply(scene, {path: value}))
         except SceneError:
-            continue  # beyond another number it is compared with
+            continue  # the changed value would contradict another number of the scene
         assert flat._alike(moved), path
         changed = np.flatnonzero(flat._flat(moved) != flat.base)
         assert changed.tolist() == [at], path
@@ -44,7 +44,7 @@ def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> No
 
 
 def test_kinks_masses_and_points_are_not_placed() -> None:
-    """They also say where the integrator stops, how large things are, where the origin of a body is."""
+    """Such numbers enter in more than one place: they also set where the integrator stops, scales, and the origins of bodies."""
     derived = set()
     for seed in range(8):
         places = build(random_tree(seed, 6, devices=1.0, drives=0.5).scene).parameters
@@ -57,7 +57,7 @@ def test_kinks_masses_and_points_are_not_placed() -> None:
 
 
 def test_two_numbers_of_a_joint_are_prepared_without_building_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A thousand cases took a thousand scenes."""
+    """Preparing a thousand cases must not build a thousand scenes."""
     scene = load_scene("spherical_pendulum")
     cases = sampled(scene, PAIR, 1000, seed=1)
     built = []

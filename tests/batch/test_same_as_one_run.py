@@ -73,7 +73,7 @@ def made(name: str) -> Plan:
 
 
 def expected(p: Plan, case: int) -> dict[str, Any]:
-    """The row a single run gives."""
+    """The row of numbers that a single run of the case gives."""
     columns = list(dict.fromkeys(r.what for r in p.reductions if r.kind in ("max", "min", "final", "mean")))
     r = trajectory(p, case, columns)
     times = [e.time for e in r.events]

@@ -40,7 +40,7 @@ SIZES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
 
 
 def unrolled(sym: Symbols, reactions: bool) -> tuple[str, int, int]:
-    """(C, constants, work) of the unrolled unit."""
+    """The chain's equations as unrolled C: (source, constants, number of work variables)."""
     m = model(sym)
     acc = outward(m, reactions=reactions)
     nq = sym.system.nq
@@ -56,7 +56,7 @@ def unrolled(sym: Symbols, reactions: bool) -> tuple[str, int, int]:
 
 
 def measured(n: int, reactions: bool) -> tuple[float, float, float, np.ndarray]:
-    """(min, median ns per body, compile s, accelerations)."""
+    """Measure a chain of n bodies: (minimum and median ns per body, seconds to compile, accelerations)."""
     built = build(revolute_chain(n))
     system, values = built.system, np.array(built.parameters.values)
     sym = Symbols(system, len(values))

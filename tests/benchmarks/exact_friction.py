@@ -35,7 +35,7 @@ def skew_chain() -> sm.Scene:
 
 
 def swing(law: str, v_eps: float = 1e-4) -> Model:
-    """Example 8.1 with a law."""
+    """The compiled model of example 8.1 with a friction law."""
     changes: dict[str, object] = {"friction.law": law}
     if law == "regularized":
         changes["friction.v_eps"] = v_eps
@@ -58,7 +58,7 @@ def stepping(model: Model, until: float, settings: Settings) -> float:
 
 
 def table(name: str, model: Model, until: float, read, exact: np.ndarray, rtols: tuple[float, ...]) -> None:
-    """One line a tolerance."""
+    """Print one line for each tolerance: error, stepping time, steps."""
     for rtol in rtols:
         settings = Settings(rtol=rtol)
         r = run(model, until, until, settings)

@@ -34,7 +34,7 @@ def alpha(theta: float, omega: float, regime: int = 0) -> float:
 
 
 def reference(until: float) -> float:
-    """θ(until), piecewise between |ω| = v_eps/r."""
+    """θ(until) in rad, integrated piecewise between the instants at which |ω| = v_eps/r."""
     t, y, regime = 0.0, np.array([math.pi / 2, 0.0]), 2
     while t < until - 1e-14:
         levels = [OMEGA_EPS, -OMEGA_EPS] if regime == 2 else [regime * OMEGA_EPS]

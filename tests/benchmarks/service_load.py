@@ -24,7 +24,7 @@ PAUSE = 1.0
 
 
 def poll(url: str, job: str, end: float) -> tuple[list[float], int]:
-    """Ask again and again; seconds each took, and errors."""
+    """Ask for a job again and again: (seconds that each request took, number of errors)."""
     took, errors = [], 0
     with httpx.Client(base_url=url, timeout=30) as client:
         while time.time() < end:
@@ -65,7 +65,7 @@ def clients(share: tuple[str, str, int, int, float]) -> tuple[list[float], list[
 
 
 def load(seconds: float, folder: Path) -> dict[str, Any]:
-    """Put it under load; figures."""
+    """Put a server under load for some seconds and return the figures to print."""
     with Served(folder / "data", "--workers", "2") as s:
         eventually(lambda: s.get("/readyz").status_code == 200)
         job = s.submit(SMALL)

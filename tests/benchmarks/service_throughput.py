@@ -28,7 +28,7 @@ ANGLE = "joints.ball.start.q.angle"
 
 
 def request(cases: int) -> dict[str, Any]:
-    """A grid of about so many cases."""
+    """A request for a grid of about this many cases."""
     angles = 400
     return {
         "scene": "spherical_pendulum",

@@ -38,12 +38,12 @@ v_eps. MuJoCo's joints have a constant friction loss, not one that follows the l
 
 
 def said(edge: Edge) -> str:
-    """Threshold, and what is said on both sides of it."""
+    """Table cells of an edge: the threshold, and what the engine says on both sides of it."""
     return f"{edge.at}: " + " / ".join(f"**{edge.verdict(edge.scene(b))}**" for b, _ in edge.sides)
 
 
 def elsewhere(row: Row, peers: dict) -> str:
-    """What was measured, else what is known."""
+    """Table cell for other programs: what was measured now, else what the row says of them."""
     found = []
     for name, side in peers.items():
         if row.number in side.STATEMENTS:
@@ -53,7 +53,7 @@ def elsewhere(row: Row, peers: dict) -> str:
 
 
 def installed() -> dict:
-    """The module of every peer that is there."""
+    """The modules that measure installed programs, by name."""
     out = {}
     for name, package in PEERS.items():
         if importlib.util.find_spec(package) is None:
@@ -64,7 +64,7 @@ def installed() -> dict:
 
 
 def main(write: bool) -> None:
-    """Print, or write, the table."""
+    """Print the table; with ``write``, also write the scenes and the README."""
     lines, folder, peers = [], models_dir() / "stability", installed()
     for row in ROWS:
         file = f"{row.number:02d}_{row.name}.yaml"

@@ -37,7 +37,7 @@ def one(joint: str, inertial: str, gravity: str = f"0 0 -{G}", step: float = 1e-
 
 
 def lump(mass: float, across: float = 1.0, along: float = 1.0) -> str:
-    """A mass at the origin, with an inertia about x and z, and about y."""
+    """MJCF of a mass at the origin, with one moment of inertia about x and z (across) and one about y (along)."""
     return f'<inertial pos="0 0 0" mass="{mass}" diaginertia="{across} {along} {across}"/>'
 
 
@@ -57,7 +57,7 @@ def zero_speed() -> str:
 
 
 def small_v_eps() -> str:
-    """Row 2."""
+    """Row 2: a pushed sleeve whose friction loss is just more than the push."""
     model, data = one(f'<joint type="slide" axis="1 0 0" frictionloss="{0.8 * G}"/>', lump(2))
     data.qfrc_applied[0] = 0.8 * G * (1 - EDGE)
     mujoco.mj_step(model, data, nstep=1000)
@@ -79,7 +79,7 @@ def no_reaction() -> str:
 
 
 def spin_about_force() -> str:
-    """Row 4."""
+    """Row 4: a sphere that spins at an angle to the force on its ball joint."""
     loss = 0.5 * 0.02 * 4.0 * G
     model, data = one(f'<joint type="ball" frictionloss="{loss}"/>', lump(4, 0.016, 0.016))
     data.qvel[:] = 10.0 * np.array([math.sin(math.atan(0.5)), 0.0, math.cos(math.atan(0.5))])
@@ -151,7 +151,7 @@ def loaded(scene: sm.Scene, until: float, step: float, method: str = "implicitfa
 
 
 def loop_drift() -> str:
-    """Row 10."""
+    """Row 10: how far a soft loop opens, and what that does to the energy."""
     gap, energy, _ = loaded(bundled("crank_slider_free", 10.0)(0.0), 10.0, 1e-3)
     return f"step 1 ms, 10 s: the loop opens by {gap:.1g} m, energy {100 * energy:+.0f} %"
 
@@ -172,7 +172,7 @@ def redundant() -> str:
 
 
 def stiff_springs() -> str:
-    """Row 13."""
+    """Row 13: stiff springs."""
     ours, out = simulate(governor(EDGE), rtol=1e-9), []
     angle = float(ours["spin.q[1]"][-1] - ours["spin.q[1]"][0])
     for method in ("RK4", "implicitfast"):
@@ -220,7 +220,7 @@ def step_over_event() -> str:
 
 
 def not_finite() -> str:
-    """Row 19."""
+    """Row 19: a mass and an inertia that no body can have."""
     out = []
     for name, mass, inertia in (
         ("an impossible inertia", "1", "1 2 3.000003"),

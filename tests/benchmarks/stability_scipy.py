@@ -90,7 +90,7 @@ def wrong_root() -> str:
 
 
 def creep(acceleration: Callable[[float], float]) -> float:
-    """m in 10 s from rest; acceleration by the speed over v_eps = 1e-4 m/s, at most 1."""
+    """Metres covered in 10 s from rest. acceleration(u): m/s² at the speed u v_eps, u at most 1, with v_eps = 1e-4 m/s."""
 
     def rate(_t: float, y) -> list[float]:
         return [y[1], acceleration(float(np.clip(y[1] / 1e-4, -1, 1)))]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 def once(folder: Path, cache: Path) -> float:
-    """Seconds of one run in a folder with a kernel cache."""
+    """Seconds that one run takes in a folder, with the kernel cache given."""
     command = [sys.executable, "-m", "engine.cli", "simulate", "spherical_pendulum", "-o", "p.csv", "--plot", "p.png"]
     started = time.perf_counter()
     subprocess.run(command, cwd=folder, env=dict(os.environ, TRUNNION_CACHE=str(cache)), check=True, capture_output=True)

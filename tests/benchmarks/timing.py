@@ -15,7 +15,7 @@ def pin() -> None:
 
 
 def repeat(f: Callable[[], float], repetitions: int = 15) -> tuple[float, float]:
-    """(minimum, median) of the seconds that f reports of itself."""
+    """(minimum, median) of the seconds that repeated calls of f return."""
     times = [f() for _ in range(repetitions)]
     return min(times), statistics.median(times)
 

@@ -30,13 +30,13 @@ PERIOD = 2.36784194757623745
 
 @pytest.fixture(scope="module")
 def swing() -> Study:
-    """The simple pendulum, measured for a second."""
+    """The study of a simple pendulum over one second."""
     return chart(load_scene("simple_pendulum"), Choice(**(QUICK.__dict__ | {"until": 1.0})))
 
 
 @pytest.fixture(scope="module")
 def rubbing() -> Study:
-    """Example 8.1 with the regularised law at two values of v_eps."""
+    """The study of example 8.1 with the regularised law at two values of v_eps."""
     scene = load_scene("spherical_pendulum")
     return chart(scene, Choice(**(QUICK.__dict__ | {"laws": ("regularized",), "v_eps": (1e-2, 1e-3), "until": 2.0})))
 
@@ -59,14 +59,14 @@ def test_the_reference_is_the_closed_form() -> None:
 
 
 def test_the_reference_asks_a_method_of_first_order_only_where_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Time stepping takes millions of steps at tight tolerance, and has few digits there."""
+    """At tight tolerance, time stepping takes millions of steps for few digits."""
     scene = load_scene("spherical_pendulum")
     ready = prepare(scene, Variant("coulomb"), measure(scene), 0.1, 5)
     once, asked = ready.once, []
 
     def watched(settings: Settings) -> tuple[Result | None, str]:
         asked.append(settings.method)
-        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # for the test's sake
+        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # to save time
         return (None, "failed") if settings.method in failing else once(quick)
 
     monkeypatch.setattr(ready, "once", watched)
@@ -91,7 +91,7 @@ def test_tighter_tolerances_give_smaller_errors_until_the_references_own(swing: 
 
 
 def test_a_fixed_step_halved_divides_the_error_by_the_order(swing: Study) -> None:
-    """Order 5: 32; measured where the error is neither round-off nor out of the asymptotic range."""
+    """A method of order 5 divides it by 32, where steps are small enough and the error is not yet round-off."""
     steps = next(c for c in curves(swing.points) if c.fixed and c.method == "rk5").points
     ratios = [a.error / b.error for a, b in pairwise(steps) if 1e-11 < b.error < 1e-5]
     assert ratios
@@ -109,7 +109,7 @@ def test_the_regularised_law_has_an_error_of_its_own_that_no_tolerance_removes(r
 
 
 def test_a_run_that_fails_is_a_point_with_its_reason() -> None:
-    """With a step budget of nothing left, or a guide that jams from the start: no exception, and no error given."""
+    """A run without enough steps, and a guide that jams from the start, raise no exception and have no error (NaN)."""
     jammed = apply(load_scene("double_pendulum"), {"joints.guide.friction.half_length": 0.15, "friction.law": "regularized"})
     study = chart(jammed, Choice(**(QUICK.__dict__ | {"laws": ("regularized",), "v_eps": (1e-4,), "rtols": (1e-6,), "until": 0.5})))
     assert study.points

@@ -59,7 +59,7 @@ def truth(r: Prepared) -> np.ndarray:
 
 
 def off(kind: type[Peer], scene: Scene, setting: Setting, until: float = 1.0, law: Variant | None = None) -> float:
-    """Distance of a peer's run from ours."""
+    """Relative distance of a peer's run from ours."""
     r = ready(scene, law or Variant(), until)
     data, seconds = kind(r, snapshot(r)).run(setting)
     assert seconds > 0
@@ -67,7 +67,7 @@ def off(kind: type[Peer], scene: Scene, setting: Setting, until: float = 1.0, la
 
 
 def test_scipy_on_our_equations_is_our_motion(spatial: Scene) -> None:
-    assert off(ScipyOnOurs, spatial, Setting("DOP853", 1e-10)) < 1e-7  # tolerance times the chain's growth of errors
+    assert off(ScipyOnOurs, spatial, Setting("DOP853", 1e-10)) < 1e-7  # the chain makes errors of the tolerance grow
 
 
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider_free", "n_four_bar", "simple_pendulum"])
@@ -80,7 +80,7 @@ def test_closed_forms_are_our_motion(name: str) -> None:
 @pytest.mark.parametrize("name", ["crank_slider_free", "spherical_pendulum"])
 def test_sundials_solves_our_equations(name: str) -> None:
     law = Variant("regularized", 1e-2) if name == "spherical_pendulum" else Variant()
-    assert off(Sundials, load_scene(name), Setting("IDAS", 1e-9), 0.6, law) < 1e-5  # BDF: a hundred to a thousand tolerances
+    assert off(Sundials, load_scene(name), Setting("IDAS", 1e-9), 0.6, law) < 1e-5  # errors of BDF: 100 to 1000 tolerances
 
 
 def test_pinocchio_moves_an_open_chain_and_a_loop_as_we_do(spatial: Scene, needs: Callable[[str], None]) -> None:
@@ -93,8 +93,8 @@ def test_mujoco_moves_an_open_chain_as_we_do_and_a_loop_nearly(
     spatial: Scene, needs: Callable[[str], None], tmp_path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     needs("mujoco")
-    monkeypatch.chdir(tmp_path)  # it writes a log where it stands
-    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # order 4 at a thousand steps
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log into the current folder
+    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # what order 4 gives in a thousand steps
     assert off(Mujoco, load_scene("crank_slider_free"), Setting("RK4", step=5e-4), 0.5) < 1e-3  # soft constraints
     assert os.listdir(tmp_path) == []
 

@@ -11,7 +11,7 @@ import pytest
 
 @pytest.fixture
 def needs() -> Callable[[str], None]:
-    """Call it with the name of a package."""
+    """A function that skips or fails the test when the package it is given is not installed."""
 
     def check(package: str) -> None:
         if find_spec(package) is not None:

@@ -16,7 +16,7 @@ Table = dict[tuple[str, str], np.ndarray]
 
 
 def engine_row(case: Case, outputs: tuple[str, ...] = ("*",)) -> tuple[Model, dict[str, float]]:
-    """All columns at the case's state, by name."""
+    """The engine's columns at the case's state as name → value."""
     model = Model(case.scene, outputs)
     return model, evaluate(model, case.q, case.qd, case.t)
 
@@ -30,7 +30,7 @@ def take(row: Mapping[str, float], prefix: str) -> np.ndarray:
 
 
 def engine_table(case: Case) -> Table:
-    """Engine results at the case's state, keyed as ``tests.reference.values.table``."""
+    """The engine's results at the case's state with the keys of ``tests.reference.values.table``."""
     return results(*engine_row(case))
 
 
@@ -86,7 +86,7 @@ def motion(model: Model, row: Mapping[str, float]) -> Table:
 
 
 def reference_motion(model: Model, state: State) -> Table:
-    """``motion`` from the reference's state."""
+    """The same quantities as ``motion``, computed from the reference's state."""
     out: Table = {}
     for j in model.system.joints:
         q = state.q[j.name]

@@ -33,7 +33,7 @@ def run(
 
 
 def pendulum_angle(r: Result) -> np.ndarray:
-    """Of example 8.1, from the downward vertical, degrees."""
+    """Angle of example 8.1's pendulum from the downward vertical, degrees."""
     return np.degrees(np.arctan2(r["pendulum.position[1]"], -r["pendulum.position[3]"]))
 
 

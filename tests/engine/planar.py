@@ -26,7 +26,7 @@ class Pendulum:
 
     @property
     def inertia(self) -> float:
-        """About the ball."""
+        """Moment of inertia about the ball, kg m²."""
         return self.mass * ((1.0 + 0.01) / 12 + self.arm**2)
 
     def acceleration(self, theta: float, omega: float) -> float:
@@ -67,7 +67,7 @@ class Pendulum:
             stops += [(s, piece.sol(s)[0]) for s in piece.t_events[1] if s > 1e-9]
             pieces.append((t, piece.sol))
             t, y = piece.t[-1], piece.y[:, -1]
-            if t < until:  # over the kink, where it would be found again
+            if t < until:  # step past the kink, or it would be found again
                 t, y = t + 1e-9, y + 1e-9 * np.array([y[1], self.acceleration(*y)])
 
         def angle(when: float) -> float:
@@ -78,7 +78,7 @@ class Pendulum:
 
 @cache
 def pendulum_run(**how):
-    """``Pendulum(**how).swing(10)``, once."""
+    """What ``Pendulum(**how).swing(10)`` returns, computed once for each choice of numbers."""
     return Pendulum(**how).swing(10.0)
 
 

@@ -20,7 +20,7 @@ THICK, DENSITY, GRAVITY = 0.05, 2700.0, 9.81
 
 @dataclass(frozen=True)
 class PlaneLoop:
-    """points (x, z) of the joints, radii of their journals, coefficient of friction, driven link at each end."""
+    """A loop. points: (x, z) of the joints, m; radii: of their journals, m; mu: coefficient of friction of all of them."""
 
     points: tuple[tuple[float, float], ...]
     radii: tuple[float, ...]

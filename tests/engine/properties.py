@@ -18,22 +18,22 @@ DRIVES = ("constant", "ramp", "harmonic", "table")
 
 
 def some_joint(holds: Callable[[sm.Joint], Any]) -> Property:
-    """Some joint is so."""
+    """The property that the predicate holds for at least one joint."""
     return lambda case: any(holds(j) for j in case.scene.joints.values())
 
 
 def both(one: Callable[[sm.Joint], Any], other: Callable[[sm.Joint], Any]) -> Property:
-    """Some joint is so, and some joint is otherwise."""
+    """The property that one predicate holds for some joint, and the other for some joint."""
     return lambda case: some_joint(one)(case) and some_joint(other)(case)
 
 
 def some_cut(holds: Callable[[sm.Joint], Any]) -> Property:
-    """Some joint that is so is cut."""
+    """The property that the predicate holds for at least one joint at which a loop is cut."""
     return lambda case: any(holds(case.scene.joints[n]) for n in span(case.scene).cut)
 
 
 def some_load(holds: Callable[[Any], Any]) -> Property:
-    """Some applied force, torque or spring-damper is so."""
+    """The property that the predicate holds for at least one applied force, torque or spring-damper."""
     return lambda case: any(holds(f) for f in case.scene.forces.values())
 
 
@@ -48,12 +48,12 @@ def rubs(j: sm.Joint, pin: str | None = None, law: str | None = None, normal: st
 
 
 def drives(j: sm.Joint) -> list[sm.Drive]:
-    """What is prescribed of its freedoms."""
+    """The drives of a joint, one for each prescribed freedom."""
     return [d for d in (j.drive if isinstance(j.drive, tuple) else (j.drive,)) if d is not None]
 
 
 def pressed(case: Case) -> bool:
-    """Some stop is engaged."""
+    """Whether some stop is engaged."""
     q = {n: np.atleast_1d(x) for n, x in case.state().q.items()}
     return any(
         s is not None and ((s.lower is not None and q[n][k] < s.lower) or (s.upper is not None and q[n][k] > s.upper))
@@ -63,7 +63,7 @@ def pressed(case: Case) -> bool:
 
 
 def sliding(inside: bool) -> Property:
-    """Some joint of one freedom slides inside the linear part of (104), or beyond it."""
+    """The property that some joint of one freedom slides inside the linear part of the regularised law (104), or beyond it."""
 
     def holds(case: Case) -> bool:
         some = [(n, j) for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 1 and rubs(j, law="regularized")]

@@ -30,7 +30,7 @@ WITHOUT = ("angular_acceleration",)
 
 
 def tree_claims() -> dict[str, Property]:
-    """What the trees must hold, whatever types and laws there are."""
+    """What the random trees must contain among them, made from the registered types and laws."""
     claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in ALL_TYPES}
     claims |= {
         f"a {k} joint that rubs, pin {p}": some_joint(lambda j, k=k, p=p: j.type == k and rubs(j, p))
@@ -65,7 +65,7 @@ HELD = tuple(d for d in DEVICES if d != "drive")
 
 @cache
 def cut_case(which: str) -> Case:
-    """A loop cut at a joint with a pin on that part and that friction."""
+    """A loop cut at a rubbing joint of the kind ``which`` says: where its pin sits, its law and its normal force."""
     kind, pin, law, normal = CUTS[which]
     how = {"closing": (kind,), "cut": True, "friction": 1.0, "laws": (law,), "adams": float(normal == "adams")}
     return first(
@@ -88,7 +88,7 @@ def plain_cut_case(kind: str) -> Case:
 
 @cache
 def loops_case(which: int) -> Case:
-    """Two loops, their joints full of devices."""
+    """A case of two loops whose joints have springs, dampers, stops, efforts and drives."""
     return random_loop(which, loops=2, t=TIME, devices=0.8)
 
 
@@ -104,11 +104,11 @@ def compared(case: Case) -> None:
     gap, where = worst(reference_motion(model, state), motion(model, row))
     assert gap <= TOLERANCE, where
     assert row["energy.potential"] == pytest.approx(result.potential, rel=TOLERANCE, abs=TOLERANCE)
-    assert row["audit.complement"] <= 1e-12  # Newton's last step is quadratic from 1e-7: round-off is left
+    assert row["audit.complement"] <= 1e-12  # Newton's last step squares an error of 1e-7: only round-off is left
     for name, friction in result.friction.items():
         mine = results(model, row)[name, "friction"]
-        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # round-off of the sum
-        assert mine @ state.qd[name] >= floor, name  # on the inboard part, along the rates: takes energy out
+        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # the rounding error of the sum
+        assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it takes energy out
         assert friction @ state.qd[name] >= floor, name
 
 

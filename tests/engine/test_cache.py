@@ -38,7 +38,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def key(scene: Scene, outputs: tuple[str, ...] = ("pivot*",)) -> str:
-    """Key of a scene's kernel."""
+    """The cache key of a scene's kernel."""
     return Model(scene, outputs).kernel.key
 
 
@@ -56,7 +56,7 @@ def test_an_entry_is_made_once(home: Path) -> None:
     assert first == (home / "thing-1", True)
     assert second == (home / "thing-1", False)
     assert len(made) == 1
-    assert made[0] != first[0]  # filled under another name, then renamed
+    assert made[0] != first[0]  # entries are filled under another name, then renamed
     assert (first[0] / "x").read_text() == "1"
 
 
@@ -88,7 +88,7 @@ def test_a_half_written_entry_is_made_again(home: Path) -> None:
 
 
 def test_two_processes_may_build_the_same_kernel_at_once(home: Path) -> None:
-    """Both wait for a signal, then build; both get the result, one copy stays."""
+    """Both processes wait for a signal, then build. Both get the result, and one copy stays in the cache."""
     script = (
         "import sys, time, pathlib\n"
         "from engine.simulation.run import simulate\n"
@@ -110,14 +110,14 @@ def test_two_processes_may_build_the_same_kernel_at_once(home: Path) -> None:
     texts = [p.communicate(timeout=300)[0].split() for p in both]
     assert [p.returncode for p in both] == [0, 0]
     assert texts[0] == texts[1]
-    assert texts[0][0] == "True"  # neither found it there
+    assert texts[0][0] == "True"  # neither process found the kernel in the cache
     assert float(texts[0][1]) == pytest.approx(simulate("crank_slider_free", until=0.1, every=0.1)["guide.q[1]"][-1], abs=1e-12)
-    assert len(list(home.glob("kernel-*/complete"))) == 2  # theirs, and that of the line above with all its columns
+    assert len(list(home.glob("kernel-*/complete"))) == 2  # that of the two processes, and the one above with all columns
     assert not [p for p in home.iterdir() if p.name.startswith(".")]
 
 
 def filled(home: Path, name: str, size: int, age: float) -> Path:
-    """An entry of some bytes last used some seconds ago."""
+    """An entry of ``size`` bytes that was last used ``age`` seconds ago."""
     folder, _ = cache.entry(name, lambda f: (f / "data").write_bytes(b"\0" * size))
     os.utime(folder, (time.time() - age,) * 2)
     return folder
@@ -127,7 +127,7 @@ def test_pruning_respects_the_bound_and_takes_the_longest_unused_first(home: Pat
     old, older, new = filled(home, "a", 1000, 500.0), filled(home, "b", 1000, 900.0), filled(home, "c", 1000, 0.0)
     cache.prune(home, max_bytes=2500)
     assert [f.exists() for f in (older, old, new)] == [False, True, True]
-    cache.entry("a", lambda f: None)  # used again: now the youngest but one
+    cache.entry("a", lambda f: None)  # using it again makes it the second youngest
     os.utime(new, (time.time() - 700.0,) * 2)
     cache.prune(home, max_bytes=1500)
     assert [f.exists() for f in (old, new)] == [True, False]
@@ -152,7 +152,7 @@ def test_a_process_that_builds_much_does_not_look_through_the_cache_at_every_bui
     for number in range(5):
         cache.entry(f"thing-{number}", lambda folder: None)
     assert looked == [home]
-    cache._pruned[home] -= cache.RECENT_SECONDS  # later
+    cache._pruned[home] -= cache.RECENT_SECONDS  # as if that many seconds had passed since the last pruning
     cache.entry("thing-5", lambda folder: None)
     assert looked == [home, home]
 
@@ -169,7 +169,7 @@ def test_the_whole_folder_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def compile_one(folder: Path, number: int) -> Path:
-    """A little library of its own, through the cache in ``folder``."""
+    """Compile a small library, different for every number, through the cache in ``folder``."""
     source, library = folder / f"f{number}.c", folder / f"f{number}{compiler.library_suffix()}"
     source.write_text(f"int f(void) {{ return {number}; }}\n")
     compiler.build_library([source], library, [], folder)
@@ -190,12 +190,12 @@ def test_builds_do_not_make_the_compilers_cache_grow(tmp_path: Path) -> None:
 
 
 def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
-    """They would be most of their size and a third of the time they take to compile."""
+    """The tables would be most of a library's size and a third of the time it takes to compile."""
     assert b".debug_" not in compile_one(tmp_path, 1).read_bytes()
 
 
 def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pruned by another process after the build has begun: here, put out of its reach."""
+    """Another process may prune it after the build has begun; here a file stands in its place."""
     compile_one(tmp_path, 1)
     run, shared = compiler._zig, compiler.shared_cache(tmp_path)
     tries: list[Path] = []
@@ -204,7 +204,7 @@ def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypa
         tries.append(folder)
         if len(tries) == 1:
             cache._remove(shared)
-            shared.write_text("")  # so that it is not simply made again
+            shared.write_text("")  # a file in its place, so that the folder cannot be made again
         return run(arguments, folder, own)
 
     monkeypatch.setattr(compiler, "_zig", pruned_meanwhile)
@@ -334,4 +334,4 @@ def test_code_that_does_not_compile_is_reported_as_our_defect(home: Path) -> Non
         compiler.build_library([source], home / "kernel.so", [RUNTIME], cache.cache_folder())
     assert "kernel.c:1" in str(caught.value)
     assert not (home / "kernel.so").exists()
-    assert len(str(caught.value)) < 2500  # the end of what the compiler said, no wall of C
+    assert len(str(caught.value)) < 2500  # it quotes the end of the compiler's message only

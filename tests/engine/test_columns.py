@@ -17,12 +17,12 @@ from fmu.description import variables
 
 
 def every_column() -> list[Column]:
-    """Those of all bundled models."""
+    """The columns of all bundled models."""
     return [c for name in model_names() for c in columns(build(load_scene(name)).system)]
 
 
 def test_every_column_is_a_quantity_and_every_quantity_has_an_expression() -> None:
-    assert {c.quantity.name for c in every_column()} >= {q.name for q in ALL} - {"bristle"}  # no bundled model is a lugre one
+    assert {c.quantity.name for c in every_column()} >= {q.name for q in ALL} - {"bristle"}  # no bundled model has LuGre's law
     assert all(hasattr(Outputs, f"_{q.name.partition('.')[0]}") for q in ALL)
 
 
@@ -33,7 +33,7 @@ def told() -> dict[str, object]:
 
 
 def test_an_fmu_tells_what_changes_at_events_alone(told) -> None:
-    """FMI 2.0: discrete variables change at events only."""
+    """In FMI 2.0 these are the discrete variables: they change at events only."""
     discrete = {n for n, v in told.items() if v.causality == "output" and v.variability == "discrete"}
     assert discrete == {n for n in told if n.startswith("events.") or ".friction.state[" in n}
     assert {"events.count", "events.last.time", "events.last.turn", "ball.friction.state[1]"} <= discrete

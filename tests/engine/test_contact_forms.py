@@ -42,9 +42,9 @@ def test_friction_never_gives_energy(element: str, law: str, adams: bool, pin: i
     power = -np.sum(friction * s.rates, axis=0)
     round_off = 1e-14 * np.sum(np.abs(friction * s.rates), axis=0)
     assert np.all(power <= round_off)
-    assert np.count_nonzero(power < 0) > 2900  # and it does take some
+    assert np.count_nonzero(power < 0) > 2900  # in nearly all states it does take power
     if element != "ball" and element != "shaft":
-        assert np.all(friction * s.rates >= 0)  # on each axis by itself
+        assert np.all(friction * s.rates >= 0)  # here each freedom dissipates by itself
 
 
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
@@ -52,7 +52,7 @@ def test_no_load_no_friction_and_a_finite_slope(element: str, law: str, adams: b
     s = random_states(element, law, 50)
     s = States(element, law, np.zeros_like(s.wrench), s.rates, s.numbers)
     friction, derivative, contacts = evaluated(s, adams, pin)
-    assert np.abs(friction).max() <= 1e-140  # the square root of what keeps the slope finite
+    assert np.abs(friction).max() <= 1e-140  # the square root of the number that keeps the slope finite
     assert np.abs(contacts).max() <= 1e-140
     assert np.all(np.isfinite(derivative))
 
@@ -115,7 +115,7 @@ def test_the_two_branches_of_the_regularized_law_meet_at_its_kink(element: str, 
 
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
 def test_the_slope_of_friction_by_the_load_is_its_derivative(element: str, law: str, adams: bool, pin: int) -> None:
-    """Newton on the complement equations rests on it."""
+    """Newton's method on the complement equations uses this derivative."""
     s = random_states(element, law, 100)
     mode = modes(s, adams, pin)
     _, f, _ = functions(element, law, adams, pin)

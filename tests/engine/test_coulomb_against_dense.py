@@ -40,7 +40,7 @@ def sliding_speeds(case: Case) -> list[float]:
 
 
 def compared(case: Case, here: Case) -> None:
-    """Everything both have (free joints have no reaction columns)."""
+    """Everything that both formulations say of the case (free joints have no reaction columns)."""
     free = {n for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 6}
     expected = {k: v for k, v in table(solve(case.state())).items() if k[0] not in free or k[1] == "qdd"}
     gap, where = worst(expected, engine_table(here), ("angular_acceleration",))

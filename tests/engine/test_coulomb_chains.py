@@ -43,12 +43,12 @@ COLUMNS = ("energy.*", "*.friction.work", "*.q[1]", "*.qd[1]", "*.qdd[1]")
 INSTANT = 1e-6
 """s; a run ends so close (1e-12 s) to where two answers meet and vanish that both are still there."""
 UNFOUND = (1144, 1215)
-"""Of the four hundred: there is one answer, which Newton does not find from none and from the last; they are called jammed."""
+"""Seeds for which there is one answer, but Newton's method finds it neither from zero nor from the last; they end as jammed."""
 
 
 def has_no_answer(scene: sm.Scene, until: float) -> None:
-    """It ends by name where no choice of sticking and slipping satisfies Coulomb's law, at the start or an instant beyond the last
-    state, says a search that shares no code."""
+    """The claim that a run ends by name, and that an independent search confirms that no choice of sticking and slipping satisfies
+    Coulomb's law there: at the start, or an instant beyond the last state."""
     r = simulate(scene, until=until, every=0, rtol=1e-7, outputs=COLUMNS)
     assert r.outcome.name in ("jammed", "inconsistent", "no_solution")
     assert r.outcome.joint in scene.joints or r.outcome.name == "inconsistent"  # which may concern several
@@ -67,12 +67,12 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
 
 @pytest.mark.parametrize("seed", [1060, 1122, 1166])
 def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
-    """Two at the start, one on the way."""
+    """The first two end at the start, the third on its way."""
     has_no_answer(chain(seed), 2.0)
 
 
 def test_a_chain_that_goes_on_has_an_answer() -> None:
-    """The search finds some where there are some: at the starts of chains that run."""
+    """The independent search finds an answer where one exists: at the starts of chains that run."""
     for seed in (2, 3, 5):
         scene = chain(seed)
         starts = {n: j.start for n, j in scene.joints.items() if j.start is not None}
@@ -81,7 +81,7 @@ def test_a_chain_that_goes_on_has_an_answer() -> None:
 
 
 def checked(seed: int, until: float, balls: float = 0.0) -> int:
-    """Run one; number of its events."""
+    """Run a chain, hold it against the claims, and return the number of its events."""
     scene = chain(seed, balls)
     r = simulate(scene, until=until, every=until / 50, rtol=1e-7, max_steps=100_000, outputs=COLUMNS)
     if not r.outcome.ok and not balls:

@@ -27,7 +27,7 @@ def test_the_slider_pin_reverses_when_the_crank_stands_across_the_guide() -> Non
 
 
 def test_the_slider_pins_normals_turn_as_computed() -> None:
-    """33.083° and 33.029° in turn, to the digits printed (method, section 7)."""
+    """By 33.083° and 33.029° in turn, to the digits printed (METHOD, "Turns of normals")."""
     for e, expected in zip(crank().events, (33.083, 33.029) * 3, strict=True):
         assert np.degrees(e.turn) == pytest.approx([expected] * 2, abs=5e-4)
 
@@ -52,7 +52,7 @@ def test_at_a_reversal_the_angle_between_normal_and_reaction_flips_by_twice_the_
     [(0.05, -3682.15986, 1368.19074, 11.2874138), (0.1, -1078.24889, 1037.43376, 4.29956317)],
 )
 def test_the_slider_pins_forces_are_those_in_closed_form(t: float, along: float, across: float, torque: float) -> None:
-    """N, N m, to the digits of F2 (METHOD, "Reference numbers")."""
+    """Forces in N and torque in N m, to the digits of F2 (METHOD, "Reference numbers")."""
     r = crank(t, t)
     force = [r[f"slider_pin.reaction.force[{k}]"][-1] for k in (1, 2, 3)]
     assert sorted(np.abs(force))[1:] == pytest.approx(sorted((abs(along), abs(across))), abs=1e-5)

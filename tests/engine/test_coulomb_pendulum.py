@@ -47,7 +47,7 @@ def test_it_stops_where_it_should(stop: int) -> None:
 
 
 def test_its_angle_is_that_of_the_event_exact_reference() -> None:
-    """Degrees; the reference has nine decimals at 7 s (1e-8 is asked for)."""
+    """Angles in degrees; the reference at 7 s is given to nine decimals, and 1e-8 is asked for."""
     angle = pendulum_angle(swing(1e-12))
     assert angle[2] == pytest.approx(57.500835748, abs=1e-8)
     assert angle[7] == pytest.approx(19.275178967, abs=1e-8)
@@ -61,7 +61,7 @@ def test_its_error_falls_with_the_tolerance() -> None:
 
 @pytest.mark.parametrize(("stop", "turn"), [(1, 58.8975), (5, 57.610)])
 def test_its_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
-    """Degrees: 2 atan μ less the jump of the reaction (method, section 7), to the digits printed."""
+    """By 2 atan μ less the jump of the reaction (METHOD, "Turns of normals"), in degrees, to the digits printed."""
     (found,) = swing(1e-12).events[stop - 1].turn
     assert math.degrees(found) == pytest.approx(turn, abs=5e-4)
 

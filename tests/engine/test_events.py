@@ -15,30 +15,30 @@ from engine.simulation.run import Model, run
 from tests.engine.planar import pendulum_run
 
 NORMAL_TURNS = {1: 58.897, 5: 57.610}
-"""Degrees the ball's normal turns at a stop: 2 atan μ less the jump of the reaction (method, section 7)."""
+"""Stop → degrees by which the ball's normal turns there: 2 atan μ less the jump of the reaction (METHOD, "Turns of normals")."""
 
 
 @cache
 def pendulum(every: float = 0.1, rtol: float = 1e-9, locate: bool = True, v_eps: float = 1e-4, until: float = 10.0) -> Result:
-    """Example 8.1."""
+    """A run of example 8.1, the spherical pendulum."""
     scene = apply(load_scene("spherical_pendulum"), {"friction.law": "regularized", "friction.v_eps": v_eps})
     return run(Model(scene, ("*",)), until, every, bl.Settings(rtol=rtol, locate=locate))
 
 
 @cache
 def crank(v_eps: float = 1e-4) -> Result:
-    """Example 8.2 for one second."""
+    """One second of example 8.2, the crank-slider."""
     scene = apply(load_scene("crank_slider"), {"friction.law": "regularized", "friction.v_eps": v_eps})
     return run(Model(scene, ("*",)), 1.0, 0.1, bl.Settings(rtol=1e-10))
 
 
 def angle(r: Result) -> np.ndarray:
-    """From the downward vertical, degrees."""
+    """Angle of the pendulum from the downward vertical, degrees."""
     return np.degrees(np.arctan2(r["pendulum.position[1]"], -r["pendulum.position[3]"]))
 
 
 def reversals(r: Result, joint: str) -> np.ndarray:
-    """Times of a joint's reversals."""
+    """Times of the reversals of a joint, s."""
     return np.array([e.time for e in r.events if e.kind == "reversal" and e.joint == joint])
 
 
@@ -67,7 +67,7 @@ def test_the_balls_normal_turns_as_published(stop: int) -> None:
 
 @pytest.mark.parametrize("stop", NORMAL_TURNS)
 def test_the_balls_normal_turns_as_published_between_rows_on_both_sides(stop: int) -> None:
-    """The same from rows: a law regularised within 1e-6 m/s has turned 1e-5 s later."""
+    """The turn read from rows instead of the event: with v_eps = 1e-6 m/s the normal has turned 1e-5 s after the stop."""
     at = pendulum(v_eps=1e-6, until=8.0).events[stop - 1].time
     normals = []
     for t in (at - 1e-5, at + 1e-5):
@@ -84,7 +84,7 @@ def test_the_slider_pin_reverses_where_the_crank_stands_upright() -> None:
 
 
 def test_the_slider_pins_normals_turn_as_published() -> None:
-    """33.083 and 33.029 degrees are dry friction's; the regularised law's tend to them with v_eps."""
+    """Dry friction turns them by 33.083 and 33.029 degrees; the turns of the regularised law tend to these as v_eps falls."""
     for v_eps, tolerance in ((1e-6, 4e-3), (1e-8, 1e-3)):
         for e, expected in zip(crank(v_eps).events, (33.083, 33.029, 33.083), strict=True):
             assert np.degrees(e.turn) == pytest.approx([expected, expected], abs=tolerance)

@@ -1,4 +1,4 @@
-"""What the ``compute`` entries of reference.yaml ask for in words, measured: what is no value of columns at one time."""
+"""Measures that the ``compute`` entries of a reference.yaml name in words: numbers that no column holds at one given time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SLIDING_ENDS = ("reversal", "stop")
 
 
 def stops(scene: Scene) -> list[Event]:
-    """Ends of sliding over the scene's own time."""
+    """Events that end sliding, over the scene's own time."""
     return [e for e in simulate(scene).events if e.kind in SLIDING_ENDS]
 
 
@@ -35,17 +35,17 @@ def turn(e: Event) -> float:
 
 
 def time_of_stop(scene: Scene, m: re.Match[str]) -> float:
-    """s."""
+    """Time of the stop that the words name, s."""
     return stops(scene)[which(m[1])].time
 
 
 def turn_at_stop(scene: Scene, m: re.Match[str]) -> float:
-    """Degrees."""
+    """Turn of the contact normal at the stop that the words name, degrees."""
     return turn(stops(scene)[which(m[1])])
 
 
 def turn_at_time(scene: Scene, m: re.Match[str]) -> float:
-    """Degrees; t = n pi/m."""
+    """Turn of the contact normals at the event nearest to t = n π/m, the time that the words name; degrees."""
     t = float(m[1] or 1) * np.pi / float(m[2])
     return turn(min(simulate(scene, until=1.2 * t).events, key=lambda e: abs(e.time - t)))
 
@@ -82,7 +82,7 @@ MEASURES: dict[str, Measure] = {
 
 
 def measured(words: str, scene: Scene) -> float:
-    """What the words ask for. LookupError when nobody knows how."""
+    """The number the words ask for; LookupError when no measure matches them."""
     for pattern, measure in MEASURES.items():
         m = re.fullmatch(pattern, words)
         if m:

@@ -37,7 +37,7 @@ def test_the_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
         for line in text.splitlines():
             words = shlex.split(line)
             if "install" in words:
-                continue  # the environment is this one; tests/pages makes the one the page asks for
+                continue  # everything is installed here already; tests/pages tries the installation that the page prints
             assert words[0] == "trunnion"
             if words[1] in extensions.EXTRAS and words[1] not in extensions.registered():
                 continue  # a command of an extra that is not installed here

@@ -1,4 +1,4 @@
-"""Rows about sleeves on guides."""
+"""Rows of the gallery about sleeves on guides: their scenes, and what is asked of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GUIDE = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02)
 
 
 def carriage(offset: float) -> sm.Scene:
-    """A sleeve pushed along its guide beside its axis."""
+    """A sleeve pushed along its guide by a force at a distance ``offset`` (m) beside its axis."""
     body = sm.Body(box=(0.1, 0.1, 0.1), mass=2.0, points={"push": (0.0, offset, 0.0)})
     joint = sm.Joint("prismatic", "ground", "carriage", axis="x", friction=GUIDE, start=sm.Start(0.0, 0.0))
     push = sm.Force("force", "carriage.push", (50.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Rows about pins in journals: wheels, bars and cross joints that press on their bearings."""
+"""Rows of the gallery about pins in journals: wheels, bars and cross joints that press on their bearings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows about closed loops."""
+"""Rows of the gallery about closed loops: their scenes, and what is asked of them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.stability.verdicts import bundled, holding, honest, ran
 
 
 def four_bar(beyond: float) -> sm.Scene:
-    """Four rubbing joints in a loop, torque at the most that plane statics allows."""
+    """Four rubbing joints in a loop, with 1 + beyond times the largest additional torque that they hold by plane statics."""
     scene = FOUR_BAR.scene((1 + beyond) * FOUR_BAR.most(1.0))
     return replace(scene, simulation=sm.Simulation(until=0.01))
 

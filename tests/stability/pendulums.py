@@ -1,4 +1,4 @@
-"""Rows about example 8.1's pendulum on its ball, and a sphere that spins on one."""
+"""Rows of the gallery about example 8.1's pendulum on its ball, and about a sphere that spins on one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PAINLEVE = 26.065 / 78.0 / 0.5 * math.hypot(1, MU) / MU
 
 
 def pendulum(angle: float, radius: float = RADIUS, rate: float = 0.0, until: float = 0.05, **rub: float | str) -> sm.Scene:
-    """8.1 at an angle (rad) from the downward vertical."""
+    """Example 8.1, started at an angle (rad) from the downward vertical."""
     scene = load_scene("spherical_pendulum")
     joint = scene.joints["ball"]
     friction = sm.Friction(**{"mu": MU, "radius": radius, **rub})  # type: ignore[arg-type]
@@ -43,7 +43,7 @@ def spinner(angle: float) -> sm.Scene:
 
 
 def rubs(scene: sm.Scene) -> str:
-    """Friction power at the start."""
+    """The word "rubs" or "spins free" by the power of friction at the start, or that power where it is neither."""
     r = ran(scene, rows=1)
     w = np.array([r[f"socket.qd[{k}]"][0] for k in (1, 2, 3)])
     t = np.array([r[f"socket.friction.torque[{k}]"][0] for k in (1, 2, 3)])
@@ -70,7 +70,7 @@ def jumps(scene: sm.Scene) -> str:
 
 
 def swing(until: float) -> sm.Scene:
-    """8.1 from horizontal, for some time."""
+    """Example 8.1, released from the horizontal, until a time in s."""
     return replace(load_scene("spherical_pendulum"), simulation=sm.Simulation(until=until), outputs=("*",))
 
 

@@ -13,8 +13,9 @@ EDGE = 1e-6
 
 @dataclass(frozen=True)
 class Edge:
-    """at: the threshold in words (for the table); scene at (1 + beyond) times it; what is asked of a scene; what must be said below
-    and beyond. Without ``beyond`` there is no threshold and the scene is asked once."""
+    """A threshold of a row. at: the threshold in words, for the table; scene(x): the scene at 1 + x times the threshold; verdict:
+    what is asked of a scene; below, beyond: the answers that are right on both sides. Without ``beyond`` there is no threshold
+    and the scene is asked once."""
 
     at: str
     scene: Callable[[float], sm.Scene]
@@ -24,14 +25,14 @@ class Edge:
 
     @property
     def sides(self) -> tuple[tuple[float, str], ...]:
-        """(beyond, what must be said)."""
+        """Pairs (how far beyond the threshold, the right answer there)."""
         return ((-EDGE, self.below), (EDGE, self.beyond)) if self.beyond else ((0.0, self.below),)
 
 
 @dataclass(frozen=True)
 class Row:
-    """number and title as in the method's list; name of its scene; thresholds, the first of which is the scene's file, just beyond;
-    what goes wrong elsewhere, when it is not measured."""
+    """A row. number, title: as in METHOD, "Where methods fail"; name: of its scene file, which is the scene just beyond the first
+    threshold; edges: the thresholds; elsewhere: what goes wrong in other programs, where that is not measured."""
 
     number: int
     name: str

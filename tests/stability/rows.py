@@ -1,5 +1,5 @@
-"""The nineteen places where methods fail (method, section 6): a scene for each, as a function of how far it is beyond its
-threshold, and what is to be said of it on both sides. They are kept by mechanism."""
+"""The nineteen places where methods fail (METHOD, "Where methods fail"): a scene for each, as a function of how far it is
+beyond its threshold, and what is to be said of it on both sides. The rows stand in one module for each kind of mechanism."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows about masses, springs and spin."""
+"""Rows of the gallery about masses, springs and spin: their scenes, and what is asked of them."""
 
 from __future__ import annotations
 

@@ -16,13 +16,13 @@ from engine.simulation.run import simulate
 
 
 def ran(scene: sm.Scene, rtol: float = 1e-8, rows: int = 20) -> Result:
-    """A run to the scene's end."""
+    """A run to the scene's own end."""
     until = float(scene.simulation.until)
     return simulate(scene, until=until, every=until / rows, rtol=rtol, max_steps=500_000)
 
 
 def holding(scene: sm.Scene) -> str:
-    """By statics, and by a short run that must say the same."""
+    """The word "holds" or "slips" by statics, and what a short run did when it contradicts that."""
     word = "holds" if hold(scene).holds else "slips"
     r = ran(scene)
     still = all(np.all(r[c] == 0.0) for c in r.matching("*.qd[*]")) and not any(e.kind == "slip" for e in r.events)
@@ -30,7 +30,7 @@ def holding(scene: sm.Scene) -> str:
 
 
 def honest(scene: sm.Scene) -> str:
-    """Outcome and balance of a run."""
+    """The word "right" when a run reaches its end with its energy in balance and its loops closed, else what went wrong."""
     r = ran(scene)
     if not r.outcome.ok:
         return r.outcome.name
@@ -47,21 +47,21 @@ def _length(scene: sm.Scene) -> float:
 
 
 def accepted(scene: sm.Scene) -> str:
-    """Refused with a reason at the named place, or run."""
+    """The word "refused" when the scene is refused before it runs, else what ``honest`` says."""
     from engine.scene.check import problems
 
     return "refused" if problems(scene) else honest(scene)
 
 
 def settled(scene: sm.Scene) -> str:
-    """Refused with a reason, or whether it holds."""
+    """The word "refused" when the scene is refused before it runs, else what ``holding`` says."""
     from engine.scene.check import problems
 
     return "refused" if problems(scene) else holding(scene)
 
 
 def bundled(name: str, until: float, **changes: float) -> Callable[[float], sm.Scene]:
-    """A bundled model for some time; beyond: changed a little."""
+    """Scenes of a bundled model that run until a time in s, with these numbers times 1 + beyond."""
 
     def make(beyond: float) -> sm.Scene:
         scene = load_scene(name)
