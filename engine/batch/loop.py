@@ -23,7 +23,7 @@ from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
 
 CAPACITY = 256
-"""Rows of the buffer."""
+"""How many output rows the buffer holds before they are reduced."""
 CALL_SECONDS = 0.02
 """A call into C is sized to last about this long: under the 50 ms after which progress, cancelling and Ctrl-C must be served."""
 Tick = Callable[[int], bool]

@@ -69,11 +69,11 @@ class Law(ABC):
     """The set-valued law whose static question, with the same coefficients, is its own; "" when the law itself is asked (one that
     holds nothing at rest says so)."""
     state_scale: ClassVar[str] = ""
-    """With bristles: the number that divides their state to give a deflection."""
+    """Of a law with bristles: the number by which their state is divided to give a deflection."""
     formula: ClassVar[str] = ""
     """k while sliding, in the symbols of ``NOTATION.md``."""
     at_rest: ClassVar[str] = ""
-    """k at rest, likewise."""
+    """k at rest, in the same symbols."""
 
     sets: ClassVar[bool] = False
     kinks: ClassVar[bool] = False

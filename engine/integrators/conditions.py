@@ -19,7 +19,7 @@ Matrix = Sequence[Sequence[float]]
 MOST = 9
 """Highest order that is looked for."""
 ROUND_OFF = 1e-12
-"""Of the sum of the sizes of a condition's terms: published coefficients have 16 digits."""
+"""Largest defect of a condition, relative to the sizes of its terms, that counts as zero: coefficients have 16 digits."""
 
 
 @lru_cache(maxsize=MOST + 1)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from engine.integrators.conditions import PARTS, Elementary, Matrix, carried
 
 ROUND_OFF = 1e-11
-"""Of nodes, derivatives with time and stability at infinity, which go through an inverse."""
+"""Largest violation by nodes, d and stability at infinity that counts as round-off: they go through an inverse."""
 HERMITE = 3
-"""Rows of H."""
+"""Number of rows of H."""
 
 
 @dataclass(frozen=True)

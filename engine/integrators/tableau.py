@@ -12,7 +12,7 @@ Rows = Sequence[Sequence[float]]
 LONGEST = 40.0
 """Real stability intervals are looked for up to here."""
 MARGIN = 0.7
-"""Of the real stability interval: steps beyond that part of it are limited by stability, not by accuracy."""
+"""Part of the real stability interval beyond which steps are limited by stability, not by accuracy."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ Place = tuple[list[list[float]], list[float]]
 SAMPLE = {"angle": (0.7, -0.4, 1.1), "length": (0.3, -0.2, 0.5), "quaternion": (0.8, 0.2, -0.4, 0.4)}
 """Coordinates of each kind at which a declaration is tried: in general position, angles within the range of ``measure``."""
 STEP = 1e-5
-"""Half width of the central differences (rad, m): their error is of its square, that of round-off 1e-11."""
+"""Half width of the central differences, rad or m: their error is about its square, that of round-off 1e-11."""
 CLOSE = 1e-8
 """How nearly numbers must agree: 100 times the differences' error; a wrong axis or sign is wrong by 0.1 and more."""
 

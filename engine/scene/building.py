@@ -1,4 +1,4 @@
-"""Plain data → Scene, together with every mistake of form; what is broken is set aside so that the rest can still be
+"""From plain data to a Scene, together with every mistake of form. What is broken is set aside, so that the rest can still be
 checked."""
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
 
 @dataclass
 class Built:
-    """scene: the whole, or what is left of it (None: nothing usable); findings: mistakes of form; broken: paths set
-    aside (CONNECTIONS among them when whole joints are missing)."""
+    """What plain data became. scene: the whole scene, or what is left of it (None when nothing is usable); findings: mistakes
+    of form; broken: paths of the parts that were set aside (CONNECTIONS among them when whole joints are missing)."""
 
     scene: Scene | None
     findings: list[Finding] = field(default_factory=list)
@@ -52,7 +52,7 @@ def _adapter() -> TypeAdapter[Scene]:
 
 
 def build(data: Any) -> Built:
-    """Validate; on mistakes try again without the broken parts."""
+    """Validate plain data; when there are mistakes, try again without the broken parts."""
     try:
         return Built(_adapter().validate_python(data))
     except ValidationError as e:
@@ -73,8 +73,8 @@ def build(data: Any) -> Built:
 
 
 def _mend(rest: dict[str, Any], found: list[Finding], built: Built) -> None:
-    """Leave out what the findings are about. What went with an earlier one of them is gone already: the hundredth wrong entry of a
-    list takes nothing more away than the first."""
+    """Leave out the parts that the findings are about. Once a part is gone, later findings inside it take nothing more away:
+    the hundredth wrong entry of a list removes no more than the first."""
     gone: set[Path] = set()
     for f in found:
         if any(f.path[:n] in gone for n in range(len(f.path) + 1)):
@@ -83,7 +83,7 @@ def _mend(rest: dict[str, Any], found: list[Finding], built: Built) -> None:
 
 
 def copied(data: Any, deeper: int = DEEPEST) -> Any:
-    """Nested dicts and lists of their own, with text for keys. SceneError when they are nested too deep (or in themselves)."""
+    """A copy made of nested dicts (keys as text) and lists. SceneError when they are nested too deep, or contain themselves."""
     if isinstance(data, dict | Mapping):
         inside = _within(data, deeper)
         return {str(k): copied(v, inside) for k, v in data.items()}
@@ -94,16 +94,17 @@ def copied(data: Any, deeper: int = DEEPEST) -> Any:
 
 
 def _within(data: Any, deeper: int) -> int:
-    """Levels that may follow inside."""
+    """How many more levels may follow inside; SceneError when there are no more."""
     if deeper <= 0:
         raise SceneError([Problem("scene", f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")])
     return deeper - 1
 
 
 def _set_aside(data: dict[str, Any], path: Path, built: Built) -> Path:
-    """Remove the smallest part around a mistake that can be left out; bodies and joints shrink to a stub at last. Its path."""
+    """Remove the smallest part around a mistake that can be left out, and give its path; a body or joint that cannot be mended
+    otherwise shrinks to a stub."""
     node, at = _deepest_group(data, path)
-    if len(at) <= 1:  # a mistake in the scene's own keys
+    if len(at) <= 1:  # the mistake is in one of the scene's own keys
         key = path[0] if path else ""
         required = key in ("bodies", "joints")
         data.pop(str(key), None)
@@ -121,7 +122,7 @@ def _set_aside(data: dict[str, Any], path: Path, built: Built) -> Path:
 
 
 def _forget(data: dict[str, Any], path: Path, meant: str, built: Built) -> Path:
-    """Remove an unknown key, whose path is given back; what it was meant to be counts as broken."""
+    """Remove an unknown key and give its path. The key it was meant to be counts as broken."""
     node, at = _deepest_group(data, path)
     if at == path:
         del node[str(at[-1])]

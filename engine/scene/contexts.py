@@ -1,5 +1,4 @@
-"""Which unit a number has where that depends on the joint it belongs to; and all numbers of a scene with path and
-unit."""
+"""Units of numbers, which may depend on the joint they belong to; and all numbers of a scene with path and unit."""
 
 from __future__ import annotations
 
@@ -54,13 +53,14 @@ def bound_of(path: Path) -> Bound:
 
 
 def order_of(path: Path) -> Order | None:
-    """The order in which the number at a path is the higher one."""
+    """The comparison in which the number at a path must be the higher one; None when there is none."""
     owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
     return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
 
 
 def _shape(path: Path) -> Path:
-    """The path with free names and list positions made equal, so that few different ones are ever looked up."""
+    """The path with names that users choose, and places in lists, replaced by a few fixed ones, so that few different paths are
+    ever looked up."""
     named = path[0] in ("bodies", "joints", "forces", "inputs") and len(path) > 1
     return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
 
@@ -71,7 +71,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "start":
         return _start_unit(kind, rest)
     if field not in ("spring", "damping", "stops", "drive", "effort"):
-        return PLAIN  # a direction
+        return PLAIN  # the components of a direction have no unit
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
@@ -85,7 +85,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
 
 
 def slides(kind: JointKind, freedom: int) -> bool:
-    """Whether a freedom is a travel (else a rotation; a screw's is its angle)."""
+    """Whether a freedom is a travel and not a rotation (a screw's freedom is its angle)."""
     return 0 <= freedom < kind.nv and not kind.turns(freedom)
 
 
@@ -100,11 +100,12 @@ def _start_unit(kind: JointKind, path: Path) -> str:
 
 
 def _load_unit(keys: tuple[str | int, ...], effort: str) -> str:
-    """The load itself; of a table's rates at its ends: the load a second."""
+    """Unit of a number of a load: that of the load itself, or, for a table's rates at its ends, of the load per second."""
     return f"{effort}/s" if "end_rates" in keys else effort
 
 
 def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
-    """Constant: rate, start; ramp: rates and an origin; harmonic: the coordinate; table: the coordinate, and rates at its ends."""
+    """Unit of a number of a drive. Rates of a constant or ramp, and a table's rates at its ends, are coordinates per second;
+    all other numbers are measured as the coordinate."""
     rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"), ("table", "end_rates"))
     return f"{coordinate}/s" if rate else coordinate

@@ -1,4 +1,5 @@
-"""Dimensions in words: what a unit measures, with an example; whether one may stand for another; the table of units."""
+"""Dimensions in words: what a unit measures, with an example; whether one unit may stand for another; and the table of all
+units."""
 
 from __future__ import annotations
 
@@ -45,14 +46,14 @@ def si_text(dimension: Dimension) -> str:
 
 
 def described(dimension: Dimension) -> str:
-    """What a dimension measures: "a length", or its unit."""
+    """What a dimension measures, such as "a length"; its unit when there is no such word."""
     unit = si_text(dimension)
     return QUANTITIES[unit][0] if unit in QUANTITIES else f"a quantity in {unit}"
 
 
 def fits(given: Dimension, wanted: Dimension) -> bool:
-    """Whether a unit may stand where another is wanted: the same, or the same but for an unspoken rad or cycle (1/s for
-    rad/s, N*m for N*m/rad)."""
+    """Whether a unit may stand where another is wanted: they must be the same, apart from a rad or cycle that need not be
+    written (1/s for rad/s, N*m for N*m/rad)."""
     return given == wanted or (given[:3] == wanted[:3] and given[3:] == (0, 0) and given != NONE)
 
 

@@ -1,4 +1,4 @@
-"""Scenes → plain data and YAML text that loads back to the same scene."""
+"""From scenes to plain data and YAML text, which load back to the same scene."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from engine.scene.model import Scene
 from engine.scene.scalars import is_text
 
 WIDTH = 110
-"""Characters in a line up to which a group is written in one line."""
+"""A group is written in one line when the line has at most so many characters."""
 FIRST = ("schema", "name", "title", "gravity", "ground", "friction", "inputs")
 """Keys written before the bodies."""
 _BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_./^ -]*", re.ASCII)
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
-    """Nested dicts, lists and scalars (SI): what differs from the defaults, with schema and name."""
+    """Nested dicts, lists and scalars (SI) of everything that differs from its default, together with schema and name."""
     given = {"schema": scene.schema, "name": scene.name, **_group(scene)}
     return {key: given[key] for key in (*FIRST, *given) if key in given}
 
@@ -80,7 +80,7 @@ def _flow(value: Any) -> str:
 
 
 def _text(value: str) -> str:
-    """Text, in quotes where YAML would take it for something else."""
+    """A text as YAML, in quotes where YAML would take it for something else."""
     bare = _BARE.fullmatch(value) and is_text(value) and value == value.strip()
     if not bare and '"' in value and "'" not in value and value.isprintable():
         return f"'{value}'"

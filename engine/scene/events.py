@@ -9,7 +9,7 @@ from engine.scene.finding import Finding, Path
 
 
 class Unreadable(Exception):
-    """The rest of the text is not worth reading."""
+    """Raised when something is so wrong that the rest of the text is not worth reading."""
 
     def __init__(self, line: int, what: str, hint: str = "", path: Path = ()):
         super().__init__(what)
@@ -17,7 +17,7 @@ class Unreadable(Exception):
 
 
 def events(text: str) -> Iterator[Any]:
-    """Parser events; every failure of the parser is Unreadable."""
+    """The parser's events, one after the other; every failure of the parser is raised as Unreadable."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 

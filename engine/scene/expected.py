@@ -1,5 +1,4 @@
-"""Reference numbers beside a bundled model (reference.yaml): what a result column, or an expression of columns, must
-be."""
+"""Reference numbers beside a bundled model (reference.yaml): what a result's column, or an expression of columns, must be."""
 
 from __future__ import annotations
 
@@ -77,7 +76,7 @@ def load_expected(file: Path) -> list[Expected]:
 
 
 def columns_of(expression: str) -> list[str]:
-    """Column names an expression uses, in order."""
+    """The names of the columns an expression uses, in the order in which they stand there."""
     names: list[str] = []
 
     def noted(name: str) -> float:
@@ -89,7 +88,8 @@ def columns_of(expression: str) -> list[str]:
 
 
 def evaluate(expression: str, column: Callable[[str], float]) -> float:
-    """Value of an expression; ``column`` gives the value of a column. ValueError for what is no such expression."""
+    """Value of an expression, in which ``column`` gives the value of a column. ValueError when the text is no expression of
+    columns."""
     try:
         tree = ast.parse(expression, mode="eval")
     except SyntaxError as e:
@@ -98,7 +98,7 @@ def evaluate(expression: str, column: Callable[[str], float]) -> float:
 
 
 def _value(node: ast.expr, column: Callable[[str], float]) -> float:
-    """Sums, products, a few functions, numbers and columns; nothing else."""
+    """Value of a part of an expression: sums, products, a few functions, numbers and columns, nothing else."""
     match node:
         case ast.Constant(value=int() | float() as number):
             return float(number)
@@ -114,7 +114,7 @@ def _value(node: ast.expr, column: Callable[[str], float]) -> float:
 
 
 def _name(node: ast.expr) -> str:
-    """body.point.position[1], as written."""
+    """The name of a column, such as body.point.position[1], as written."""
     match node:
         case ast.Name():
             return node.id

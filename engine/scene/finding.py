@@ -14,16 +14,16 @@ Path = tuple[str | int, ...]
 
 
 CONNECTIONS: Path = ("connections",)
-"""Stands for everything that depends on all joints being known."""
+"""Stands, as a path, for everything that depends on all joints being known."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """path: where in the scene; what: the cause; hint: the remedy.
+    """A mistake. path: where it is in the scene; what: the cause; hint: the remedy.
 
-    line   its own place, when the path does not tell it (0 = look the path up).
-    about  other parts it depends on: it means nothing when one of them could not be read.
-    meant  of an unknown key, the key it may stand for ('' = none is close); None for other findings.
+    line   the line of the file, where the path does not tell it (0: look the path up).
+    about  other parts the finding depends on; it means nothing when one of them could not be read.
+    meant  only for an unknown key: the key it may stand for ('' when none is close); None for other findings.
     """
 
     path: Path
@@ -35,7 +35,7 @@ class Finding:
 
 
 def dotted(path: Path) -> str:
-    """joints.ball.start.q[2]: dots between keys, indices in brackets counted from 1."""
+    """A path as text, such as joints.ball.start.q[2]: dots between keys, and indices in brackets, counted from 1."""
     text = ""
     for step in path:
         text += f"[{step + 1}]" if isinstance(step, int) else f".{step}" if text else step
@@ -43,7 +43,7 @@ def dotted(path: Path) -> str:
 
 
 def called(path: Path) -> str:
-    """The last key of a path with the indices behind it: mu, radius[2]."""
+    """The last key of a path with the indices behind it, such as mu or radius[2]."""
     at = max((i for i, step in enumerate(path) if isinstance(step, str)), default=0)
     return dotted(path[at:])
 
@@ -53,7 +53,7 @@ _WHOLE = re.compile(r"[^.\[\]]+(?:\[\d{1,6}\])*(?:\.[^.\[\]]+(?:\[\d{1,6}\])*)*"
 
 
 def parse_path(text: str) -> Path | None:
-    """The path of such a text, None when it is not one (indices count from 1)."""
+    """The path that a text such as joints.ball.start.q[2] stands for (indices count from 1); None when it is no path."""
     if not _WHOLE.fullmatch(text):
         return None
     steps: Path = tuple(m[1] if m[1] else int(m[2]) - 1 for m in _STEP.finditer(text))
@@ -73,7 +73,7 @@ def problem(f: Finding, lines: Mapping[Path, int], file: str = "") -> Problem:
 
 
 def error_of(found: Iterable[Finding], lines: Mapping[Path, int], file: str = "") -> SceneError:
-    """All findings as one error, in the order of the file. Only those that are told are put into words: a hint may take a search
-    among all names of the scene."""
+    """All findings as one error, in the order of the file. Only those that are listed are put into words, since a hint may take
+    a search among all names of the scene."""
     every = sorted(found, key=lambda f: f.line or line_of(f.path, lines))
     return SceneError([problem(f, lines, file) for f in every[:MOST]], more=len(every[MOST:]))

@@ -16,7 +16,7 @@ CHAIN_AXIAL = 1.0e-3
 
 
 def n_four_bar(n: int = 40) -> Scene:
-    """A02: n + 1 cranks of 1 m on the ground at x = 0 … n, n couplers of 1 m on top; thin rods of 1 kg, in the x-y
+    """Benchmark A02: n + 1 cranks of 1 m on the ground at x = 0 … n, with n couplers of 1 m on top; thin rods of 1 kg, in the x-y
     plane.
 
     Cranks start vertical, their tips at +1 m/s in x; all coordinates are 0 at the start (couplers lie along x, cranks
@@ -53,8 +53,7 @@ def _hinge(inboard: str, outboard: str, rate: float | None) -> dict[str, Any]:
 
 
 def revolute_chain(n: int) -> Scene:
-    """Chain of n unit rods (1 kg) on revolutes about y and z in turn, with the states and torques of the performance
-    anchors."""
+    """A chain of n unit rods (1 kg) on revolutes about y and z in turn, with the states and torques of the performance anchors."""
     if n < 1:
         raise ValueError("a chain has at least one link")
     link = {

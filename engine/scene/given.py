@@ -1,5 +1,5 @@
-"""What callers of the Python functions may give: for a time "10 ms"; for columns one pattern or several (for a scene see
-``overrides.scene_given``). Every mistake is kept, so that all of them are told together."""
+"""What callers may give to the Python functions besides a scene: a time as text ("10 ms"), one pattern of columns or several
+(for a scene see ``overrides.scene_given``). Mistakes are collected, so that all of them are told together."""
 
 from __future__ import annotations
 
@@ -17,26 +17,27 @@ Names = str | Iterable[str]
 
 
 def names_given(given: Names) -> tuple[str, ...]:
-    """Patterns or paths as a tuple: a text is one of them, not its characters."""
+    """One pattern or path, or several, as a tuple; a text is one of them, not a sequence of characters."""
     return (given,) if isinstance(given, str) else tuple(given)
 
 
 class Amounts:
-    """Reads the numbers a function was given. ``end`` tells what is wrong with any of them."""
+    """Reads the numbers a function was given and collects what is wrong with them; ``end`` raises it."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
 
     def wanted(self, value: Amount | None, where: str) -> float | None:
-        """Seconds, or None where nothing is said."""
+        """A time in seconds; None where none is given."""
         return None if value is None else self.time(value, where)
 
     def time(self, value: Amount, where: str) -> float:
-        """Seconds."""
+        """A time in seconds."""
         return self.number(value, where, "s")
 
     def number(self, value: Amount, where: str, unit: str = "1") -> float:
-        """SI value; numbers are taken as they are (whether they fit is for others to say), text is read with its unit."""
+        """SI value of a number or text. Numbers are taken as they are (their bounds are checked elsewhere); text is read with
+        its unit."""
         if isinstance(value, Real) and not isinstance(value, bool):
             return float(value)
         try:
@@ -46,6 +47,6 @@ class Amounts:
             return 1.0
 
     def end(self) -> None:
-        """SceneError with every mistake so far."""
+        """Raise SceneError with every mistake so far, if there is any."""
         if self.problems:
             raise SceneError(self.problems)

@@ -1,4 +1,4 @@
-"""Files, text and dicts → checked scenes; every problem at once, each with file, line, path and hint."""
+"""From files, text and dicts to checked scenes. All problems are told at once, each with file, line, path and hint."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from engine.scene.reading import LARGEST, read
 
 SUFFIXES = (".yaml", ".yml", ".json")
 MOST_NAMED = 5
-"""Files of a folder that are named."""
+"""How many files of a folder a hint names."""
 
 
 def load_scene(source: str | os.PathLike[str]) -> Scene:
@@ -36,7 +36,7 @@ def load_scene(source: str | os.PathLike[str]) -> Scene:
 
 
 def _file(source: str | os.PathLike[str]) -> FilePath:
-    """The file that is meant: an existing one, else a bundled model."""
+    """The file that a name means: an existing one, else a bundled model's."""
     text = os.fspath(source)
     path = FilePath(text)
     try:
@@ -45,7 +45,7 @@ def _file(source: str | os.PathLike[str]) -> FilePath:
         if path.exists() and not path.is_dir():
             return path
         others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
-    except (OSError, ValueError):  # a name no file system takes
+    except (OSError, ValueError):  # the name is one that no file system takes
         others = None
     if others is not None and text not in model_names():
         raise SceneError([_no_scene_in(path, others, text)])
@@ -55,7 +55,7 @@ def _file(source: str | os.PathLike[str]) -> FilePath:
 
 
 def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Problem:
-    """A folder was given that holds no scene, or only others of another name."""
+    """The problem of a folder that holds no scene.yaml, or only scenes of other names."""
     shown = ", ".join(map(str, others[:MOST_NAMED]))
     hint = f"give the file itself: {shown}" if others else f"a scene's folder holds one; `trunnion new {folder.name}` writes one"
     return Problem("scene", f"the folder has no {SCENE_FILE}", hint, text[:200])
@@ -81,7 +81,8 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
 
 
 def _read_on(data: dict[str, Any]) -> None:
-    """The key ``on`` of forces as tools of YAML 1.1 keep it: there it is a word for true, which they write back as ``true:``."""
+    """Restore the key ``on`` of forces. In YAML 1.1 it is a word for true, so that tools of that version write it back as
+    ``true:``."""
     forces = data.get("forces")
     for force in forces.values() if isinstance(forces, dict) else ():
         said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
@@ -92,7 +93,8 @@ def _read_on(data: dict[str, Any]) -> None:
 def scene_from_data(
     data: dict[str, Any], found: Iterable[Finding] = (), lines: Mapping[Path, int] | None = None, file: str = ""
 ) -> Scene:
-    """Build and check plain data; problems (those ``found`` before among them) in the order of the file."""
+    """Build and check plain data. SceneError lists all problems, ``found`` (those of reading the file) among them, in the order
+    of the file; lines: the line of every path."""
     _read_on(data)
     built = build(data)
     found = [*found, *built.findings]

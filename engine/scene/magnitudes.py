@@ -1,4 +1,5 @@
-"""Numbers that are allowed but seldom meant: 90 rad where 90 deg was, a box of 1,000 m. Notes, never mistakes."""
+"""Numbers that are allowed but seldom meant, such as 90 rad where 90 deg was meant, or a box of 1,000 m. They are noted and are
+never mistakes."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ from engine.scene.quantities import Quantity
 
 @dataclass(frozen=True)
 class Usual:
-    """Numbers at such places (patterns of paths), in this SI unit, lie between ``least`` and ``most``, zero and signs apart.
+    """The usual sizes of numbers at some places: zero and signs apart, numbers in this SI unit lie between ``least`` and ``most``.
 
-    because: what sets the bounds; meant: the unit in which a number beyond ``most`` (or below ``least``) may have been thought.
+    places: patterns of paths; because: what sets the bounds; meant: the unit in which a number outside may have been thought.
     """
 
     places: tuple[str, ...]
@@ -48,11 +49,11 @@ _ROWS = tuple((matcher(u.places), u) for u in USUAL)
 
 
 def magnitude_notes(scene: Scene) -> list[str]:
-    """A line for every number that is allowed but seldom meant; the first hundred of them."""
+    """A line for every number that is allowed but seldom meant, up to a hundred; then how many more there are."""
     notes = []
     for path, value, unit in numbers(scene):
         if not value or (isinstance(value, Quantity) and unit not in value.text):
-            continue  # a unit of its own was written: it is meant
+            continue  # the user wrote another unit, so the value is meant
         place = dotted(path)
         usual = next((u for fits, u in _ROWS if u.unit == unit and fits(place)), None)
         if usual is not None and not usual.least <= abs(value) <= usual.most:

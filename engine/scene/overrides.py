@@ -1,4 +1,4 @@
-"""Changes to single numbers of a scene by dotted path, and the list of paths there are."""
+"""Changes to single numbers of a scene by dotted path, and the list of the paths that a scene has."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class Parameter:
 
 
 def list_parameters(scene: Scene) -> list[Parameter]:
-    """Every number the scene has, defaults included, in its order."""
+    """Every number of a scene, defaults included, in the scene's order."""
     return [Parameter(dotted(path), float(value), unit) for path, value, unit in numbers(scene)]
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
-    """(path, value) of "PATH=VALUE"; the value as it would stand in a scene file: 0.5, 3 deg, [0, 0, -1.62],
-    viscous."""
+    """(path, value) of "PATH=VALUE". The value is read as in a scene file: 0.5, 3 deg, [0, 0, -1.62], viscous. SceneError when
+    the text has another form."""
     path, sign, value = text.partition("=")
     if not sign or not value.strip():
         raise SceneError([Problem(text, "not of the form PATH=VALUE", "for example joints.ball.friction.mu=0.5")])
@@ -50,7 +50,7 @@ Given = Scene | str | os.PathLike[str] | Mapping[str, Any]
 
 
 def scene_given(source: Given, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The checked scene that a caller means, with changes made. SceneError names everything that is wrong with it."""
+    """The checked scene that a caller means, with ``changes`` made. SceneError names everything that is wrong with it."""
     if isinstance(source, Mapping):
         scene = scene_from_dict(source)
     elif isinstance(source, Scene):
@@ -64,8 +64,7 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None) -> Scen
 
 
 def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """The scene with other values at dotted paths; checked again. SceneError names every path and value that is
-    wrong."""
+    """The scene with other values at dotted paths, checked again. SceneError names every path and value that is wrong."""
     data = _opened(scene)
     wrong = [w for path, value in changes.items() if (w := _set(data, path, value))]
     if wrong:
@@ -76,7 +75,7 @@ def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 @dataclass(frozen=True)
 class _Wrong:
-    """A path that leads nowhere: as written, why, and what may be meant."""
+    """A path that leads nowhere: the path as written, why it does, and which path may be meant."""
 
     text: str
     what: str
@@ -84,7 +83,7 @@ class _Wrong:
 
 
 def _opened(value: Any) -> Any:
-    """Nested dicts and lists with every field, those without a value too."""
+    """Nested dicts and lists of a scene with all its fields, also those without a value."""
     if is_dataclass(value):
         return {f.name: _opened(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, dict):
@@ -93,7 +92,7 @@ def _opened(value: Any) -> Any:
 
 
 def _set(data: Any, text: str, value: Any) -> _Wrong | None:
-    """Put a value in its place; what is wrong when there is no such place."""
+    """Put a value in its place in nested data; gives what is wrong when there is no such place."""
     path = parse_path(text)
     if path is None:
         return _Wrong(text, "not a path", "paths look like joints.ball.friction.mu or gravity[3]")
@@ -106,7 +105,7 @@ def _set(data: Any, text: str, value: Any) -> _Wrong | None:
         if last:
             node[key] = value
         elif isinstance(node[key], int | float) and path[i + 1 :] == (0,):
-            node[key] = value  # q[1] of a joint with one coordinate
+            node[key] = value  # a joint with one coordinate may give a number for its list: then q[1] means that number
             break
         else:
             if node[key] is None:
@@ -116,7 +115,7 @@ def _set(data: Any, text: str, value: Any) -> _Wrong | None:
 
 
 def _missing(node: Any, path: Path) -> Finding | None:
-    """Why ``path`` (its last step taken at ``node``) leads nowhere."""
+    """Why the last step of ``path``, taken at ``node``, leads nowhere; None when it leads somewhere."""
     key, owner = path[-1], dotted(path[:-1])
     if isinstance(key, int):
         if not isinstance(node, list):
@@ -133,7 +132,7 @@ def _missing(node: Any, path: Path) -> Finding | None:
 
 
 def _hint(wrong: _Wrong, whole: Callable[[], list[str]]) -> str:
-    """The hint for one step, or where that names nothing close, the number whose whole path (one of ``whole``) is close."""
+    """The hint for the step that failed; when it names nothing close, the path among ``whole`` (all numbers) that is close."""
     hint = str(wrong.hint)
     if hint.startswith("known"):
         near = next((p for p in whole() if p.endswith(f".{wrong.text}")), "") or closest(wrong.text, whole())

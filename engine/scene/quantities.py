@@ -1,4 +1,4 @@
-"""Unit-aware numbers for the scene's fields: SI inside, text such as "45 deg" or "30 mm" accepted at the door."""
+"""Numbers with units, as the scene's fields take them: SI inside; text such as "45 deg" or "30 mm" is converted when it is read."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from engine.scene.units import Dimension, UnitError, parse, parse_unit
 
 
 class Quantity(float):
-    """A float (SI) that remembers the dimension it was written with and the text itself."""
+    """A float (SI) that remembers the text it was written as, and the dimension of that text's unit."""
 
     __slots__ = ("dimension", "text")
 
@@ -33,13 +33,14 @@ class Quantity(float):
 
 
 def parse_quantity(text: str) -> float:
-    """SI value of "VALUE" or "VALUE UNIT" (a Quantity when there is a unit). UnitError says what is wrong."""
+    """SI value of "VALUE" or "VALUE UNIT" (a Quantity when there is a unit). UnitError says what is wrong with other text."""
     value, unit, _ = parse(text)
     return value if unit is None else Quantity(value, unit.dimension, text.strip())
 
 
 def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
-    """A finite float (or Quantity) of a number or text; UnitError otherwise."""
+    """A finite float (a Quantity for text with a unit) from a number or text. UnitError otherwise; it names what is ``wanted``
+    and an ``example``."""
     if isinstance(value, Quantity):
         return value
     if isinstance(value, str):
@@ -69,14 +70,14 @@ def agree(value: float, unit: str) -> None:
 
 @dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on where it stands (checked later, see ``contexts``); bound: the values it may have
-    (checked with the rest of the scene, see ``check.numbers``)."""
+    """Marks a number whose dimension depends on where it stands, which is checked later (``contexts``). bound: the values it
+    may have, which are checked with the rest of the scene (``check.numbers``)."""
 
     unit: str = ""
     bound: Bound = ANY
 
     def __call__(self, value: Any) -> float:
-        """Validate."""
+        """Validate a value as a number of any dimension."""
         return number(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
@@ -91,7 +92,7 @@ class Per(AnyUnit):
     """Marks a number that is measured in ``unit`` (SI) and stored as a plain float."""
 
     def __call__(self, value: Any) -> float:
-        """Validate, convert, check the dimension."""
+        """Validate a value and convert it to SI; UnitError when its dimension is not that of ``unit``."""
         if value.__class__ is float and math.isfinite(value):
             return value
         name, example = QUANTITIES[self.unit]

@@ -1,5 +1,5 @@
-"""Text of a scene → plain data and the line of every key and entry; syntax mistakes, duplicate keys and absurd sizes
-are findings.
+"""From the text of a scene to plain data and the line of every key and entry. Syntax mistakes, duplicate keys and absurd sizes
+become findings.
 
 The YAML parser's event stream is used rather than its loader: the scalars follow YAML 1.2, lines are kept, nesting
 and aliases are limited before anything is built.
@@ -27,7 +27,8 @@ MOST = 200_000
 
 @dataclass
 class Document:
-    """data: nested dicts, lists and scalars (None when there is no usable content); lines: path → line (from 1)."""
+    """What was read. data: nested dicts, lists and scalars (None when there is no usable content); lines: for each path its
+    line, counted from 1; findings: the mistakes."""
 
     data: Any = None
     lines: dict[Path, int] = field(default_factory=dict)
@@ -65,7 +66,7 @@ def _decoded(content: bytes | str) -> str:
 
 def _check_json(text: str) -> None:
     depth = 0
-    for c in text:  # a cheap bound, strings included: the decoder below is recursive
+    for c in text:  # a cheap bound that counts strings too, needed because the decoder below is recursive
         depth += (c in "[{") - (c in "]}")
         if depth > 10 * DEEPEST:
             raise Unreadable(0, f"more than {DEEPEST} levels of nesting")
@@ -77,7 +78,8 @@ def _check_json(text: str) -> None:
 
 @dataclass
 class _Open:
-    """A collection being read: ``key`` waits for its value; ``entries``: number of values so far, itself included."""
+    """A group or list that is being read. key: the key whose value comes next; entries: how many values it has so far, counting
+    nested ones and itself; skipped: whether that key is a duplicate, whose value is dropped."""
 
     value: dict[str, Any] | list[Any]
     path: Path
@@ -88,7 +90,7 @@ class _Open:
 
 
 class _Builder:
-    """Turns events into data without recursion."""
+    """Builds plain data from the parser's events, without recursion."""
 
     def __init__(self, doc: Document):
         self.doc = doc
@@ -98,7 +100,7 @@ class _Builder:
         self.documents = 0
 
     def build(self, stream: Iterator[Any]) -> None:
-        """Read all events."""
+        """Read all events of a stream."""
         for event in stream:
             kind = type(event).__name__
             line = event.start_mark.line + 1
@@ -116,7 +118,7 @@ class _Builder:
                     raise Unreadable(line, "a second document starts here", "one file holds one scene: remove the ---")
 
     def scalar(self, event: Any, line: int) -> None:
-        """A key or a value."""
+        """Take a scalar: a key where a group waits for one, else a value."""
         self.refuse_tag(event, line)
         text = event.value
         if any("\ud800" <= c <= "\udfff" for c in text):
@@ -128,7 +130,7 @@ class _Builder:
         self.put(text if event.style else plain(text), 1, line, event.anchor)
 
     def key(self, top: _Open, text: str, line: int) -> None:
-        """A key of the innermost group; a second one of the same name is a finding and is not used."""
+        """Take a key of the innermost group. A second key of the same name is a finding and is not used."""
         top.key, top.skipped = text, text in top.value
         path = (*top.path, text)
         if top.skipped:
@@ -140,7 +142,7 @@ class _Builder:
             self.doc.lines[path] = line
 
     def open(self, value: dict[str, Any] | list[Any], event: Any, line: int) -> None:
-        """A group or list starts."""
+        """Begin a group or list."""
         self.refuse_tag(event, line)
         if len(self.stack) >= DEEPEST:
             raise Unreadable(line, f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")
@@ -151,12 +153,12 @@ class _Builder:
         self.stack.append(_Open(value, path, event.anchor))
 
     def close(self) -> None:
-        """The innermost group or list ends."""
+        """End the innermost group or list."""
         done = self.stack.pop()
         self.put(done.value, done.entries, 0, done.anchor)
 
     def alias(self, name: str, line: int) -> None:
-        """A copy of an anchored value."""
+        """Put the value that an alias stands for."""
         top = self.stack[-1] if self.stack else None
         if name not in self.anchors:
             raise Unreadable(line, f"*{name} stands for nothing", f"define &{name} before it")
@@ -166,7 +168,7 @@ class _Builder:
         self.put(value, size, line, None)
 
     def place(self, line: int) -> Path:
-        """Path of the value that comes next; remembers its line."""
+        """The path of the value that comes next, whose line is remembered."""
         if not self.stack:
             self.doc.lines[()] = line
             return ()
@@ -178,7 +180,8 @@ class _Builder:
         return path
 
     def put(self, value: Any, size: int, line: int, anchor: str | None) -> None:
-        """A finished value goes where it belongs (line 0: its place is known already)."""
+        """Put a finished value into the group or list it belongs to. size: how many values it holds; line: 0 when its place is
+        known already."""
         self.count += size if line else 0
         if line:
             self.place(line)
@@ -199,7 +202,7 @@ class _Builder:
         top.key = None
 
     def refuse_tag(self, event: Any, line: int) -> None:
-        """Explicit tags (!!str, !python/…) have no use in a scene."""
+        """Refuse explicit tags (!!str, !python/…), which have no use in a scene."""
         if event.tag is not None:
             raise Unreadable(
                 line, f"the tag {shown(str(event.tag))} is not used in scenes", "remove it; quotes make text"

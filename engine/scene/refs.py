@@ -13,7 +13,7 @@ GROUND = "ground"
 
 @dataclass(frozen=True)
 class Reference:
-    """path: where it is written; body and point ('' = none) it names; use: side, load or end."""
+    """One such name. path: where it is written; body and point ('' when there is none): what it names; use: side, load or end."""
 
     path: Path
     body: str
@@ -39,7 +39,7 @@ def named_point(side: str | Side) -> str:
 
 
 def point_of(scene: Scene, side: str | Side) -> tuple[str, tuple[float, float, float]]:
-    """(body, point in the body's frame) of a joint side or of "body.point"; without a point the frame's origin."""
+    """(body, point in the body's frame, m) of a joint side or of "body.point"; without a point it is the origin of the frame."""
     name = named_point(side)
     body, x = body_of(side), (0.0, 0.0, 0.0)
     if name:
@@ -56,7 +56,7 @@ def axes_of(j: Joint, side: str | Side) -> tuple[Direction | None, Direction | N
 
 
 def references(scene: Scene) -> Iterator[Reference]:
-    """All of them, in the order of the scene."""
+    """All references of a scene, in its order."""
     for name, j in scene.joints.items():
         yield from _sides(name, j)
     for name, f in scene.forces.items():
@@ -80,7 +80,7 @@ def _sides(name: str, j: Joint) -> Iterator[Reference]:
 
 
 def points_of(scene: Scene, body: str) -> dict[str, tuple[float, float, float]]:
-    """Named points of a body or of the ground; none of an unknown body."""
+    """The named points of a body or of the ground, m; an unknown body has none."""
     if body == GROUND:
         return scene.ground.points
     return scene.bodies[body].points if body in scene.bodies else {}

@@ -1,4 +1,4 @@
-"""The keys of a scene that friction laws and contact elements declare, as fields of the scene classes."""
+"""The keys of a scene that friction laws and contact elements declare, made into fields of the scene's classes."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ else:
 
 T = TypeVar("T", bound=type)
 Field = tuple[str, Any, float | None, str]
-"""Key, type, default, description."""
+"""A field to be: key, type, default, description."""
 
 
 def annotation(number: Number, count: int) -> Any:
-    """Type of a number's field: SI or text with a unit; where it may stand for several, also a list of them."""
+    """The type of a number's field: SI or text with a unit; also a list, where the number may stand for ``count`` of them."""
     if number.unit not in QUANTITIES:
         raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
     one = Annotated[float, Per(number.unit, number.bound)]
@@ -37,7 +37,7 @@ def annotation(number: Number, count: int) -> Any:
 
 
 def of_joints() -> list[Field]:
-    """Numbers of laws, then sizes of contact elements: all may be left out as far as the format goes."""
+    """The fields of a joint's ``friction``: numbers of laws, then sizes of contact elements. The format requires none of them."""
     out: list[Field] = []
     for name, (n, laws) in law_numbers().items():
         own = ", where it differs from the scene's" if n.default is not None else ""
@@ -52,7 +52,7 @@ def of_joints() -> list[Field]:
 
 
 def of_scene() -> list[Field]:
-    """Numbers for which a scene can say what joints use that say nothing."""
+    """The fields of the scene's ``friction``: numbers that all joints use which do not give their own."""
     return [
         (name, annotation(n, 1), n.default, f"{sentence(n.text)} ({plural('law', laws)}).")
         for name, (n, laws) in law_numbers().items()
@@ -61,25 +61,26 @@ def of_scene() -> list[Field]:
 
 
 def sized(element: str) -> tuple[Number, ...]:
-    """Sizes of a contact element."""
+    """The sizes a contact element declares."""
     from engine.contact import REGISTRY
 
     return REGISTRY[element].sizes
 
 
 def plural(word: str, names: Iterable[str]) -> str:
-    """``law a`` or ``laws a, b``."""
+    """The word with the names: ``law a`` or ``laws a, b``."""
     listed = [f"``{n}``" for n in names]
     return f"{word}{'s' if len(listed) > 1 else ''} {', '.join(listed)}"
 
 
 def sentence(text: str) -> str:
-    """With a capital first letter, unless it begins with the letter of a formula."""
+    """The text with a capital first letter, unless it begins with the letter of a formula."""
     return text if text[1:2] == ":" else text[0].upper() + text[1:]
 
 
 def with_fields(declared: list[Field]) -> Callable[[T], T]:
-    """Class decorator (below ``dataclass``): these fields before the class's own; their descriptions in ``__field_docs__``."""
+    """A class decorator, to be used below ``dataclass``, that puts these fields before the class's own; their descriptions go
+    to ``__field_docs__``."""
 
     def put(cls: T) -> T:
         cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__

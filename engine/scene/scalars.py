@@ -1,4 +1,4 @@
-"""Plain YAML scalars by the YAML 1.2 core schema: null, true/false, integers, floats; everything else is text."""
+"""Plain YAML scalars as the YAML 1.2 core schema reads them: null, true and false, integers, floats; everything else is text."""
 
 from __future__ import annotations
 

@@ -20,11 +20,11 @@ from engine.scene.typed import hints, members
 from engine.scene.values import Says
 
 FILE = FilePath(__file__).with_name("scene.schema.json")
-"""The published copy."""
+"""The copy that is published with the package."""
 
 
 def json_schema() -> dict[str, Any]:
-    """The schema as nested dicts."""
+    """The schema of scenes as nested dicts."""
     defs: dict[str, Any] = {}
     _class(Scene, defs)
     top = defs.pop("Scene")
@@ -37,12 +37,12 @@ def json_schema() -> dict[str, Any]:
 
 
 def schema_text() -> str:
-    """The published copy's text."""
+    """The text of the published copy of the schema."""
     return json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
 def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
-    """Reference to a class; its definition goes to ``defs``."""
+    """A reference to the schema of a class, whose definition is put into ``defs``."""
     if cls.__name__ not in defs:
         defs[cls.__name__] = {}
         docs = _field_docs(cls)
@@ -71,7 +71,7 @@ def _property(f: Field[Any], annotation: Any, doc: str, defs: dict[str, Any]) ->
 
 
 def _type(annotation: Any, defs: dict[str, Any]) -> dict[str, Any]:
-    """Schema of an annotation; several alternatives become anyOf."""
+    """The schema of an annotation; several alternatives become anyOf."""
     options = [_member(a, unit, defs) for a, unit in members(annotation)]
     if len(options) == 1:
         return options[0]
@@ -104,7 +104,7 @@ def _list(args: tuple[Any, ...], defs: dict[str, Any]) -> dict[str, Any]:
 
 
 def _number(unit: AnyUnit | None) -> dict[str, Any]:
-    """A number in SI, or text with a unit."""
+    """The schema of a number: SI, or text with a unit."""
     out: dict[str, Any] = {"type": ["number", "string"]}
     out |= _range(unit.bound) if unit is not None else {}
     if unit is not None and unit.unit:
@@ -115,7 +115,7 @@ def _number(unit: AnyUnit | None) -> dict[str, Any]:
 
 
 def _range(bound: Bound) -> dict[str, Any]:
-    """The values a plain number may have."""
+    """The part of a schema that bounds a plain number."""
     out: dict[str, Any] = {}
     if bound.least > -math.inf:
         out["exclusiveMinimum" if bound.open else "minimum"] = bound.least
@@ -126,7 +126,7 @@ def _range(bound: Bound) -> dict[str, Any]:
 
 @cache
 def _module_docs(module: str) -> dict[str, dict[str, str]]:
-    """Class → field → the string that stands under the field in the source."""
+    """For every class and field of a module, the string that stands under the field in the source."""
     out: dict[str, dict[str, str]] = {}
     for node in ast.parse(inspect.getsource(sys.modules[module])).body:
         if not isinstance(node, ast.ClassDef):
@@ -144,7 +144,7 @@ def _module_docs(module: str) -> dict[str, dict[str, str]]:
 
 
 def _field_docs(cls: type) -> dict[str, str]:
-    """Descriptions of a class's fields: in its source, or where it was declared."""
+    """Descriptions of a class's fields: the strings in its source, or what was declared with the field."""
     return _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
 
 

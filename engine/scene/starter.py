@@ -89,7 +89,8 @@ def starter_text(name: str) -> str:
 
 
 def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:
-    """Write NAME/scene.yaml and NAME/README.md into a directory; the folder written. Never overwrites."""
+    """Write NAME/scene.yaml and NAME/README.md into a directory, and give the folder. Never overwrites: SceneError when it
+    exists."""
     folder = Path(directory) / name
     if not _NAME.fullmatch(name):
         raise SceneError([Problem(name[:60], "cannot be the name of a scene", "a letter, then letters, digits and _")])

@@ -1,4 +1,4 @@
-"""Did-you-mean: the known name closest to what was written."""
+"""Hints of the kind "did you mean …?": the known name closest to what was written."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ LISTED = 12
 
 @dataclass(frozen=True)
 class Nearest:
-    """A hint that is looked for only when it is told: the closest of names of which a scene may have thousands.
+    """A hint that is looked for only when it is put into words: the closest of names, of which a scene may have thousands.
 
-    word: what was written; known: the names there are; what: what they are called; otherwise: the hint where there are none.
+    word: what was written; known: the names there are; what: what they are called; otherwise: the hint when there are none.
     """
 
     word: str
@@ -26,7 +26,8 @@ class Nearest:
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """The known name most like ``word``, '' when none is close; a difference of case alone always counts as close."""
+    """The known name most like ``word``, '' when none is close. A name that differs only in upper and lower case always counts
+    as close."""
     from difflib import get_close_matches
 
     names = [str(k) for k in known]
@@ -38,7 +39,7 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
-    """A hint: the closest name, or all names when they are few."""
+    """A hint: the closest name; when none is close, the first of the known names; '' when there are none."""
     names = [str(k) for k in known]
     best = closest(word, names)
     if best:
@@ -49,7 +50,7 @@ def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names side by side, the first few of many."""
+    """Names separated by commas; of many, only the first ones."""
     every = list(names)
     return ", ".join(every[:LISTED]) + (", …" if len(every) > LISTED else "")
 

@@ -18,12 +18,12 @@ _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
-    """One finding a mistake, in the order of the file's keys as far as the checker keeps it."""
+    """One finding for each mistake, in the order of the file's keys as far as the checker keeps it."""
     return list(dict.fromkeys(_one(e, data) for e in errors))
 
 
 def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
-    """Location of an error without the tags of alternatives."""
+    """The path of an error: its location without the tags that tell alternatives of a type apart."""
     path: list[str | int] = []
     for key in loc:
         if isinstance(key, str) and key.startswith("·") and not (isinstance(data, dict) and key in data):

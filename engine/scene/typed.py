@@ -1,4 +1,4 @@
-"""The scene classes as a tree of types: which class, unit or choice stands at a path.
+"""The scene's classes as a tree of types: which class, unit or choice stands at a path.
 
 Used for hints ("known keys: …"), for units of parameters and for the published schema; validation itself is pydantic's.
 """
@@ -19,12 +19,12 @@ from engine.scene.quantities import AnyUnit
 
 @cache
 def hints(cls: type) -> dict[str, Any]:
-    """Annotations of a scene class by field name, unions and units included."""
+    """The annotations of a scene class by field name, with unions and unit markers."""
     return get_type_hints(cls, include_extras=True)
 
 
 def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any, AnyUnit | None]]:
-    """The alternatives of an annotation with the unit marker that applies to each; None is left out."""
+    """The alternatives of an annotation, each with the unit marker that applies to it; None is left out."""
     if get_origin(annotation) is Annotated:
         inner, *extras = get_args(annotation)
         marks = [e for e in extras if isinstance(e, AnyUnit)]
@@ -37,7 +37,7 @@ def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any,
 
 
 def step(annotation: Any, key: str | int) -> Iterator[Any]:
-    """Annotations one step below, for every alternative that has such a step."""
+    """The annotations one key or index further down, from every alternative that has it."""
     for a, _ in members(annotation):
         if isinstance(key, str) and is_dataclass(a) and isinstance(a, type):
             if key in hints(a):
@@ -50,7 +50,7 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@lru_cache(maxsize=4096)  # names in a path are the user's: without a bound a service would remember all it was ever sent
+@lru_cache(maxsize=4096)  # users choose the names in a path: without a bound a service would remember all it was ever sent
 def at(path: Path) -> tuple[Any, ...]:
     """Annotations that may stand at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]
@@ -88,7 +88,7 @@ def bound_at(path: Path) -> Bound:
 
 
 def length_at(path: Path) -> int | None:
-    """Number of entries a fixed list at a path has; None when it is free or no list stands there."""
+    """Number of entries of a fixed list at a path; None when its length is free or no list stands there."""
     for annotation in at(path):
         for a, _ in members(annotation):
             if get_origin(a) is tuple and get_args(a)[-1] is not Ellipsis:

@@ -32,7 +32,7 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """SI units in one of it, exactly: up/down times a power of pi. ``dimension``: exponents."""
+    """A unit, as how many SI units it is, exactly: up/down times a power of pi. ``dimension``: the exponents of the base units."""
 
     up: int = 1
     down: int = 1
@@ -41,7 +41,7 @@ class Unit:
 
     @property
     def factor(self) -> float:
-        """SI units in one of it."""
+        """How many SI units one of this unit is."""
         return self.up / self.down * math.pi**self.pi
 
     def times(self, other: Unit, power: int = 1) -> Unit:
@@ -72,7 +72,7 @@ _RAD, _HZ, _N = (Unit(dimension=d) for d in ((0, 0, 0, 1, 0), (0, 0, -1, 0, 1), 
 
 
 def _table() -> dict[str, tuple[str, Unit]]:
-    """Symbol → (name, unit); factors as decimal text, or as (up, down, power of pi)."""
+    """For each symbol (name, unit). Factors are given as decimal text, or as (up, down, power of pi)."""
     rows: list[tuple[str, str, str | Unit, Unit]] = [
         ("m", "metre", "1", _M), ("mm", "millimetre", "1e-3", _M), ("cm", "centimetre", "1e-2", _M),
         ("km", "kilometre", "1e3", _M), ("um", "micrometre", "1e-6", _M), ("in", "inch", "0.0254", _M),
@@ -93,7 +93,7 @@ def _table() -> dict[str, tuple[str, Unit]]:
 
 
 def _exact(factor: str | Unit) -> Unit:
-    """The decimal number as a ratio of integers."""
+    """The factor of a unit as a ratio of integers: of decimal text, or given as one already."""
     if isinstance(factor, Unit):
         return factor
     digits, _, exponent = factor.partition("e")
@@ -121,7 +121,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*", r
 
 @lru_cache(maxsize=512)
 def parse_unit(text: str) -> Unit:
-    """The unit written as ``text`` ('' is 1). UnitError when it is none."""
+    """The unit written as ``text`` ('' is the unit 1). UnitError when the text is no unit."""
     if not text.strip():
         return Unit()
     if len(text) > LONGEST:
@@ -130,7 +130,7 @@ def parse_unit(text: str) -> Unit:
 
 
 class _Reader:
-    """Recursive descent: unit = term (('*' | '/' | ' ') term)*; term = (symbol | 1 | '(' unit ')') power?"""
+    """Reads a unit by recursive descent: unit = term (('*' | '/' | ' ') term)*; term = (symbol | 1 | '(' unit ')') power?"""
 
     def __init__(self, text: str):
         self.text = text
@@ -148,7 +148,7 @@ class _Reader:
         return out
 
     def read(self) -> Unit:
-        """The whole text."""
+        """The unit that the whole text stands for."""
         try:
             unit = self.product()
             if unit.factor == 0.0:
@@ -160,7 +160,7 @@ class _Reader:
         return unit
 
     def product(self) -> Unit:
-        """Factors from left to right; a/b*c is (a/b)*c."""
+        """A product of terms, from left to right: a/b*c is (a/b)*c."""
         unit = self.term()
         while self.tokens and self.tokens[0] != ("sign", ")"):
             sign = 1
@@ -170,7 +170,7 @@ class _Reader:
         return unit
 
     def term(self) -> Unit:
-        """One symbol or a parenthesis, with its power."""
+        """One symbol or parenthesis, with its power."""
         kind, word = self.tokens.pop(0) if self.tokens else ("", "")
         if kind == "symbol":
             unit = Unit() if word == "1" else _symbol(word)
@@ -194,7 +194,8 @@ def _symbol(word: str) -> Unit:
 
 
 def parse(text: str) -> tuple[float, Unit | None, str]:
-    """(SI value, unit or None for a plain number, unit as written) of "VALUE UNIT". UnitError when it is neither."""
+    """(SI value, unit or None for a plain number, unit as written) of "VALUE UNIT". UnitError when the text is no number with
+    or without a unit."""
     plain = text.replace("−", "-")
     m = _NUMBER.match(plain)
     if not m:

@@ -34,7 +34,7 @@ def _form(value: Any) -> str:
 
 
 def either(wanted: str) -> Discriminator:
-    """Chooses among members tagged SCALAR, LIST, GROUP; ``wanted`` completes "… is wanted here"."""
+    """A discriminator that chooses among types tagged SCALAR, LIST and GROUP; ``wanted`` completes the error "… is wanted here"."""
     return Discriminator(_form, custom_error_type="wrong_form", custom_error_message=wanted)
 
 

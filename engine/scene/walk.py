@@ -1,4 +1,4 @@
-"""Walks over the parts of a scene that several checks look at: loads, signals, devices by freedom."""
+"""Walks over those parts of a scene that several checks look at: loads, signals, and devices by freedom."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from engine.scene.model import Drive, Force, Scene, Signal, Torque
 
 
 def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
-    """(path, entry) of a field that is a list with one entry a freedom, or a single one; empty entries are left out."""
+    """(path, entry) for each entry of a field that is a list with one entry for each freedom, or a single entry; empty entries
+    are left out."""
     if isinstance(value, tuple):
         yield from ((((*path, i)), v) for i, v in enumerate(value) if v is not None)
     elif value is not None:
@@ -18,7 +19,7 @@ def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
 
 
 def loads(scene: Scene) -> Iterator[tuple[Path, Any]]:
-    """(path, load) of joint efforts and the components of applied forces and torques."""
+    """(path, load) of all joint efforts and of all components of applied forces and torques."""
     for name, j in scene.joints.items():
         yield from entries(j.effort, ("joints", name, "effort"))
     for name, f in scene.forces.items():

@@ -23,11 +23,11 @@ A = [np.array(row, float) for row in RK8.A]
 B = np.array(RK8.B, float)
 C = np.array(RK8.C, float)
 JUMP = 1e-9
-"""Change of ẏ at an event, relative to its size, below which it is continuous."""
+"""Change of ẏ at an event, relative to the size of ẏ, below which ẏ counts as continuous there."""
 AT_REST = 1e-6
 """Sliding speed at an event, relative to the speeds of the run, that counts as zero."""
 HAIR = 1e-7
-"""Part of the run's rate scale given to a pair at the instant it starts or stops sliding."""
+"""Speed given to a pair at the instant it starts or stops sliding, as a part of the run's rate scale."""
 
 
 @dataclass(frozen=True)

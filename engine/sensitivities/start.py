@@ -23,7 +23,7 @@ from engine.system.build import Built, build
 STEP = 1e-2
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
-"""Weights of first derivatives to order six at unit spacing; the second where a number cannot go below its value."""
+"""(place, weight) of differences of order six for first derivatives at unit spacing; FORWARD for numbers that cannot go lower."""
 
 
 @dataclass(frozen=True)

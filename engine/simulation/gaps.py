@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 TOLD = 3
 """Open loops that are described; one cause mostly opens several."""
 OPEN = 1e-6
-"""Part of the largest gap (in length scales or radians) from which a loop counts as open."""
+"""A loop counts as open when its gap, in length scales or radians, is at least this part of the largest gap."""
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,11 @@ NUMBER = 8
 COPIES = 2
 """Rows are collected in pieces and then put together, so that they are there twice for a moment."""
 SHARE = 0.5
-"""Of this machine's memory that a result's rows may take; the rest is for drawing, writing and everybody else."""
+"""Share of this machine's memory that a result's rows may take; the rest is for drawing, writing and everybody else."""
 ASSUMED = 8 * 1024**3
-"""Bytes, where a machine does not say how much it has."""
+"""Bytes of memory assumed for a machine that does not say how much it has."""
 MOST_ROWS = 1e9
-"""Of one run, also where only their extremes are kept: at a microsecond a row, a quarter of an hour."""
+"""Rows one run may have, also where only their extremes are kept: at a microsecond each, they take a quarter of an hour."""
 NEVER_MANY = 100_000
 """Rows below which no scene has enough columns to matter, so that nobody need count them."""
 CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")

@@ -13,7 +13,7 @@ from engine.system.external import INSIDE
 from engine.system.structure import Signal
 
 AFTER = 1e-12
-"""How long after an instant its branch of a signal is chosen, s; the runtime does so too where it starts."""
+"""How long after an instant, s, the branch of a signal there is chosen; the runtime does the same where a run starts."""
 STILL = 1e-9
 """Rate of a curve, in units of its steepest rise between two of its times, that counts as rest (round-off is 1e-16)."""
 

@@ -30,7 +30,8 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The same as an error lists them (a scene made in Python has no lines): the first, and how many more there are."""
+    """All mistakes of meaning as an error lists them: the first ones, and how many more there are. A scene made in Python has
+    no lines."""
     return list(error_of(findings(scene), {}).problems)
 
 

@@ -1,4 +1,4 @@
-"""Bodies: one shape at most, mass properties said once, and inertia a rigid body can have."""
+"""Checks of bodies: at most one shape, mass properties given once, and an inertia that a rigid body can have."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
 
 
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:
-    """density xor mass with a shape; mass and inertia without; an explicit inertia always with a mass."""
+    """With a shape, either density or mass is needed; without one, mass and inertia; an explicit inertia always needs a mass."""
     shaped = any(getattr(b, s) is not None for s in SHAPES)
     keys = tuple((*path, k) for k in (*SHAPES, "density", "mass", "inertia"))
     if b.density is not None and (b.mass is not None or b.inertia is not None):

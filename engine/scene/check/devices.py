@@ -1,5 +1,5 @@
-"""Springs, dampers, stops, drives and efforts of joints: one entry a freedom, values that make sense, freedoms that
-can be driven; and every function of time."""
+"""Checks of springs, dampers, stops, drives and efforts of joints: one entry for each freedom, values that make sense, freedoms
+that can be driven; and of every function of time."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ def _lengths(path: Path, value: object, kind: JointKind) -> Iterator[Finding]:
 
 
 def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
-    """A quaternion is no single coordinate a spring, stop or drive could refer to."""
+    """A mistake for every spring, stop or drive along a freedom that has no single coordinate to refer to, as those of a
+    quaternion."""
     for field, what in NEED_COORDINATE.items():
         for path, _ in entries(getattr(j, field), ("joints", name, field)):
             k = path[-1] if isinstance(path[-1], int) else 0

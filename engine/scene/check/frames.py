@@ -1,4 +1,5 @@
-"""Joint frames: axes where a type needs one, directions that are none, references along the axis, pitch."""
+"""Checks of joint frames: axes where a type needs one, directions that are not zero, references that are not along the axis,
+pitches."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def vector(d: Direction) -> tuple[float, float, float]:
 
 
 def _written(path: Path, j: Joint) -> Iterator[Finding]:
-    """Every direction as written points somewhere."""
+    """A mistake for every direction that, as written, points nowhere."""
     for key, owner in ((), j), (("inboard",), j.inboard), (("outboard",), j.outboard):
         if isinstance(owner, str):
             continue
@@ -50,7 +51,7 @@ def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
 
 
 def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
-    """The frame one side ends up with: its own axis and reference, else the joint's."""
+    """Mistakes of the frame one side ends up with, from its own axis and reference where it gives them, else the joint's."""
     own = side if isinstance(side, Side) else Side("")
     axis, reference = axes_of(j, side)
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))

@@ -1,5 +1,5 @@
-"""Friction: which joints can have it, the geometry of the pin, the numbers a law needs. What is needed, and what may stand beside
-what, is declared by laws and contact elements; the values themselves are checked with all others in ``numbers``."""
+"""Checks of friction: which joints can have it, the sizes of the pin, the numbers a law needs. Laws and contact elements
+declare what is needed and what may stand beside what; the values themselves are checked with all others in ``numbers``."""
 
 from __future__ import annotations
 
@@ -46,12 +46,13 @@ def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
 
 
 def _counts(element: str, name: str) -> int:
-    """How many sizes of this name an element has."""
+    """How many entries a contact element's size of this name has."""
     return next((s.count for s in CONTACTS[element].sizes if s.name == name), 0)
 
 
 def _coefficients(path: Path, f: Friction, law: str) -> Iterator[Finding]:
-    """Numbers the law needs. Numbers of other laws may stand there: they wait for their law."""
+    """Mistakes for numbers that the law needs and that are not given. Numbers of other laws may be given too: they are used
+    when their law is chosen."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
         if getattr(f, n.name) is not None or n.default is not None:

@@ -1,4 +1,4 @@
-"""Applied loads: springs between two different places."""
+"""Checks of applied loads: the two ends of a spring must be different places."""
 
 from __future__ import annotations
 

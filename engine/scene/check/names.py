@@ -1,4 +1,4 @@
-"""Names: their form, reserved words, one name for two things, and references to what does not exist."""
+"""Checks of names: their form, reserved words, one name for two things, and references to what does not exist."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def _form(path: Path, name: str) -> Iterator[Finding]:
 
 
 def _reference(scene: Scene, r: Reference, parts: list[str]) -> Iterator[Finding]:
-    """A side, a load or an end of a spring names a body (or the ground) and a point it has; ``parts``: the names there are."""
+    """Mistakes where a side, a load or an end of a spring names a body (or the ground) or a point that does not exist;
+    ``parts``: the names there are."""
     if r.body == GROUND and r.use == "load":
         yield Finding(r.path, "the ground cannot be pushed", "name a body")
         return
@@ -106,6 +107,6 @@ def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[F
     try:
         given = parse_unit(declared).dimension
     except UnitError:
-        return  # said at the input itself
+        return  # the mistake is told at the input itself
     if not fits(given, parse_unit(wanted).dimension):
         yield Finding((*path, "input"), f'the input "{load.input}" is in {declared}; {wanted} is wanted here')

@@ -1,5 +1,5 @@
-"""Every number: a value it may have, the right side of another, and a dimension that fits where that depends on the joint it
-belongs to (a hinge angle in millimetres is a mistake)."""
+"""Checks of every number: a value it may have, the right side of another number, and, where the unit depends on the joint it
+belongs to, a fitting dimension (a hinge angle in millimetres is a mistake)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         if not isinstance(value, Quantity):
             continue
         if path[0] == "inputs" and not _is_unit(unit):
-            continue  # said at the input's unit
+            continue  # the mistake is told at the input's unit
         if unit == PLAIN and path[-2] in ("axis", "reference") and value.dimension == parse_unit("m").dimension:
             continue  # a direction may be given by lengths
         try:
@@ -35,7 +35,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _order(path: Path, high: float, values: Mapping[Path, float]) -> Iterator[Finding]:
-    """A number that is on the wrong side of another of its owner; the others' own mistakes come first."""
+    """A mistake when a number is on the wrong side of another of its owner; told only when neither value is a mistake by itself."""
     order = order_of(path)
     below = (*path[:-1], order.low) if order is not None else path
     if order is None or below not in values or order.holds(values[below], high):

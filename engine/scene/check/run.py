@@ -1,4 +1,4 @@
-"""Outputs wanted, tunable numbers."""
+"""Checks of the outputs wanted and of the numbers that are to be tunable."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _patterns(path: Path, patterns: tuple[str, ...], known: tuple[str, ...], what: str) -> Iterator[Finding]:
-    """The first word of a pattern, where it has no wild card, names something."""
+    """Mistakes where the first word of a pattern, if it has no wild card, names nothing there is."""
     names = frozenset(known)
     wild = sum(map(is_wild, patterns))
     if wild > MOST_WILD:

@@ -1,4 +1,4 @@
-"""Start values: as many as the joint has coordinates and rates, rotations that are rotations."""
+"""Checks of start values: as many as the joint has coordinates and rates, and rotations that are rotations."""
 
 from __future__ import annotations
 

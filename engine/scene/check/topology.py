@@ -1,4 +1,5 @@
-"""How bodies hang together: joints of a body with itself, bodies tied to nothing, rigid loops, wishes where to cut."""
+"""Checks of how bodies hang together: joints of a body with itself, bodies tied to nothing, rigid loops, and wishes where to
+cut."""
 
 from __future__ import annotations
 
@@ -18,14 +19,14 @@ class _Groups:
         self.parent = {n: n for n in names}
 
     def find(self, name: str) -> str:
-        """Representative of a body's group."""
+        """The body that represents the group of a body."""
         while self.parent[name] != name:
             self.parent[name] = self.parent[self.parent[name]]
             name = self.parent[name]
         return name
 
     def join(self, a: str, b: str) -> bool:
-        """Unite two groups; False when they were one already."""
+        """Unite the groups of two bodies; False when they were in one group already."""
         a, b = self.find(a), self.find(b)
         self.parent[a] = b
         return a != b
@@ -43,14 +44,14 @@ def check(scene: Scene) -> Iterator[Finding]:
             ends[name] = (a, b)
         else:
             dangling = True
-    if not dangling:  # else a body may only seem loose
+    if not dangling:  # where a joint names no known part, a body may only seem loose
         yield from _loose(scene, ends)
     yield from _rigid(scene, ends)
     yield from _cuts(scene, ends)
 
 
 def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """Every body must be reached from the ground."""
+    """Mistakes for bodies that no chain of joints ties to the ground."""
     groups = _Groups([GROUND, *scene.bodies])
     for a, b in ends.values():
         groups.join(a, b)
@@ -72,7 +73,7 @@ def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
 
 
 def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """A loop of fixed joints alone cannot move and cannot be told from a contradiction."""
+    """A mistake for every loop of fixed joints alone: it cannot move, and cannot be told from a contradiction."""
     groups = _Groups([GROUND, *scene.bodies])
     for name, (a, b) in ends.items():
         if not REGISTRY[scene.joints[name].type].nv and not groups.join(a, b):
@@ -81,7 +82,8 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
 
 
 def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """Wishes about cutting must leave a tree: joints that may not be cut make no loop, the others reach every body."""
+    """Mistakes in wishes about cutting, which must leave a tree: the joints that may not be cut close no loop, and the joints
+    not marked to be cut reach every body."""
     keep, rest = _Groups([GROUND, *scene.bodies]), _Groups([GROUND, *scene.bodies])
     marked = []
     for name, (a, b) in ends.items():
