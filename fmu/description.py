@@ -24,7 +24,7 @@ NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_Q
 TOLERANCE, STEP, MAX_STEPS = "FMU_TOLERANCE", "FMU_STEP", "FMU_MAX_STEPS"
 """What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
 HUGE = 1e300
-"""Bound of what has none."""
+"""Magnitude written as the bound of a number that has none."""
 NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"))
 """Ends of paths whose changes would move the kinks the integrator stops at, which are laid down at export."""
 TUNABLE_SECTIONS = ("friction", "forces", "gravity")

@@ -22,12 +22,12 @@ from engine.simulation.run import Model
 from engine.system.build import build
 
 TIGHT = 1e-10
-"""Tolerance at which what is left of an error is the model's."""
+"""Relative tolerance of runs that measure a model's own error: what the method adds to it is negligible."""
 RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
 """A first-order prediction this many times the wanted error is believed without a run."""
 HOPELESS = 10.0
-"""So many times the best time tells a slower method from a machine that was busy for a moment."""
+"""A method that takes this many times the best time is slower by itself, not because the machine was busy for a moment."""
 Tell = Callable[[str, int, int], None]
 
 

@@ -8,7 +8,7 @@ from engine.chart.points import OURS, Point
 from engine.chart.study import Study
 
 USABLE = 0.1
-"""Errors beyond this are no solutions, and no times are compared there."""
+"""A run with a relative error beyond this is no solution, and its time is not compared."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 PANEL = (5.6, 4.6)
-"""Inches of a panel."""
+"""Width and height of a panel, inches."""
 FAILED = 30.0
 """Failures stand this factor beyond the largest error shown."""
 

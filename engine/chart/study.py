@@ -18,7 +18,7 @@ from engine.simulation.block import Settings
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 FIXED = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
-"""Fixed steps, in parts of the mean step the automatic choice takes at rtol 1e-6."""
+"""Fixed steps as multiples of the mean step that the automatic choice takes at rtol 1e-6."""
 Tell = Callable[[str, int, int], None]
 """tell(what is measured now, how many are done, how many there are)."""
 

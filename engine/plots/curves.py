@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from engine.simulation.result import Result
 
 WIDTH, HEIGHT = 5.2, 2.05
-"""Inches of one panel."""
+"""Width and height of one panel, inches."""
 LEFT, RIGHT, TOP, BOTTOM = 0.85, 0.25, 0.95, 0.65
 GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
 TALL = 9

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 130
 COLOURS = 96
-"""Of a PNG made small; thin lines keep their own colours."""
+"""Number of colours of a PNG made small: enough for thin lines to keep their own."""
 _METADATA: dict[str, dict[str, str | None]] = {
     ".png": {"Software": "Trunnion"},
     ".svg": {"Date": None, "Creator": "Trunnion"},

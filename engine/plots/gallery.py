@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 MECHANISM, CURVES = "mechanism.png", "curves.png"
 DPI = {MECHANISM: 100, CURVES: 88}
-"""Dots an inch: wide enough for a README, well under 150 kB each."""
+"""Dots per inch: pictures wide enough for a README, well under 150 kB each."""
 RTOL = 1e-8
-"""Tolerance of the runs drawn: what it leaves cannot be seen."""
+"""Relative tolerance of the runs drawn: the error it leaves cannot be seen."""
 
 
 @dataclass(frozen=True)

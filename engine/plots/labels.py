@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from engine.plots.scenery import Scenery
 
 NEAR = 0.02
-"""Of the picture's width: names closer than that would lie on each other."""
+"""Part of the picture's width: names closer to each other than that would overlap."""
 LINE = 11
 """Points from one line of text to the next."""
 

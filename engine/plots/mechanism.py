@@ -26,7 +26,7 @@ LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 COPLANAR = 0.07
 """Bodies in one plane are kept apart by this part of a body's length when sorted; else they would show in stripes."""
 SIZE = (8.4, 6.0)
-"""Inches."""
+"""Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
 COILS, WIDTH = 9, 0.05

@@ -39,7 +39,7 @@ class Panel:
     curves: tuple[Curve, ...]
     events: tuple[Event, ...] = ()
     jumps: tuple[tuple[int, float, float, float], ...] = ()
-    """(curve, time, before, after)."""
+    """Jumps shown as dots: (index of the curve, time in s, value before, value after)."""
     hidden: int = 0
     """Curves left out because there are too many."""
 

@@ -25,7 +25,7 @@ from engine.simulation.run import simulate
 LAWS = {DEFAULT: ("-", 1.3), twin_of(DEFAULT): ("--", 1.0)}
 NORMALS = {"exact": "exact contact forms", "adams": "as Adams computes it"}
 V_EPS = 1e-4
-"""The paper's, m/s."""
+"""The v_eps that the paper uses, m/s."""
 Curve = Callable[[Result], np.ndarray]
 
 

@@ -41,7 +41,7 @@ CONTENT: dict[str, Any] = {
     MEDIA["parquet"]: {"schema": {"type": "string", "format": "binary"}},
     MEDIA["arrow"]: {"schema": {"type": "string", "format": "binary"}},
 }
-"""For the OpenAPI document."""
+"""Media type → its description in the OpenAPI document."""
 
 
 def chosen(asked: str | None, accept: str) -> str:

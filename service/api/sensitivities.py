@@ -20,7 +20,7 @@ from service.settings import Limits
 
 router = APIRouter(prefix="/v1", tags=["sensitivities"])
 MOST_NUMBERS = 2_000_000
-"""In one answer: about 40 MB of JSON."""
+"""Most numbers in one answer; they make about 40 MB of JSON."""
 QUEUE_SECONDS = 60
 """Time a request may wait for its turn, beside its own budget."""
 RTOL = 1e-9

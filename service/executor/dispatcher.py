@@ -26,7 +26,7 @@ from service.store.work import Done, LeaseLost, WorkStore
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
-"""Chunks waiting at the cluster for each that runs, so that no worker waits for us."""
+"""How many chunks wait at the cluster for each that runs, so that no worker is idle until the next turn."""
 IDLE_SECONDS = 0.05
 RESULT_SECONDS = 10
 

@@ -25,7 +25,7 @@ from engine.simulation.result import Result
 
 QUICK = Choice(methods=("rk5", "rk8"), rtols=(1e-4, 1e-7, 1e-10), repeats=1, samples=20, peers=False)
 PERIOD = 2.36784194757623745
-"""Of benchmark A01, s (elliptic functions)."""
+"""Period of benchmark A01's pendulum, s, by elliptic functions."""
 
 
 @pytest.fixture(scope="module")

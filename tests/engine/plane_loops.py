@@ -2,8 +2,7 @@
 without the engine.
 
 Joint i sits at point i, link i runs from point i to i + 1, the ground closes the chain. In the plane a journal with force F
-holds any
-torque |M| ≤ R |F|, R = r μ/√(1+μ²)."""
+holds any torque |M| ≤ R |F|, R = r μ/√(1+μ²)."""
 
 from __future__ import annotations
 

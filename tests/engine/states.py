@@ -11,11 +11,11 @@ from engine.system.structure import state_coordinates
 from tests.reference.random_scenes import Case
 
 ENERGY = ("energy.*",)
-"""Columns that bring every integral with them: all that right-hand sides have, and little to compile besides."""
+"""Columns that need every integral: with them a block has all that right-hand sides can have, and little else to compile."""
 
 
 def block_at(case: Case, outputs: tuple[str, ...] = ENERGY) -> bl.Block:
-    """The engine's block at the case's state and time, modes chosen there."""
+    """The engine's block at the case's state and time, with its friction modes chosen for that state."""
     model = Model(case.scene, outputs)
     block, system = model.block, model.system
     block.configure(bl.Settings(rtol=1e-9))
@@ -28,7 +28,7 @@ def block_at(case: Case, outputs: tuple[str, ...] = ENERGY) -> bl.Block:
 
 
 def block_after(scene: Scene, t: float, rtol: float = 1e-10) -> bl.Block:
-    """The scene's block after a run to t."""
+    """The scene's block after a run from its start to t, s."""
     model = Model(scene, ENERGY)
     block = model.block
     settings = bl.Settings(rtol=rtol)
@@ -44,7 +44,8 @@ def block_after(scene: Scene, t: float, rtol: float = 1e-10) -> bl.Block:
 
 
 def rate(block: bl.Block, y: np.ndarray | None = None, t: float | None = None) -> np.ndarray:
-    """d/dt of [states, integrals] at (t, y): modes as they are, or, with a time given, as at a start there."""
+    """d/dt of [states, integrals] at (t, y). The friction modes stay as they are; with a time given they are chosen anew, as for a
+    run that starts there."""
     keep, n = block.y.copy(), block.ny + block.kernel.sizes["nquad"]
     if y is not None:
         block.y[: block.ny] = y[: block.ny]
@@ -57,7 +58,7 @@ def rate(block: bl.Block, y: np.ndarray | None = None, t: float | None = None) -
 
 
 def differences(block: bl.Block) -> np.ndarray:
-    """d rate/dy by differences of fourth order."""
+    """Matrix d rate/dy by differences of fourth order; column i belongs to y[i]."""
     y, columns = block.y[: block.ny].copy(), []
     for i in range(block.ny):
         h = 1e-5 * max(1.0, abs(y[i]))
@@ -67,7 +68,7 @@ def differences(block: bl.Block) -> np.ndarray:
 
 
 def time_differences(block: bl.Block, t: float) -> np.ndarray:
-    """d rate/dt by differences of fourth order."""
+    """Vector d rate/dt by differences of fourth order."""
     h = 1e-4
     f = [rate(block, t=t + k * h) for k in (-2, -1, 1, 2)]
     rate(block, t=t)

@@ -24,9 +24,9 @@ TOLERANCE = 1e-10
 or a wrong sign shows at 1e-3 and more."""
 PINS = ("inboard", "outboard")
 FRICTION = tuple(product(("regularized", "viscous"), (None, "adams")))
-"""Of the law and the way the normal force is found; every law has its own tests of its forms."""
+"""Combinations of a law and the way the normal force is found; the forms of every law are tested elsewhere."""
 WITHOUT = ("angular_acceleration",)
-"""The engine has no such column."""
+"""Quantities of the reference for which the engine has no column."""
 
 
 def tree_claims() -> dict[str, Property]:
@@ -60,7 +60,7 @@ CUTS = {
 }
 PLAIN_CUTS = tuple(k for k in CLOSING_TYPES if REGISTRY[k].cuttable and k not in RUBBING_TYPES)
 HELD = tuple(d for d in DEVICES if d != "drive")
-"""What a cut joint can have: driven joints are never cut."""
+"""Devices that a cut joint can have: driven joints are never cut."""
 
 
 @cache

@@ -21,7 +21,7 @@ from tests.reference.random_scenes import ALL_TYPES, Case, first, random_loop, r
 from tests.reference.values import table
 
 TOLERANCE = 1e-9
-"""Asked for; both sides solve to about 1e-13 times the condition of the mechanism."""
+"""The agreement that is asked for; both sides solve to about 1e-13 times the condition of the mechanism."""
 
 
 def dry(case: Case, normal_forces: tuple[str, ...] = ("exact",)) -> Case:

@@ -39,9 +39,10 @@ def chain(seed: int, balls: float = 0.0) -> sm.Scene:
 
 
 COLUMNS = ("energy.*", "*.friction.work", "*.q[1]", "*.qd[1]", "*.qdd[1]")
-"""What is looked at below; contacts and reactions would take longer to compile than all else."""
+"""Columns that the tests need; contacts and reactions would take longer to compile than all else."""
 INSTANT = 1e-6
-"""s; a run ends so close (1e-12 s) to where two answers meet and vanish that both are still there."""
+"""Seconds beyond the end at which answers are sought. A run ends so close (1e-12 s) to where two answers meet and vanish that both
+are still there at its end."""
 UNFOUND = (1144, 1215)
 """Seeds for which there is one answer, but Newton's method finds it neither from zero nor from the last; they end as jammed."""
 
@@ -51,7 +52,7 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
     Coulomb's law there: at the start, or an instant beyond the last state."""
     r = simulate(scene, until=until, every=0, rtol=1e-7, outputs=COLUMNS)
     assert r.outcome.name in ("jammed", "inconsistent", "no_solution")
-    assert r.outcome.joint in scene.joints or r.outcome.name == "inconsistent"  # which may concern several
+    assert r.outcome.joint in scene.joints or r.outcome.name == "inconsistent"  # may concern several joints
     q, qd = {}, {}
     for n, j in scene.joints.items():
         start = j.start

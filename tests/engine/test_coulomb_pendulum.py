@@ -16,7 +16,7 @@ STOPS = (
     (5.289065, 32.645363), (6.122459, -25.947802), (6.950383, 19.570467), (7.774398, -13.421739), (8.595831, 7.423793),
     (9.415871, -1.507240),
 )  # fmt: skip
-"""s, degrees from the downward vertical; computed independently, event-exact."""
+"""Stops as (time in s, degrees from the downward vertical), from an independent integration that locates every event."""
 INERTIA, MASS, ARM, RADIUS, MU = 26.065, 78.0, 0.5, 0.05, 0.6
 
 
@@ -73,7 +73,7 @@ def test_with_adams_friction_it_stops_when_that_program_says() -> None:
 
 
 LIMIT = math.degrees(math.asin(RADIUS * MU / math.sqrt(1 + MU * MU) / ARM))
-"""Static: the weight acts within R = r μ/√(1+μ²) of the centre: l sin θ = R; 2.949146 degrees."""
+"""Largest angle of rest, 2.949146 degrees: l sin θ = R, where the weight acts at R = r μ/√(1+μ²) from the centre."""
 
 
 @pytest.mark.parametrize("angle", [2.0, 2.949, LIMIT - 1e-8, -2.949])

@@ -14,13 +14,13 @@ from engine.simulation.run import simulate
 
 RTOL = 1e-10
 ERROR = 1e-7
-"""A hundred oscillations' worth of steps at RTOL."""
+"""What the errors of steps at RTOL add up to over a hundred oscillations."""
 BALL = sm.Body(sphere=0.1, mass=2.0)
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
 
 def slider(gravity=WEIGHTLESS, forces=None, inputs=None, **joint) -> sm.Scene:
-    """A ball of 2 kg on a rail along x."""
+    """A scene of one ball of 2 kg on a rail along x."""
     return sm.Scene(
         {"ball": BALL},
         {"rail": sm.Joint("prismatic", "ground", "ball", axis="x", **joint)},
@@ -38,7 +38,7 @@ def run(scene: sm.Scene, until: float = 3.0, every: float = 0.01, **how) -> Resu
 
 
 def damped(t, q0, v0, m, c, k) -> np.ndarray:
-    """m q̈ + c q̇ + k q = 0."""
+    """The motion q(t) that solves m q̈ + c q̇ + k q = 0 from q0, v0."""
     roots = np.roots([m, c, k]).astype(complex)
     a = np.linalg.solve([[1, 1], roots], [q0, v0])
     return np.real(a[0] * np.exp(roots[0] * t) + a[1] * np.exp(roots[1] * t))
@@ -48,9 +48,9 @@ def test_a_joint_spring_and_damper_make_the_damped_oscillator() -> None:
     r = run(slider(spring=sm.Spring(50.0, 0.3), damping=1.5, start=sm.Start(0.1, 2.0)))
     assert r["rail.q[1]"] == pytest.approx(0.3 + damped(r.time, -0.2, 2.0, 2.0, 1.5, 50.0), abs=ERROR)
     effort = -50.0 * (r["rail.q[1]"] - 0.3) - 1.5 * r["rail.qd[1]"]
-    assert r["rail.reaction.force[1]"] == pytest.approx(-effort, abs=1e-12)  # on the inboard part
+    assert r["rail.reaction.force[1]"] == pytest.approx(-effort, abs=1e-12)  # reactions are those on the inboard part
     lost = 1.5 * np.trapezoid(r["rail.qd[1]"] ** 2, r.time)
-    assert r["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-4)  # trapezia of 0.01 s
+    assert r["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-4)  # trapezoidal rule, rows 0.01 s apart
     assert r["energy.potential"] == pytest.approx(25.0 * (r["rail.q[1]"] - 0.3) ** 2, abs=1e-12)
 
 
@@ -73,7 +73,7 @@ def test_springs_and_damping_act_on_each_freedom_by_itself() -> None:
 
 
 def bouncing(damping: float = 0.0, stiffness: float = 1e4) -> Result:
-    """Falls on a stop at −0.5 m from rest at 0."""
+    """A run of a body that falls from rest at 0 onto a stop at −0.5 m."""
     stops = sm.Stops(stiffness=stiffness, lower=-0.5, damping=damping)
     return run(slider(gravity=(-9.81, 0.0, 0.0), stops=stops, start=sm.Start(0.0, 0.0)), until=4.0, every=0.001)
 
@@ -84,7 +84,7 @@ def test_a_stop_without_damping_gives_back_all_energy() -> None:
     assert np.abs(energy - energy[0]).max() <= 1e-7
     peaks = r["rail.q[1]"][1:-1][(np.diff(r["rail.q[1]"])[:-1] > 0) & (np.diff(r["rail.q[1]"])[1:] <= 0)]
     assert len(peaks) >= 4
-    assert np.abs(peaks).max() <= 1e-5  # rows 1 ms apart miss the top by g t²/2
+    assert np.abs(peaks).max() <= 1e-5  # rows 1 ms apart miss the top by up to g t²/2
 
 
 def test_a_bouncing_body_touches_and_leaves_when_it_must() -> None:
@@ -106,7 +106,7 @@ def test_a_stop_never_pulls(damping: float) -> None:
     """Hunt and Crossley: stiffness·depth·(1 + damping·depth rate) while that pushes."""
     r = bouncing(damping)
     depth, rate = -0.5 - r["rail.q[1]"], -r["rail.qd[1]"]
-    push = -r["rail.reaction.force[1]"]  # of the stop, on the ball
+    push = -r["rail.reaction.force[1]"]  # the force of the stop on the ball
     assert np.all(push >= 0.0)
     assert np.count_nonzero(push > 0) > 10
     assert push == pytest.approx(np.where(depth > 0, 1e4 * depth * np.maximum(1 + damping * rate, 0.0), 0.0), abs=1e-7)

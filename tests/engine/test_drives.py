@@ -54,7 +54,7 @@ def harmonic(t: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def table(t: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Natural spline; straight on outside."""
+    """(q, q̇, q̈) of a natural spline that goes straight on outside its points."""
     s, first, last = CubicSpline(TABLE.time, TABLE.value, bc_type="natural"), TABLE.time[0], TABLE.time[-1]
     inside = np.clip(t, first, last)
     return s(inside) + s(inside, 1) * (t - inside), s(inside, 1), np.where((t > first) & (t < last), s(t, 2), 0.0)
@@ -116,7 +116,7 @@ def test_a_mechanism_without_any_freedom_left_accounts_for_its_energy() -> None:
     joint = sm.Joint("revolute", "ground", "b", axis="y", drive=sm.Drive(harmonic=HARMONIC))
     r = simulate(sm.Scene({"b": LINK}, {"j": joint}), until=1.0, every=0.01)
     power = r["j.drive.effort[1]"] * r["j.qd[1]"]
-    assert np.abs(r["energy.residual"]).max() <= 1e-4 * np.abs(power).max()  # J in 1 s; rtol is 1e-6
+    assert np.abs(r["energy.residual"]).max() <= 1e-4 * np.abs(power).max()  # energy of 1 s of motion, J; rtol is 1e-6
 
 
 def test_a_drive_overrides_start_values_of_its_freedom() -> None:

@@ -14,7 +14,7 @@ from tests.reference.random_scenes import random_tree
 
 TYPES = tuple(kind.name for kind in JOINTS.values() if kind.friction)
 ACCOUNT = 1e-6
-"""Of the energies and works there are, for runs at rtol 1e-8 with events."""
+"""Allowed residual as a part of the largest energy or work, for runs at rtol 1e-8 with events."""
 
 
 @pytest.mark.parametrize(("law", "kind", "adams"), list(product(REGISTRY, TYPES, (0.0, 1.0))))

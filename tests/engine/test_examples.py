@@ -18,18 +18,18 @@ from tests.laws import PAPER
 
 @cache
 def pendulum(normal_force: str = "exact", every: float = 0.01) -> Result:
-    """8.1 at v_eps 1e-4, rtol 1e-9."""
+    """A run of example 8.1 with v_eps = 1e-4 m/s at rtol 1e-9."""
     changes = PAPER | {"friction.normal_force": normal_force}
     return simulate("spherical_pendulum", until=10.0, every=every, rtol=1e-9, overrides=changes)
 
 
 def angle(r: Result) -> np.ndarray:
-    """From the downward vertical, degrees."""
+    """Angle of the pendulum from the downward vertical, degrees."""
     return np.degrees(np.arctan2(r["pendulum.position[1]"], -r["pendulum.position[3]"]))
 
 
 def turned_over(r: Result) -> float:
-    """Energy that changed hands: the rise and fall of kinetic energy, and what was dissipated, J."""
+    """Energy turned over: the rise and fall of kinetic energy plus what was dissipated, J."""
     return float(np.abs(np.diff(r["energy.kinetic"])).sum() + r["energy.dissipated"][-1])
 
 
@@ -48,7 +48,7 @@ def test_pendulum_is_the_one_freedom_it_is_in_its_plane(normal_force: str) -> No
     _, truth = pendulum_run(adams=normal_force == "adams")
     r = pendulum(normal_force)
     expected = np.degrees([truth(float(t)) for t in r.time])
-    assert np.abs(angle(r) - expected).max() <= 3e-6  # fifty times rtol
+    assert np.abs(angle(r) - expected).max() <= 3e-6  # errors of steps at rtol add up to fifty times rtol
     assert np.abs(r["pendulum.position[2]"]).max() <= 1e-15  # never out of its plane
 
 
@@ -109,11 +109,11 @@ def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
         slow += abs(s.rod_rate) * 0.01 < 0.01
         row = evaluate(model, {"slider_pin": [s.rod], "guide": [s.x]}, {"slider_pin": [s.rod_rate], "guide": [s.speed]}, phi / 10)
         size = np.abs(s.force).max()
-        force = [row["slider_pin.reaction.force[2]"], row["slider_pin.reaction.force[3]"]]  # e2 along the guide, e3 up
+        force = [row["slider_pin.reaction.force[2]"], row["slider_pin.reaction.force[3]"]]  # e2 points along the guide, e3 up
         assert force == pytest.approx(list(s.force), abs=1e-9 * size)
         assert -row["slider_pin.friction.torque[1]"] == pytest.approx(s.torque, rel=1e-9, abs=1e-12 * size)
         pressed = [row[f"slider_pin.contact[{i}].normal_force"] for i in (1, 2)]
-        expected = s.normal_force if normal_force == "exact" else pressed[0]  # contacts are those of the exact forms
+        expected = s.normal_force if normal_force == "exact" else pressed[0]  # else contacts are those of the exact forms
         assert pressed == pytest.approx([expected, expected], rel=1e-9)
     assert 3 <= slow <= 39
 

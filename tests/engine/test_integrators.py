@@ -32,11 +32,11 @@ UNTIL = 1.5
 METHODS = {m.name: m for m in REGISTRY if not isinstance(m, Impulses)}
 """Every registered method that has coefficients."""
 STEPS = {name: (40, 56, 80, 112) if m.order > 6 else (40, 80, 160, 320) for name, m in METHODS.items()}
-"""Fine enough that the leading error term rules, coarse enough that round-off (1e-13) does not."""
+"""Numbers of steps, so many that the leading error term decides and so few that round-off (1e-13) does not."""
 ORDERS = {name: (m.order, m.dense_order) for name, m in METHODS.items()}
-"""Of the solution and of the dense output."""
+"""Published orders of the solution and of the dense output."""
 SLACK = 0.3
-"""What the next error term adds or takes; a wrong coefficient costs an order or more."""
+"""How far the next error term moves a measured order; a wrong coefficient costs an order or more."""
 COLUMNS = ("arm.q[1]", *(f"ball.q[{i}]" for i in range(1, 5)), "arm.qd[1]", *(f"ball.qd[{i}]" for i in range(1, 4)))
 
 

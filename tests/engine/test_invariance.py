@@ -30,7 +30,7 @@ CASES: dict[str, tuple[int, Property]] = {
     "journal in a loop": (1, some_joint(lambda j: j.type == "revolute" and rubs(j))),
     "two loops": (2, some_cut(rubs)),
 }
-"""Number of loops, and what is in them."""
+"""Cases by name: number of loops, and the property that the scene must have."""
 TWO_SIDED = tuple(k for k in ALL_TYPES if not of(k).one_sided)
 """Types that mean the same when their sides change places."""
 WAYS = {
@@ -49,7 +49,7 @@ def case_of(which: str) -> Case:
 
 
 def difference(case: Case, moved: Moved) -> tuple[float, tuple[str, str] | None]:
-    """Of the engine's results for the case and for its other telling, brought back."""
+    """(largest difference, its place) between the engine's results for the case and those for its other telling, brought back."""
     back = moved.back(engine_table(moved.case))
     return worst({k: v for k, v in engine_table(case).items() if k in back}, back)
 

@@ -26,10 +26,10 @@ from tests.reference.random_parts import RUBBING_TYPES
 from tests.reference.random_scenes import Case, first, random_loop, random_tree
 
 TOLERANCE = 1e-8
-"""Of the largest entry of a row, or 1: differences of fourth order with steps of 1e-5 lose 11 of 16 digits, and more where a
-sliding speed of millimetres a second is differenced. A missing term is wrong by percents."""
+"""Relative to the largest entry of a row, or to 1. Differences of fourth order with steps of 1e-5 lose 11 of 16 digits, and more
+where a sliding speed of millimetres a second is differenced; a missing term is wrong by percents."""
 TIMES = {"andrews": 0.01, "cart_pole": 0.1}
-"""Where a model is looked at, s; the others at 0.37 s."""
+"""Times at which models are examined, s; the others are examined at 0.37 s."""
 BALL, CROSS = (lambda j: j.type == "spherical" and rubs(j)), (lambda j: j.type == "universal" and rubs(j))
 CASES: dict[str, tuple[int, Property]] = {
     "ball and cross on a loop": (1, lambda c: both(BALL, CROSS)(c) and small(c)),
@@ -39,26 +39,26 @@ CASES: dict[str, tuple[int, Property]] = {
     "table": (0, lambda c: some_joint(lambda j: any(d.table for d in drives(j)))(c) and small(c)),
     "large": (0, lambda c: some_joint(rubs)(c) and large(c)),
 }
-"""Number of loops, and what is in them."""
+"""Cases by name: number of loops, and the property that the scene must have."""
 
 
 SMALL = 16
-"""States of a case that is quick to compile; with 22 it takes ten times as long."""
+"""Most states of a case that compiles quickly; with 22 states it takes ten times as long."""
 
 
 def states(case: Case) -> int:
-    """Coordinates and rates."""
+    """Number of coordinates and rates of the case's system."""
     system = build(case.scene).system
     return system.nq + system.nv
 
 
 def small(case: Case) -> bool:
-    """Whether its Jacobian is written as a matrix, and a little one."""
+    """Whether the case's Jacobian is written as a matrix, and is a small one."""
     return states(case) <= SMALL
 
 
 def large(case: Case) -> bool:
-    """Whether its Jacobian is written direction by direction."""
+    """Whether the case's Jacobian is written direction by direction, as that of large systems is."""
     return states(case) > jacobian_unit.DENSE_STATES
 
 

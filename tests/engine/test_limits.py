@@ -17,7 +17,7 @@ from tests.stability.tellings import TELLINGS, TIME, told
 
 METHODS = tuple(bl.METHODS)
 REACH = np.arcsin(0.6) / 10
-"""When 8.2 with a rod of 0.3 m is stretched to its end, s."""
+"""Time at which example 8.2 with a rod of 0.3 m is stretched to its end, s."""
 
 
 def short_rod(rubs: bool = False) -> sm.Scene:

@@ -18,7 +18,7 @@ from tests.engine.redundant import four_bar
 
 HELD = ("events.", "audit.", "energy.")
 STEP = 1e-6
-"""Of central differences in units of order 1: their error is of order 1e-12 of the third derivative and 1e-10 of round-off."""
+"""Step of central differences in units of order 1: the third derivative leaves an error of order 1e-12, round-off of 1e-10."""
 
 
 def pushed_chain() -> engine.Scene:

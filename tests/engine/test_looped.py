@@ -21,7 +21,7 @@ RUB = {
     "cylindrical": sm.Friction(mu=0.1, radius=0.02, half_length=0.1, law="regularized", v_eps=1e-1),
 }
 ROUND_OFF = 1e-11
-"""Of the largest value; bodies one behind the other amplify 1e-16 by the spread of their inertias."""
+"""Relative to the largest value; bodies in a row amplify rounding errors of 1e-16 by the spread of their inertias."""
 
 
 def tree(kinds: tuple[str, ...], rubbing: bool) -> sm.Scene:

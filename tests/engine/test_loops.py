@@ -16,7 +16,8 @@ from tests.engine.planar import slider_crank
 from tests.laws import PAPER
 
 CLOSURE = 1e-9
-"""Lengths per length scale, radians. Projection leaves round-off (4e-15); without it 1000 s drift far beyond this."""
+"""Allowed gap: lengths by the length scale, angles in rad. Projection leaves round-off (4e-15); without it loops drift far
+beyond this in 1000 s."""
 
 
 @pytest.mark.parametrize(

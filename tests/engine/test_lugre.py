@@ -21,11 +21,11 @@ from tests.engine.test_stick_slip import BELT, MASS, STIFFNESS, WEIGHT, belt
 
 BRISTLES = {"law": "lugre", "bristle_stiffness": 1e4, "bristle_damping": 10.0, "v_stribeck": 0.02, "viscosity": 0.1}
 TOL = 1e-8
-"""Runs at rtol 1e-10 over the 12 s; the independent solver at 1e-11."""
+"""Agreement asked for over 12 s, with runs at rtol 1e-10 and the independent solver at 1e-11."""
 
 
 def ratio(v: float, z: float, mu: float = 0.1, most: float = 0.15) -> tuple[float, float]:
-    """(k, ż) of one component."""
+    """(k, ż) of LuGre's law for one component: the friction over the normal force, and the rate of the bristle."""
     g = mu + (most - mu) * np.exp(-((v / BRISTLES["v_stribeck"]) ** 2))
     drift = v - BRISTLES["bristle_stiffness"] * abs(v) / g * z
     return BRISTLES["bristle_stiffness"] * z + BRISTLES["bristle_damping"] * drift + BRISTLES["viscosity"] * v, drift

@@ -17,11 +17,11 @@ from tests.reference.random_scenes import ALL_TYPES, covering, random_loop, rand
 
 RTOL = 1e-10
 KEPT = 1e-7
-"""Of the energy turned over: hundreds of steps at RTOL. A missing velocity term loses percents."""
+"""Relative to the energy turned over: what hundreds of steps at RTOL add up to. A missing velocity term loses percents."""
 
 
 def turned_over(r: Result) -> float:
-    """Rise and fall of kinetic energy and what was dissipated, J."""
+    """Energy turned over: the rise and fall of kinetic energy plus what was dissipated, J."""
     return float(np.abs(np.diff(r["energy.kinetic"])).sum() + np.abs(np.diff(r["energy.dissipated"])).sum())
 
 

@@ -1,4 +1,4 @@
-"""Wrong use is refused with words, before anything runs."""
+"""Wrong use is refused, with words that say what is wrong, before anything runs."""
 
 from __future__ import annotations
 

@@ -20,12 +20,12 @@ from tests.laws import PAPER
 
 @cache
 def pendulum() -> Result:
-    """Example 8.1, rows every 0.3 s: the last one is nearer."""
+    """A run of example 8.1 with rows every 0.3 s; its end is no multiple of that, so that the last row is nearer."""
     return simulate("spherical_pendulum", until=1.0, every=0.3, overrides=PAPER)
 
 
 def out_of_reach() -> Scene:
-    """8.2 with a rod of 0.3 m and no friction: closed at the start, stretched to its end when sin φ = 0.6."""
+    """Example 8.2 without friction and with a rod of 0.3 m: the loop closes at the start, and ends at sin φ = 0.6."""
     scene = load_scene("crank_slider")
     bodies = scene.bodies | {"rod": replace(scene.bodies["rod"], center=(0.15, 0.0, 0.0), points={"end": (0.3, 0.0, 0.0)})}
     joints = {n: replace(j, friction=None, start=sm.Start(q=0.8) if n == "guide" else None) for n, j in scene.joints.items()}
@@ -84,7 +84,7 @@ def test_the_columns_asked_for_do_not_change_the_motion() -> None:
     one, most = (simulate("spherical_pendulum", until=1.0, every=0.3, outputs=o, overrides=PAPER) for o in columns)
     assert one["ball.qd[2]"] == pytest.approx(most["ball.qd[2]"], abs=1e-13)
     assert one.stats.steps == most.stats.steps
-    assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)  # rtol, largest rate
+    assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)  # rtol times the largest rate
 
 
 def test_a_pattern_that_matches_nothing_is_a_mistake() -> None:
@@ -191,7 +191,7 @@ def test_and_is_told_that_it_cannot_move_on() -> None:
 
 
 def test_numbers_out_of_range_are_named() -> None:
-    """A tiny mass pushed hard: its acceleration is not a number any more."""
+    """The acceleration of a tiny mass that is pushed hard overflows."""
     joints = {"arm": sm.Joint("revolute", "ground", "a", axis="y"), "push": sm.Joint("prismatic", "a", "b", axis="x", effort=1e300)}
     bodies = {"a": sm.Body(box=(1.0, 0.1, 0.1), mass=1.0), "b": sm.Body(mass=1e-300, inertia=(1e-300, 1e-300, 1e-300))}
     r = simulate(sm.Scene(bodies, joints), until=1.0)
@@ -200,7 +200,7 @@ def test_numbers_out_of_range_are_named() -> None:
 
 
 def test_a_freedom_without_inertia_is_named() -> None:
-    """A point on the axis of its joint, which is to be turned."""
+    """A body without inertia about the axis of its joint is to be turned."""
     joints = {"spin": sm.Joint("revolute", "ground", "b", axis="y", effort=1.0)}
     r = simulate(sm.Scene({"b": sm.Body(mass=1.0, inertia=(0.0, 0.0, 0.0))}, joints), until=1.0)
     assert (r.outcome.name, r.outcome.time, r.outcome.joint) == ("not_finite", 0.0, "spin")

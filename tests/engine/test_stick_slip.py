@@ -16,7 +16,7 @@ MASS, STIFFNESS, BELT, WEIGHT = 1.0, 2.0, 0.1, 10.0
 MU, MU_STATIC = 0.1, 0.15
 SLIPS, STOPS = (7.5, 15.1112592541, 22.7225185082), (10.1112592541, 17.7225185082)
 TOL = 1e-8
-"""Asked of F6; the reference is given to 1e-10, and release is located to 1e-10 of the friction ratio, which is 7.5e-10 s here."""
+"""The agreement F6 asks for. The reference is given to 1e-10; release is located to 1e-10 of the friction ratio, here 7.5e-10 s."""
 
 
 def belt(**law) -> sm.Scene:

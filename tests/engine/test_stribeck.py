@@ -76,11 +76,11 @@ def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_ac
 def test_with_one_coefficient_it_is_coulombs_law_in_time() -> None:
     stops = [[e.time for e in swing(law).events] for law in ("coulomb", "stribeck")]
     assert len(stops[0]) >= 10
-    assert stops[1] == pytest.approx(stops[0], abs=1e-9)  # the same equations; step sizes see the same errors
+    assert stops[1] == pytest.approx(stops[0], abs=1e-9)  # the equations are the same, and so are the steps
 
 
 def swing(law: str, ratio: float = 1.0):
-    """8.1's block: falls from the horizontal about a ball and comes to rest."""
+    """A run of example 8.1's block, which falls from the horizontal about a ball and comes to rest."""
     rub = sm.Friction(mu=0.6, mu_static=0.6 * ratio, radius=0.05, law=law, v_stribeck=1e-3)
     joint = sm.Joint("spherical", "ground", "block", friction=rub, start=sm.Start(sm.AxisAngle("z", np.pi / 2)))
     block = sm.Body(box=(0.1, 1.0, 0.1), mass=78.0, center=(0.0, -0.5, 0.0))

@@ -36,7 +36,7 @@ def table(shift: float = 0.0, **more: object) -> dict:
 
 
 def driven(drive: dict, **more: object) -> sm.Scene:
-    """A link turned by a drive, across gravity."""
+    """A scene of one link whose drive turns it; gravity acts across its axis."""
     joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "link.a", "drive": drive}
     bodies = {"link": LINK}
     given = {"schema": 1, "name": "driven", "gravity": [0, -9.81, 0], "bodies": bodies, "joints": {"j": joint}}
@@ -131,7 +131,7 @@ def test_statics_hold_a_drive_where_the_run_has_it(what: str) -> None:
     at = simulate(whole, until=1e-6)["j.q[1]"][0]
     (pair,) = hold(whole).pairs
     assert at != 0.0
-    assert pair.share == pytest.approx(abs(np.tan(at)), rel=1e-5)  # the sleeve is thin, not without thickness
+    assert pair.share == pytest.approx(abs(np.tan(at)), rel=1e-5)  # the sleeve is thin, but its thickness is not zero
 
 
 def test_a_ramp_that_begins_before_the_run_starts_at_its_origin() -> None:
@@ -149,7 +149,7 @@ def test_twenty_thousand_samples_need_no_square_matrix() -> None:
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 100e6
-    assert found.shape == pytest.approx(-np.sin(t), abs=1e-6)  # h² of a spline's second derivative
+    assert found.shape == pytest.approx(-np.sin(t), abs=1e-6)  # the error of a spline's second derivative is of order h²
 
 
 def test_a_run_follows_twenty_thousand_samples() -> None:
@@ -185,7 +185,7 @@ def test_cases_with_other_ends_do_not_share_a_table() -> None:
 
 
 def test_signals_of_a_block_are_those_of_its_tables() -> None:
-    """The evaluation the sensitivities use, at times of no run."""
+    """Sensitivities evaluate signals this way, at times that no run has reached."""
     model = Model(driven({"table": table(interpolation="clamped")}))
     exact = WAYS["clamped"][1]
     x = np.zeros(model.system.external.size)

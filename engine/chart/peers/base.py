@@ -36,7 +36,7 @@ class Peer(ABC):
     name: ClassVar[str]
     package: ClassVar[str]
     all_columns: ClassVar[bool] = False
-    """Whether it gives every column (else: positions of mass centres only)."""
+    """Whether the peer gives every column; otherwise it gives positions of mass centres only."""
 
     def __init__(self, ready: Prepared, scene: Snapshot):
         self.ready, self.scene = ready, scene

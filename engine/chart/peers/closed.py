@@ -124,4 +124,4 @@ class Pendulum(Closed):
 CLOSED: dict[str, Callable[[sm.Scene, Variant], Closed]] = {
     "spherical_pendulum": BallPendulum, "crank_slider_free": CrankSlider, "n_four_bar": FourBars, "simple_pendulum": Pendulum,
 }
-"""By the scene's name; used when the start positions agree."""
+"""Equations by the name of the scene; they are used when their start positions agree with the scene's."""

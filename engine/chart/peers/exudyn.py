@@ -16,7 +16,7 @@ from engine.system.structure import GROUND
 
 SOLVERS = ("generalized-α", "trapezoidal, index 2")
 HELD = {"cylindrical": [0, 1, 1, 0, 1, 1], "universal": [1, 1, 1, 0, 0, 1], "fixed": [1, 1, 1, 1, 1, 1]}
-"""Motions a general joint holds: three of translation, three of rotation, in the joint's frame."""
+"""Motions that Exudyn's generic joint holds (1), by joint type: three translations, three rotations, in the joint's frame."""
 PADDING = 1e-9
 
 
