@@ -46,8 +46,9 @@ class EventKind(Named):
 
 
 class PairState(Named):
-    """The flag of a pair's mode. A law with a kink is proportional or saturated; a set-valued law sticks, slips, or (a ball) turns
-    inside its friction cone without sliding; a law with a kink at rest only keeps 0, and its direction changes."""
+    """The flag of a pair's mode. A law with a kink is proportional or saturated. A set-valued law sticks, slips, or (a ball
+    only) turns inside its friction cone without sliding. Of a law whose only kink is at rest the flag stays 0; what changes is
+    its direction."""
 
     STUCK = 0
     SLIPS = 1
@@ -57,7 +58,7 @@ class PairState(Named):
 
     @classmethod
     def c_text(cls) -> str:
-        """The C enumeration, both names of a number included."""
+        """The C definition of the enumeration, in which a number may have two names."""
         lines = [f"  {cls.prefix()}{name} = {m.value}," for name, m in cls.__members__.items()]
         return "\n".join([f"/* {' '.join((cls.__doc__ or '').split())} */", "enum {", *lines, "};\n"])
 
@@ -77,7 +78,7 @@ class PairKind(Named):
 
 
 class StopState(Named):
-    """The flag of a stop."""
+    """The flag of a stop, which says whether it is engaged."""
 
     OPEN = 0
     PRESSED = 1
@@ -140,7 +141,7 @@ class Post(Named):
 
 
 class Wants(Named):
-    """Bits of what a set of columns asks of the runtime besides."""
+    """Bits for what a set of columns needs from the runtime besides what the kernel computes."""
 
     CONTRACTION = 1, "the contraction number in every row"
     CONTACTS = 2, "contacts watched for separation while stepping"
@@ -171,7 +172,7 @@ class Array(Named):
 
 
 class Why(Named):
-    """Why friction has no answer."""
+    """Why the equations of friction have no answer."""
 
     UNKNOWN = 0
     JAM = 1, "the pair's sliding stops at once, and from rest there is an answer"

@@ -68,7 +68,7 @@ class Record:
 
     @cached_property
     def ctype(self) -> Any:
-        """The ``ctypes`` structure."""
+        """The ``ctypes`` structure with these fields."""
         places = [(f.name, _ctype(f)) for f in self.fields]
         return type(self.tag, (ctypes.Structure,), {"_fields_": places})
 
@@ -105,7 +105,7 @@ class Record:
         return "\n".join([f"/* {self.about} */", f"typedef struct {self.tag} {{", *lines, f"}} {self.tag};\n"])
 
     def row(self, **values: Any) -> tuple[Any, ...]:
-        """The values of all fields in order; TypeError unless exactly these were given."""
+        """The values of all fields in the record's order. TypeError unless exactly its fields were given."""
         if set(values) != set(self.names):
             raise TypeError(f"{self.tag}: fields that do not match: {', '.join(sorted(set(values) ^ set(self.names)))}")
         return tuple(values[n] for n in self.names)

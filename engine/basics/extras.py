@@ -22,7 +22,7 @@ def _extras() -> dict[str, str]:
     """{module: name of the extra that brings it}, from the metadata of the installation."""
     try:
         lines = requires(PROJECT) or []
-    except PackageNotFoundError:  # run from its sources, without an installation
+    except PackageNotFoundError:  # Trunnion is run from its sources, without an installation
         return {}
     found = [m.groups() for m in map(REQUIREMENT.match, lines) if m]
     return {_module(name): extra for name, extra in sorted(found, key=lambda f: f[1] in LAST, reverse=True)}
@@ -48,7 +48,7 @@ def absent(extra: str, use: str) -> list[Problem]:
 def _there(module: str) -> bool:
     try:
         return find_spec(module) is not None
-    except ValueError:  # a module that was made by hand
+    except ValueError:  # a module that a program made by hand has no specification to find
         return True
 
 

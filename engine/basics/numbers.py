@@ -32,7 +32,7 @@ class Bound:
         return self.least == -math.inf and self.most == math.inf and not self.nonzero
 
     def holds(self, value: float) -> bool:
-        """Whether a value is allowed."""
+        """Whether the bound allows a value."""
         above = value > self.least if self.open else value >= self.least
         return math.isfinite(value) and above and value <= self.most and not (self.nonzero and value == 0.0)
 
@@ -70,7 +70,7 @@ class Order:
     strict: bool = False
 
     def holds(self, low: float, high: float) -> bool:
-        """Whether values are in order."""
+        """Whether the two values are in order."""
         return low < high if self.strict else low <= high
 
     def refusal(self, low: float, high: float) -> str:

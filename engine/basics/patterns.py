@@ -12,7 +12,7 @@ MOST_WILD = 1000
 
 
 def is_wild(pattern: str) -> bool:
-    """Whether a pattern stands for more than the name it is."""
+    """Whether a pattern has wild cards, and so may stand for more than one name."""
     return "*" in pattern or "?" in pattern
 
 

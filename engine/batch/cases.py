@@ -106,7 +106,7 @@ def sampled(
 
 @lru_cache(maxsize=4)
 def _uniform(count: int, axes: int, seed: int, method: str) -> np.ndarray:
-    """Numbers in [0, 1), count × axes."""
+    """Numbers in [0, 1), one for each case and varied path (count × axes)."""
     out = np.empty((count, axes))
     for k in range(axes):
         generator = np.random.Generator(np.random.PCG64([seed, k]))
@@ -232,7 +232,7 @@ def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
     node: Any = scene
     for i, key in enumerate(place or ()):
         if isinstance(node, float) and place is not None and place[i:] == (0,):
-            place = place[:i]  # q[1] of a joint with one coordinate
+            place = place[:i]  # a joint with one coordinate may give a number for its list: then q[1] means that number
             break
         node = _part(node, key)
     return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None

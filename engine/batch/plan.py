@@ -60,7 +60,8 @@ def plan(
 ) -> Plan:
     """Understand a batch: exactly one of ``over`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and ``seed``).
 
-    keep: reductions. most: largest number of cases allowed. SceneError with every problem found.
+    keep: the reductions, as text; run: settings for all cases; most: largest number of cases allowed. SceneError with every
+    problem.
     """
     problems: list[Problem] = []
     run = run or Run()

@@ -103,7 +103,8 @@ class Preparer:
     # -- groups -------------------------------------------------------------------------------------------------------------
 
     def _group(self, g: int, values: np.ndarray, flat: np.ndarray, alone: np.ndarray, touched: np.ndarray, wrong: dict) -> None:
-        """Put one group's changes into ``flat``; cases that must be built alone are marked."""
+        """Put the numbers of one group into ``flat`` for all cases, and mark in ``alone`` the cases that must be built by
+        themselves."""
         distinct, inverse = np.unique(values, axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
@@ -196,7 +197,7 @@ class Preparer:
         return _rows(self.start, index, flat)
 
     def _singly(self, index: np.ndarray, values: np.ndarray, wrong: dict[int, SceneError]) -> list[Rows]:
-        """Rows of cases built one by one."""
+        """Rows of the cases that are built one by one; those that cannot be are put into ``wrong``."""
         same: list[tuple[int, np.ndarray]] = []
         out = []
         for i in index:

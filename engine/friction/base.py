@@ -29,7 +29,7 @@ length, which then is the direction of sliding (the first step of slip from rest
 
 
 class Rest(Enum):
-    """What a law is where the sliding velocity is zero."""
+    """What a law is where the sliding velocity is zero, which decides what the runtime does there."""
 
     SET_VALUED = "set-valued"
     """Any ratio up to the static coefficient: the runtime holds the pair by a constraint, and ends steps where sliding begins."""

@@ -61,7 +61,7 @@ def table() -> str:
 
 
 def _described(n: Number) -> str:
-    """A number with its letter and unit, and when it is needed."""
+    """A number of a law as the table shows it: its letter and unit, and when it is needed."""
     letter = n.symbol if n.symbol != n.name else ""
     unit = "" if n.unit == "1" else n.unit
     default = f"default {n.default:g}" if n.default is not None else ""

@@ -61,7 +61,7 @@ class Rosenbrock:
         return self.stages + 2
 
     def weights(self) -> list[float]:
-        """b: the last row of A, and 1 for the last stage."""
+        """b: the last row of A, followed by 1 for the last stage."""
         return [*self.A[-1], 1.0]
 
     def classical(self) -> tuple[Matrix, Matrix, list[float], Matrix]:

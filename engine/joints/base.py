@@ -73,17 +73,17 @@ class JointKind:
 
     @property
     def nq(self) -> int:
-        """Number of coordinates."""
+        """Number of coordinates q."""
         return len(self.coordinates)
 
     @property
     def nv(self) -> int:
-        """Number of rates (freedoms)."""
+        """Number of rates, which is that of the freedoms."""
         return len(self.axes)
 
     @property
     def rows(self) -> int:
-        """Number of constraint rows when cut."""
+        """Number of constraint rows the joint gives when it is cut."""
         return len(self.rows_s) + len(self.rows_r)
 
     @property

@@ -42,7 +42,7 @@ class Built:
 
     @cached_property
     def _around_broken(self) -> set[Path]:
-        """Every part that has something broken in it."""
+        """The paths of all parts that have something broken inside them."""
         return {b[:n] for b in self.broken for n in range(len(b))}
 
 

@@ -28,7 +28,7 @@ def load_scene(source: str | os.PathLike[str]) -> Scene:
     path = _file(source)
     try:
         with path.open("rb") as f:
-            content = f.read(LARGEST + 1)  # one more than is allowed: the reader refuses it
+            content = f.read(LARGEST + 1)  # one byte more than is allowed, so that the reader can tell and refuse it
     except OSError as e:
         raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
     name = path.parent.name if path.name == SCENE_FILE else path.stem

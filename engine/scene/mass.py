@@ -11,8 +11,7 @@ Matrix = tuple[Triple, Triple, Triple]
 
 
 def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
-    """(mass kg, mass centre m in the body's frame, inertia kg m² about it in the body's axes, 3×3) of a checked
-    body."""
+    """(mass, kg; mass centre in the body's frame, m; inertia about it in the body's axes, 3×3, kg m²) of a checked body."""
     x, y, z = body.center
     center = (float(x), float(y), float(z))
     if body.inertia is not None:
@@ -28,13 +27,13 @@ def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
 
 
 def matrix(inertia: tuple[float, ...]) -> Matrix:
-    """3×3 of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz)."""
+    """The symmetric 3×3 matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz)."""
     xx, yy, zz, xy, xz, yz = (float(v) for v in (*inertia, 0.0, 0.0, 0.0)[:6])
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
 def solid(body: Body) -> tuple[float, Triple]:
-    """(volume m³, inertia per mass m² about the centre: xx, yy, zz) of the body's shape."""
+    """(volume, m³; inertia per mass about the centre: xx, yy, zz, m²) of the body's shape."""
     if body.box is not None:
         a, b, c = (float(v) for v in body.box)
         return a * b * c, ((b * b + c * c) / 12, (a * a + c * c) / 12, (a * a + b * b) / 12)

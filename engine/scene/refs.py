@@ -28,7 +28,7 @@ def split(text: str) -> tuple[str, str]:
 
 
 def body_of(side: str | Side) -> str:
-    """Body a joint side is on."""
+    """Name of the body a joint side is on."""
     return side.body if isinstance(side, Side) else split(side)[0]
 
 

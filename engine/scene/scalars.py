@@ -18,7 +18,7 @@ LONGEST_INTEGER = 300
 
 
 def plain(text: str) -> object:
-    """Value of an unquoted scalar."""
+    """The value of an unquoted scalar: null, a truth value, a number or text."""
     if text in _NAMED:
         return _NAMED[text]
     if _INT.fullmatch(text):

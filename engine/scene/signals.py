@@ -118,7 +118,8 @@ def _load_form(value: Any) -> str:
 
 
 def load_or(wanted: str) -> Discriminator:
-    """Chooses among the forms of a load (number, input, signal) and lists of them."""
+    """A discriminator that chooses among the forms of a load (number, input, signal) and lists of them; ``wanted`` names them
+    in errors."""
     return Discriminator(_load_form, custom_error_type="wrong_form", custom_error_message=wanted)
 
 

@@ -79,7 +79,7 @@ class _Search:
         self.failed: list[str] = []
 
     def run(self) -> Fit:
-        """Least squares inside the bounds that the scene's numbers have."""
+        """The least-squares fit, inside the bounds that the scene's numbers have."""
         from scipy.optimize import least_squares
 
         bounds = [bound_of(parse_path(n) or ()) for n in self.names]

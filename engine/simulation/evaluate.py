@@ -44,7 +44,7 @@ def _known(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequ
     for what, given in (("coordinates", q), ("rates", qd)):
         for name, values in given.items():
             if name in cut:
-                continue  # follows from the tree
+                continue  # a cut joint's coordinates follow from the tree
             if name not in kinds:
                 raise ValueError(f"{what} of {name!r}: the joints of the tree are {', '.join(kinds)}")
             wanted = kinds[name].nq if what == "coordinates" else kinds[name].nv

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at an instant.
+    """An event of a run.
 
-    kind: "reversal" (sliding turned round: the contact normal jumps, a possible impact), "stop_on", "stop_off", …
+    kind: "reversal" (sliding turned round: the contact normal jumps, a possible impact), "stop_on", "stop_off", …; time, s;
     joint: its name; part: which of its sliding pairs (from 1). before, after: contact angles, rad; turn: angle by which each
     contact's normal turned, rad.
     """

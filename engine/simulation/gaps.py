@@ -33,7 +33,8 @@ class Gap:
 
 
 def open_loop(model: Model, code: int) -> Outcome:
-    """Start values that cannot close the loops (0: positions, −1: velocities)."""
+    """The outcome of start values that cannot close the loops. code: what ``Block.assemble`` gave, 0 for positions, −1 for
+    velocities."""
     gaps = _gaps(model, positions=code == 0)
     what, check = ("positions", "lengths, axes and start values") if code == 0 else ("velocities", "the drives and start rates")
     told = "; ".join(_told(model, g, code == 0) for g in gaps[:TOLD])
@@ -59,7 +60,7 @@ def _gaps(model: Model, positions: bool) -> list[Gap]:
 
 
 def _told(model: Model, gap: Gap, positions: bool) -> str:
-    """"0.2 m and 3 deg stay open at rod_pin, in the loop crank (revolute, axis z), …; driven: crank"."""
+    """One open loop in words: "0.2 m and 3 deg stay open at rod_pin, in the loop crank (revolute, axis z), …; driven: crank"."""
     per = "" if positions else "/s"
     parts = [f"{gap.distance:.3g} m{per}"] if gap.distance > 0.0 else []
     if gap.angle > 1e-9 or not parts:

@@ -43,7 +43,7 @@ class Linearization:
     dx: np.ndarray
 
     def save(self, file: str | Path) -> Path:
-        """Write .npz (arrays) or .json."""
+        """Write the matrices and names to a file, as .npz (arrays) or .json by its suffix; gives the path."""
         path = Path(file)
         data = {k: getattr(self, k) for k in self.__dataclass_fields__}
         if path.suffix == ".npz":

@@ -39,7 +39,7 @@ def positions(built: Built, t: float = 0.0) -> dict[tuple[str, int], float]:
 
 
 def external(built: Built, t: float) -> np.ndarray:
-    """External values x at t: time and signals; flags and modes zero."""
+    """External values x at time t: its time and signals are set, its flags and modes are zero."""
     x = np.zeros(built.system.external.size)
     x[INSIDE] = t + AFTER
     signals(table_block(built.numbers.tables), built.system.tables, t, x)

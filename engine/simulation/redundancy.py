@@ -14,8 +14,9 @@ SHARE = 1e-6
 
 @dataclass(frozen=True)
 class Redundancy:
-    """count: independent reaction patterns the motion leaves open; joints: names whose reactions are therefore not unique (what is
-    reported there is the smallest in the bodies' own metric)."""
+    """Which reactions are not unique. count: how many independent reaction patterns the motion leaves open; joints: names of
+    the joints whose reactions are therefore not unique (the reactions reported there are the smallest in the bodies' own
+    metric)."""
 
     count: int
     joints: tuple[str, ...] = ()

@@ -26,8 +26,8 @@ from engine.system.structure import System
 
 log = logging.getLogger("trunnion.simulate")
 class Model:
-    """A scene made ready to run: structure, kernel and block. Runs of the same structure share the kernel; parameters may be
-    changed between runs."""
+    """A scene made ready to run: structure, kernel and block. Runs of the same structure share the kernel, and the scene's
+    numbers may be changed between runs."""
 
     def __init__(self, scene: Scene, outputs: Names | None = None):
         started = time.perf_counter()

@@ -138,7 +138,7 @@ class ResultTable:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened during the run."""
+        """The events of the run."""
         return tuple(_event(e) for e in self.metadata["events"])
 
 

@@ -44,5 +44,5 @@ def _perpendicular(e1: np.ndarray, ref: np.ndarray) -> np.ndarray:
 
 
 def matrix(f: Sequence[float]) -> np.ndarray:
-    """3×3 array of a row-major tuple."""
+    """The 3×3 array of a row-major tuple of 9."""
     return np.array(f, float).reshape(3, 3)

@@ -114,7 +114,8 @@ def _signals(scene: sm.Scene):
 
 
 def length_scale(scene: sm.Scene) -> float:
-    """Largest distance between joint points, mass centre and shape corners of one body, m (1 when all are zero)."""
+    """Length scale, m: the largest distance between joint points, mass centre and shape corners of one body (1 when all are
+    zero)."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
@@ -134,7 +135,7 @@ def length_scale(scene: sm.Scene) -> float:
 
 
 def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
-    """√(g/length), 1/s; without gravity 1/s, in both cases at least the largest start rate."""
+    """Rate scale, 1/s: √(g/length), or 1 without gravity; never less than the largest start rate."""
     g = float(np.linalg.norm(np.array(scene.gravity, float)))
     base = math.sqrt(g / length) if g else 1.0
     return max([base, *np.abs(v).tolist()])

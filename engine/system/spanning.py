@@ -34,8 +34,8 @@ def cutting_cost(j: Joint) -> tuple[int, int]:
 
 
 def span(scene: Scene) -> Spanning:
-    """Grow the tree from ground, always along the joint that is worst to cut; ties go to the body nearest the ground, then
-    by name, so that the order of the file does not matter."""
+    """The spanning tree, grown from the ground, always along the joint that is worst to cut. Ties go to the body nearest the
+    ground, then by name, so that the order of the file does not matter."""
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():

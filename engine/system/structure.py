@@ -50,9 +50,10 @@ class Device:
 
 @dataclass(frozen=True)
 class Slider:
-    """One pair of surfaces sliding on each other: the unit of friction states, kinks and events.
+    """One pair of surfaces that slide on each other: the unit of friction states, kinks and events.
 
-    eta: indices of its multipliers; flag: index in the slider table; label: suffix in the names of states ("1", "2").
+    eta: indices of its friction multipliers; flag: its index among all sliding pairs; label: suffix in the names of its states
+    ("1", "2").
     """
 
     flag: int
@@ -130,9 +131,10 @@ class Joint:
 
 @dataclass(frozen=True)
 class Body:
-    """A body in tree order. ``center``: mass centre from the reference origin, body axes. ``inertia``: (xx, yy, zz, xy, xz, yz)
-    about the mass centre, per mass when ``per_mass``. ``points``: named points from the reference origin.
-    ``joint``: index of the tree joint that carries it; ``parent``: its inboard body in the tree."""
+    """A body in tree order. ``center``: its mass centre, measured from the reference origin in body axes, m; ``inertia``: (xx,
+    yy, zz, xy, xz, yz) about the mass centre, kg m², or m² when it is given per mass (``per_mass``); ``points``: named points,
+    measured as the mass centre is; ``joint``: index of the tree joint that carries it; ``parent``: its inboard body in the
+    tree."""
 
     name: str
     mass: Leaf
@@ -175,12 +177,12 @@ class System:
 
     @property
     def tree(self) -> tuple[Joint, ...]:
-        """Tree joints; the i-th carries body i."""
+        """The tree joints; joint i carries body i."""
         return self.joints[: len(self.bodies)]
 
     @property
     def cuts(self) -> tuple[Joint, ...]:
-        """Cut joints."""
+        """The cut joints."""
         return self.joints[len(self.bodies) :]
 
     @property
@@ -200,7 +202,7 @@ class System:
 
     @property
     def frictional(self) -> tuple[Joint, ...]:
-        """Joints with friction, in joint order."""
+        """The joints with friction, in the order of all joints."""
         return tuple(j for j in self.joints if j.friction)
 
     @property

@@ -27,7 +27,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def vector(d: Direction) -> tuple[float, float, float]:
-    """Components of a direction as written (not normalised)."""
+    """The three components of a direction as written, not normalised."""
     if isinstance(d, str):
         x, y, z = _NAMED[d[-1]]
         return (-x, -y, -z) if d[0] == "-" else (x, y, z)
