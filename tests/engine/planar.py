@@ -14,8 +14,8 @@ G = 9.81
 
 @dataclass(frozen=True)
 class Pendulum:
-    """8.1 in its plane: block 1 × 0.1 × 0.1 m on a ball, angle from the downward vertical; friction torque R |f| against the
-    rotation, R = r μ_e/√(1+μ_e²) (Adams: r μ_e), μ_e = μ min(r |ω|/v_eps, 1)."""
+    """Example 8.1 in its plane: a block 1 × 0.1 × 0.1 m on a ball. The angle is that from the downward vertical; the friction
+    torque is R |f| against the rotation, R = r μ_e/√(1+μ_e²) (Adams: r μ_e), μ_e = μ min(r |ω|/v_eps, 1)."""
 
     mu: float = 0.6
     v_eps: float = 1e-4
@@ -89,7 +89,7 @@ ROD_INERTIA = ROD_MASS * (ROD**2 + WIDTH**2) / 12
 
 @dataclass(frozen=True)
 class Slider:
-    """8.2 at one crank angle: angles of the rod (from the slider), positions, and what the slider pin carries.
+    """Example 8.2 at one crank angle: angles of the rod (from the slider), positions, and what the slider pin carries.
 
     force: of the rod on the slider, along the guide and vertical; torque: friction on the rod; normal_force: of each contact."""
 

@@ -72,7 +72,7 @@ def test_rk8_is_scipys_triple() -> None:
 
 
 def spoiled(method, name: str, row: int, column: int | None):
-    """The method with one coefficient off by a millionth."""
+    """The method with one coefficient wrong by a millionth."""
     value = getattr(method, name)
     if column is None:
         new = tuple(v * (1 + 1e-6) if i == row else v for i, v in enumerate(value))
@@ -88,7 +88,7 @@ def test_a_wrong_coefficient_is_refused(method) -> None:
     for name in names:
         for row, value in enumerate(getattr(method, name)):
             for column, x in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-                if x and (name, column) != ("H", method.stages - 1):  # times the error: of no order
+                if x and (name, column) != ("H", method.stages - 1):  # it multiplies the error and has no part in the order
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
                         spoiled(method, name, row, column)
@@ -113,7 +113,8 @@ def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(meth
 
 def test_there_are_as_many_trees_as_the_books_say() -> None:
     assert [len(trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
-    assert sum(1 / (density(t) * symmetry(t)) for t in trees(7)) == pytest.approx(1 / 7, rel=1e-14)  # increasing labellings
+    # A term times 7! is the number of increasing labellings of its tree; of all trees there are 6!.
+    assert sum(1 / (density(t) * symmetry(t)) for t in trees(7)) == pytest.approx(1 / 7, rel=1e-14)
 
 
 def symmetry(tree) -> int:
@@ -129,7 +130,7 @@ def test_no_c_file_names_a_method() -> None:
     for file in sorted(RUNTIME.glob("*.[ch]")):
         text = re.sub(r"/\*.*?\*/", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
         found = re.findall(rf"(?i)\b(?:tr_)?(?:{names})\b(?!\.c)", text)
-        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # kinds of methods, not methods
+        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # these are names of kinds too
 
 
 def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> None:
@@ -214,7 +215,7 @@ def test_the_error_follows_the_tolerance(method: str) -> None:
         angle = pendulum(r.time)
         errors.append(np.hypot(r["bob.position[1]"] + np.sin(angle), r["bob.position[2]"] + np.cos(angle)).max())
     assert np.all(errors <= 500 * tolerances)
-    assert np.all(errors >= 0.5 * tolerances)  # and no more work than was asked for
+    assert np.all(errors >= 0.5 * tolerances)  # the method does no more work than the tolerance asks for
     slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
     assert 0.8 <= slope <= 1.2
 
@@ -244,7 +245,7 @@ def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) ->
     assert r.outcome.joint in r.scene.joints
     assert "step" in r.outcome.advice
     assert np.isfinite(r.data).all()
-    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to then
+    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to the end are there
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
@@ -256,7 +257,7 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
     fine = work(1e-12)
     for rtol in (1e-6, 1e-8):
-        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # some 60 steps add up, unevenly
+        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # the errors of some 60 steps add up, unevenly
 
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])

@@ -77,7 +77,7 @@ def test_results_do_not_depend_on_the_side_a_free_body_is_told_from() -> None:
 
 
 def cut_at(case: Case, name: str) -> Case:
-    """The case with its loop opened at this joint."""
+    """The case with its loop cut at this joint."""
     joints = {n: replace(j, cut=n == name) for n, j in case.scene.joints.items()}
     return replace(case, scene=replace(case.scene, joints=joints))
 
@@ -110,11 +110,11 @@ def test_results_do_not_depend_on_which_joint_is_cut() -> None:
 
 
 def test_other_units_are_other_parameters_of_the_same_structure() -> None:
-    """So a change of numbers alone never compiles anything."""
+    """Hence a change of numbers alone never compiles anything."""
     loops, holds = CASES["journal in a loop"]
     what = "a journal in a loop, and no input (which becomes a number in other units)"
     case = first(what, lambda c: holds(c) and "FromInput" not in repr(c.scene), lambda s: random_loop(s, loops=loops, t=TIME))
     base, moved = build(case.scene), build(rescaled(case, 1000.0, 1e-3, 2.0).case.scene)
     assert base.system == moved.system
-    assert repr(base.system) == repr(moved.system)  # the kernel's key
+    assert repr(base.system) == repr(moved.system)  # the text from which the kernel's key is made
     assert not np.allclose(base.parameters.values, moved.parameters.values)

@@ -72,7 +72,7 @@ def case_of(which: str) -> Case:
 
 
 def check(block: Block) -> None:
-    """Columns of the state and of time against differences, row by row."""
+    """The claim that the Jacobian's columns for the state and for time are those of differences, row by row."""
     exact = block.derivatives()
     t = block.time
     for numeric, part in ((differences(block), exact[:, :-1]), (time_differences(block, t)[:, None], exact[:, -1:])):
@@ -100,7 +100,7 @@ def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_sta
         assert j.friction is not None
         joints[name] = replace(j, friction=replace(j.friction, normal_force=force))
     block = block_at(replace(case, scene=replace(case.scene, joints=joints)))
-    block.y[block.kernel.sizes["nq"] + block.kernel.sizes["nv"] : block.ny] += 0.05  # the bristles, where there are some
+    block.y[block.kernel.sizes["nq"] + block.kernel.sizes["nv"] : block.ny] += 0.05  # bristles
     check(block)
 
 

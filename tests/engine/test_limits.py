@@ -21,7 +21,7 @@ REACH = np.arcsin(0.6) / 10
 
 
 def short_rod(rubs: bool = False) -> sm.Scene:
-    """8.2 with a rod of 0.3 m, which leaves the crank 0.5 m no full turn."""
+    """Example 8.2 with a rod of 0.3 m, with which the crank of 0.5 m cannot turn all the way round."""
     scene = load_scene("crank_slider")
     bodies = scene.bodies | {"rod": replace(scene.bodies["rod"], center=(0.15, 0.0, 0.0), points={"end": (0.3, 0.0, 0.0)})}
     joints = {

@@ -46,7 +46,7 @@ def tree(kinds: tuple[str, ...], rubbing: bool) -> sm.Scene:
 
 
 def derivative(scene: sm.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """(ẏ, multipliers) at a random state."""
+    """(ẏ, multipliers) of the scene at a random state."""
     model, rng = Model(scene, ("b0.position[1]",)), np.random.default_rng(7)
     block = model.block
     block.configure(bl.Settings())
@@ -70,7 +70,7 @@ def test_looped_and_unrolled_kernels_agree(
     assert loops_pay(Model(scene, ("b0.position[1]",)).system, False)
     looped, eta = derivative(scene)
     monkeypatch.setattr(main_unit, "loops_pay", lambda system, quadratures: False)
-    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))  # the key of a kernel is its scene's, not its text's
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))  # the key of a kernel depends on the scene, not on the C text
     unrolled, same = derivative(scene)
     assert (eta.size > 0) == rubbing
     assert np.abs(looped - unrolled).max() <= ROUND_OFF * np.abs(unrolled).max()
@@ -80,7 +80,7 @@ def test_looped_and_unrolled_kernels_agree(
 
 
 def test_a_run_in_loops_is_the_run_unrolled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Steps, kinks and rows included."""
+    """The two runs agree in steps, kinks and rows."""
     from engine.simulation.run import simulate
 
     scene, wanted = tree(("revolute",), True), ["b17.position*", "j2.q[1]"]

@@ -73,7 +73,7 @@ def prescribed(amplitude: float) -> Result:
     rub = sm.Friction(mu=0.3, law="lugre", bristle_stiffness=1e3, half_length=1.0, half_width=0.05, half_height=0.05)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", pin="outboard", friction=rub, drive=drive)
     block = sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0))
-    free = sm.Joint("prismatic", "ground", "other", axis="x")  # a scene moves something
+    free = sm.Joint("prismatic", "ground", "other", axis="x")  # one body is free to move
     scene = sm.Scene({"block": block, "other": block}, {"guide": joint, "rail": free}, "push", gravity=(0.0, 0.0, -WEIGHT))
     return simulate(scene, until=2.0, every=0.01, rtol=1e-10)
 
@@ -90,7 +90,7 @@ def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> No
         expected.append(z)
     assert r["guide.friction.bristle[1]"] == pytest.approx(expected, abs=1e-9 * soft)
     assert np.abs(r["guide.friction.force"]) == pytest.approx(WEIGHT * 1e3 * np.abs(expected), abs=1e-8)
-    if amplitude == 1e-6:  # first a spring of stiffness σ0 N
+    if amplitude == 1e-6:  # so little motion is that of a spring of stiffness σ0 N
         force, x = r["guide.friction.force"][:51], r["guide.q[1]"][:51]
         assert force == pytest.approx(WEIGHT * 1e3 * x, rel=amplitude / soft, abs=1e-8)
 
@@ -147,7 +147,7 @@ def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> 
 
 
 def slides(s: States, contacts: np.ndarray, i: int) -> float:
-    """Share of the turning of a ball that slides."""
+    """Part of the rotation of ball i that slides: the rest spins about its load."""
     n = contacts[1:4, i] / np.linalg.norm(contacts[1:4, i])
     return float(np.linalg.norm(np.cross(s.rates[:, i], n)) / np.linalg.norm(s.rates[:, i]))
 

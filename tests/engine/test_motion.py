@@ -33,7 +33,7 @@ def run(scene: sm.Scene, until: float, **how) -> Result:
 
 @pytest.mark.parametrize("kind", [k for k in ALL_TYPES if REGISTRY[k].nv])
 def test_two_bodies_on_a_joint_keep_their_energy(kind: str) -> None:
-    """Random inertias, frames and rates, no friction, no devices; told from either side."""
+    """Inertias, frames and rates are random; there is no friction and no device, and the joint is written from either side."""
     case = random_tree(5, 2, types=(kind,), friction=0.0, devices=0.0, drives=0.0, loads=False)
     r = run(case.scene, 2.0)
     energy = r["energy.kinetic"] + r["energy.potential"]
@@ -48,7 +48,7 @@ ENERGIES = covering(PARTS | {"a load": lambda case: bool(case.scene.forces)}, ra
 
 @pytest.mark.parametrize("seed", ENERGIES)
 def test_random_trees_account_for_their_energy(seed: int) -> None:
-    """Friction, springs, dampers, stops, drives, loads: what is there and what was handed over add up."""
+    """With friction, springs, dampers, stops, drives and loads: the energy there is and the work done add up."""
     case = ENERGIES[seed]
     r = run(case.scene, 0.5)
     assert np.abs(r["energy.residual"]).max() <= KEPT * turned_over(r)
@@ -80,7 +80,7 @@ def test_a_free_body_keeps_its_momentum() -> None:
     )
     omega = np.array([r[f"b.angular_velocity[{k}]"] for k in (1, 2, 3)])
     L = np.einsum("ijt,j,kjt,kt->it", R, inertia, R, omega)
-    assert np.ptp(np.einsum("it,it->t", R[:, 1], omega)) > 10.0  # it does tumble over
+    assert np.ptp(np.einsum("it,it->t", R[:, 1], omega)) > 10.0  # the body does tumble over
     assert np.abs(L - L[:, :1]).max() <= 1e-7
     v = np.array([r[f"b.velocity[{k}]"] for k in (1, 2, 3)])
     assert np.abs(v - v[:, :1]).max() <= 1e-8
@@ -127,7 +127,7 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
     across = omega - spin * axis
     vertical = (0.05 + 0.16) * across[2] + 0.02 * spin * axis[2]
     assert np.abs(vertical - vertical[0]).max() <= 1e-8
-    assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # it goes round
+    assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # the axis does go round
 
 
 def test_angles_of_cut_joints_go_on_past_a_turn() -> None:

@@ -57,7 +57,7 @@ def test_axes_that_do_not_agree_are_told_as_an_angle() -> None:
 
 def test_rates_that_do_not_agree_are_told_as_rates() -> None:
     ends = {j: {"drive": {"constant": {"rate": rate}}} for j, rate in (("base", 1), ("far", 5))}
-    scene = linkage(0.3, **ends)  # stretched: the ends cannot both turn
+    scene = linkage(0.3, **ends)  # stretched, so that the ends cannot both turn
     scene["joints"]["pin"]["drive"] = {"constant": {"rate": 2}}
     outcome = simulate(scene, until=0.01).outcome
     assert outcome.name == "open_loop"

@@ -19,7 +19,7 @@ from tests.reference.units import rescaled
 from tests.reference.values import Moved
 
 TOLERANCE = 1e-10
-"""Round-off times condition is 1e-13 here; reactions chosen in another metric differ by tens of percent."""
+"""Agreement asked for: round-off times condition is 1e-13 here; reactions in another metric differ by tens of percent."""
 CASES = ("bricard", "loops", "regularized", "viscous")
 WAYS = {
     "order": lambda case: shuffled(case, 3),
@@ -38,11 +38,11 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
     eq, wrench, loose = open_reactions(case, eta)
     assert len(eq.rows) - eq.rank == {"bricard": 1, "loops": 12}.get(which, 3)
     amounts = smallest(case, eq, wrench, loose)
-    assert np.abs(amounts).max() > 1e-2  # the reference itself chooses otherwise: there is something to choose
+    assert np.abs(amounts).max() > 1e-2  # the reference chooses others: there is a choice
     for name in case.scene.joints:
         chosen = -(wrench[name] + loose[name] @ amounts)
         force, torque = reaction(eq.state, name, chosen)
-        assert np.abs(mine[name, "reaction.force"] - force).max() <= TOLERANCE * 30.0  # N, the size of the forces
+        assert np.abs(mine[name, "reaction.force"] - force).max() <= TOLERANCE * 30.0  # N
         assert np.abs(mine[name, "reaction.torque"] - torque).max() <= TOLERANCE * 10.0  # N m
         assert mine[name, "qdd"] == pytest.approx(eq.accelerations(name) @ np.r_[1.0, eta], rel=TOLERANCE)
         if name in rubbing:  # the law gives that friction from those reactions: the root is the root

@@ -84,11 +84,11 @@ class Host:
         return c
 
     def get(self, *names: str) -> list[float]:
-        """Values of real variables."""
+        """Values of real variables by name."""
         return self.fmu.getReal([self.reference[n] for n in names])
 
     def set(self, **values: float) -> None:
-        """Set real variables; "__" stands for a dot."""
+        """Set real variables given as keywords, in which "__" stands for a dot."""
         for name, value in values.items():
             self.put(name.replace("__", "."), value)
 
@@ -97,7 +97,7 @@ class Host:
         self.fmu.setReal([self.reference[name]], [value])
 
     def run(self, start: float, steps: int, h: float, *names: str) -> list[list[float]]:
-        """Steps of h; values after each."""
+        """Make communication steps of h seconds; the values of the named variables after each."""
         out = []
         for k in range(steps):
             self.fmu.doStep(start + k * h, h)
@@ -128,7 +128,7 @@ def engine_run(model: str, until: float) -> dict[str, np.ndarray]:
 
 
 def fmu_run(file: Path, until: float, names: list[str], **more) -> dict[str, np.ndarray]:
-    """Columns of a run in fmpy."""
+    """Columns, by name, of a run in fmpy with ROWS steps."""
     h = until / ROWS
     got = simulate_fmu(str(file), stop_time=until, step_size=h, output_interval=h, output=names, fmi_type="CoSimulation", **more)
     return {n: got[n] for n in ["time", *names]}

@@ -14,7 +14,7 @@ TRIALS = (-1.0, 0.0)
 
 
 def claim_refuses_what_the_scene_refuses(model: str) -> None:
-    """Every parameter that is a number of the scene, set before the start: what the scene says, the FMU says; a refused value
+    """For every parameter that is a number of the scene, set before the start: the FMU says what the scene says. A refused value
     changes nothing, so that the run goes on as if it had not been given."""
     scene = engine.load_scene(model)
     host = Host(exported(model), begin=False)
@@ -37,7 +37,7 @@ def claim_refuses_what_the_scene_refuses(model: str) -> None:
 
 
 def said_by_the_scene(scene: engine.Scene, path: str, value: float) -> str:
-    """What is wrong with the value itself (that it does not go with another is said when it takes effect)."""
+    """What the scene finds wrong with the value itself; that it does not go with another is said only when it takes effect."""
     changes: dict[str, float | None] = {path: value}
     if path.endswith(".mass"):  # a body whose mass follows from its density has none of its own to override
         changes[path.removesuffix("mass") + "density"] = None
@@ -56,6 +56,6 @@ def _said_by_the_fmu(host: Host, path: str, value: float) -> str:
         host.put(path, value)
     except FMICallException as e:
         status = e.status
-    assert status in (0, 2)  # discard: nothing is lost
+    assert status in (0, 2)  # 2 is fmi2Discard, after which the run can go on
     assert host.get(path) == (before if status else [value])
     return host.log[-1][1] if status else ""

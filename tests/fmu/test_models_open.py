@@ -25,7 +25,7 @@ def test_it_refuses_what_the_scene_refuses(model: str) -> None:
 
 
 def test_numbers_that_no_bundled_model_has_are_bounded_as_in_a_scene() -> None:
-    """Stops, a screw, a harmonic load, a followed input, an axial thrust."""
+    """The scene has stops, a screw, a harmonic load, a motion that follows an input, and an axial thrust."""
     bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0]}}
     hinge = {"type": "revolute", "axis": "z", "inboard": "ground"}
     rub = {"mu": 0.1, "mu_static": 0.2, "radius": 0.01, "half_length": 0.1, "thrust_radius": 0.01}

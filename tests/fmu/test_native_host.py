@@ -22,7 +22,7 @@ HOST = Path(__file__).with_name("host.c")
 
 
 def built(target: str, out: Path) -> Path:
-    """The C host for a target."""
+    """The path of the C host, compiled for a target."""
     link = ["-lc", "-ldl"] if "linux" in target else []
     compiler.run(["-target", target, "-O1", "-w", f"-I{headers()}", str(HOST), "-o", str(out), *link], cache.cache_folder())
     return out

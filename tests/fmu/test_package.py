@@ -123,7 +123,7 @@ def test_input_names_are_variables_and_motions_bring_their_bandwidth() -> None:
 
 
 def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The runtime and the shell are the same in all of them, and nine tenths of the work."""
+    """The runtime and the shell are the same in all FMUs, and compiling them is nine tenths of the work."""
     exported("arm")
     compiled: list[str] = []
     run = compiler.run

@@ -22,14 +22,14 @@ KNEE = ("knee.q[1]", "knee.qd[1]", "hip.q[1]", "hip.drive.effort[1]")
 
 
 def said(host: Host, capfd) -> str:
-    """What the FMU told without having been asked for a log: the native one the host's logger, the python one standard error, for
-    pythonfmu passes nothing on then."""
+    """What the FMU says when no log was asked for. The native one tells the host's logger; the python one writes to standard error,
+    because pythonfmu passes nothing on then."""
     return " ".join(text for _, text in host.log) + capfd.readouterr().err
 
 
 @BOTH
 def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -> None:
-    """Internal steps do not depend on them while nothing changes from outside: the numbers are the same."""
+    """While nothing changes from outside, internal steps do not depend on communication steps: the numbers are the same."""
     file = exported("spherical_pendulum", flavour)
     ends = []
     for cuts in (np.linspace(0, 2, 3), np.linspace(0, 2, 2001), np.array([0, 0.001, 0.9, 0.94498, 0.95, 1.3, 2.0])):

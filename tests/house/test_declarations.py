@@ -34,7 +34,7 @@ def texts(file: Path) -> Iterator[str]:
         yield from (line for line in bare.splitlines() if not line.startswith("#include"))
         return
     tree = ast.parse(text)
-    skipped = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}  # documents
+    skipped = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}  # docstrings
     for n in ast.walk(tree):
         if isinstance(n, ast.Assign) and isinstance(n.targets[0], ast.Name) and n.targets[0].id == "__all__":
             skipped |= {id(x) for x in ast.walk(n)}  # Python's own names
@@ -43,7 +43,7 @@ def texts(file: Path) -> Iterator[str]:
 
 
 def elsewhere() -> Iterator[tuple[str, str]]:
-    """(file, text) outside the folders in which things declare themselves."""
+    """(file, text) of all text outside the folders in which laws, contact elements and joints declare themselves."""
     for file in PRODUCT:
         name = file.relative_to(ROOT).as_posix()
         if not any(name.startswith(f"{own}/") for own in OWN):
@@ -80,7 +80,7 @@ def test_a_joints_freedoms_are_those_its_contact_element_rubs_along() -> None:
 
 
 def law(**changed: Any) -> type[Law]:
-    """A law that is right but for what is changed."""
+    """A law whose declaration is right, except for what the arguments change."""
     mu = Number("mu", "1", "coefficient", NOT_NEGATIVE)
     right: dict[str, Any] = {
         "name": "trial", "numbers": (mu,), "rest": Rest.SMOOTH, "formula": "μ v", "at_rest": "0",
@@ -90,7 +90,7 @@ def law(**changed: Any) -> type[Law]:
 
 
 def element(**changed: Any) -> contact.ContactElement:
-    """A contact element that is right but for what is changed."""
+    """A contact element whose declaration is right, except for what the arguments change."""
     return replace(next(iter(contact.REGISTRY.values())), name="trial", **changed)
 
 

@@ -49,7 +49,7 @@ def test_the_first_code_block_is_one_line_to_run_and_one_to_test() -> None:
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
-    """The line it picks, by its own words."""
+    """CI picks the command from the README by a pattern; the pattern must find it."""
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     pick = re.search(r"command=\$\((.*)\)$", script, re.MULTILINE)
     assert pick is not None
@@ -121,7 +121,7 @@ def cited() -> dict[Path, str]:
 
 
 def identifiers(file: str) -> set[str]:
-    """Names in a file of the engine, comments left out."""
+    """All names in a file of the engine; comments are left out."""
     text = text_of(f"engine/{file}")
     if not file.endswith(".py"):
         return set(re.findall(r"\w+", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)))

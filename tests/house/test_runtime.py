@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "engine" / "runtime"
 SOURCES = sorted([*RUNTIME.glob("*.[ch]"), *(ROOT / "fmu" / "native").glob("*.[ch]")])
 LONGER = {"fmi2.c"}
-"""As long as the standard's list of functions."""
+"""C files that may be longer than the rule; ``fmi2.c`` is as long as the standard's list of functions."""
 OPENING = re.compile(r"^[a-zA-Z].*\)\s*\{$")
 ONE_LINE = re.compile(r"^[a-zA-Z].*\)\s*\{.*\}$")
 

@@ -26,7 +26,7 @@ GROUPS = {
     "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
     "pandas, service": ["engine/README.md", "models/cookbook/data.md", "service/README.md"],
 }
-"""By the extras their environment ends with."""
+"""Pages by group; a group is named for the extras that its environment has in the end."""
 
 
 def begins(page: str) -> list[Step]:
@@ -63,7 +63,7 @@ def read_through(group: str, page: str, homes: dict[str, Path], folders: pytest.
 
 
 def drawings(home: Path) -> None:
-    """Files a page takes to be there: a designer's drawing and a robot."""
+    """Write the files that a page takes to be there: a designer's drawing and a robot."""
     corners = np.array([[0, 0, 0], [40, 0, 0], [0, 20, 0], [0, 0, 10]])
     faces = ["0 2 1", "0 1 3", "0 3 2", "1 2 3"]
     facets = [[corners[int(i)] for i in f.split()] for f in faces]

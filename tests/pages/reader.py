@@ -55,14 +55,14 @@ class Reader:
             self.python.wait(60)
 
     def _end_servers(self) -> None:
-        """Ctrl-C, before the page starts another or ends."""
+        """End the page's servers with Ctrl-C, before the page starts another or ends."""
         while self.servers:
             server = self.servers.pop()
             os.killpg(server.pid, signal.SIGTERM)
             server.wait(60)
 
     def does(self, step: Step, page: str) -> None:
-        """One block of the page."""
+        """Do what one block of the page says."""
         place = f"{page}:{step.line}"
         if step.kind == "python":
             self._execute(step.text, place)
@@ -75,15 +75,15 @@ class Reader:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Nothing of the environment the tests run in leads back to its packages."""
+        """Environment variables for what a page runs: nothing in them leads back to the packages of the tests' own environment."""
         left = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV", "PYTEST", "COV_"))}
         scripts = [str(self.home / ".venv" / "bin")] if self.active else []
         return left | {"PATH": os.pathsep.join([*scripts, left["PATH"]]), "PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg"}
 
     def _type(self, line: str, place: str) -> None:
-        """A line in the shell; what serves is left running until the page's end."""
+        """Type a line into the shell; a server it starts is left running until the page ends."""
         if not line or line.endswith("-m pytest"):
-            return  # the test command itself: it is running
+            return  # that is the command that runs these tests
         if "activate" in line:
             line, self.active = line.replace(". .venv/bin/activate && ", ""), True
             self._type(line.replace(" && pip ", " && .venv/bin/pip "), place)
@@ -123,7 +123,7 @@ class Reader:
             time.sleep(0.2)
 
     def _execute(self, text: str, place: str) -> None:
-        """A block in the page's Python, whose names stay."""
+        """Run a block in the page's Python, which keeps its names from block to block."""
         if self.python is None:
             words = [str(self.home / ".venv" / "bin" / "python"), "-c", LISTENER]
             self.python = subprocess.Popen(
@@ -146,6 +146,6 @@ def asked(path: str) -> Any:
 
 
 def copied(root: Path, home: Path) -> Path:
-    """The checkout without what is not in it."""
+    """A copy of the checkout without files that are not part of it, such as environments and caches."""
     ignore = shutil.ignore_patterns(*PLAIN, ".*_cache", ".hypothesis", "trunnion-data", "node_modules")
     return Path(shutil.copytree(root, home, ignore=ignore))

@@ -10,7 +10,8 @@ from pathlib import Path
 FENCED = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?<=\n\n)((?:    (?:trunnion|python3?) .*\n)+)")
 INSTALL = re.compile(r"`((?:\.venv/bin/)?pip\s+install\s[^`]*(?:\.|trunnion)\[(?!bench)\w+\][^`]*)`")
-"""Of ourselves; other programs to compare with (the extra ``bench``) are for those who want them, and pages run without."""
+"""A sentence that installs this project with an extra. The extra ``bench`` is left out: it brings other programs to compare with,
+which pages do not need."""
 KINDS = ("bash", "python", "yaml", "bat")
 PLAIN = (".git", ".venv", "__pycache__")
 

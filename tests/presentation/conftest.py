@@ -35,7 +35,7 @@ def made(scene: Scene, until: float = 4.0, rows: int = 401, values: dict[str, np
 
 @pytest.fixture
 def pendulum() -> Result:
-    """8.1 with invented curves: a contact angle that turns round twice and jumps, a torque in one component only."""
+    """A result of example 8.1 with invented curves: a contact angle turns twice and jumps, torque in one component."""
     t = np.linspace(0.0, 4.0, 401)
     angle = np.remainder(2 * np.pi * t / 2 + np.pi, 2 * np.pi) - np.pi
     curves = {
@@ -52,17 +52,17 @@ def pendulum() -> Result:
 
 @pytest.fixture(scope="session")
 def swing() -> Result:
-    """A run of 8.1."""
+    """A run of example 8.1."""
     return simulate("spherical_pendulum", until=3.0, overrides=PAPER)
 
 
 @pytest.fixture(scope="session")
 def slider() -> Result:
-    """A run of 8.2: one turn of the crank."""
+    """A run of example 8.2 over one turn of the crank."""
     return simulate("crank_slider", until=0.65, overrides=PAPER)
 
 
 @pytest.fixture(scope="session")
 def double() -> Result:
-    """A run of 8.3."""
+    """A run of example 8.3."""
     return simulate("double_pendulum", until=2.0, every=0.01, overrides=PAPER)

@@ -105,7 +105,7 @@ def test_wrong_use_exits_with_2_and_says_what_to_do(words: list[str], text: str,
 
 
 def test_a_run_that_fails_exits_with_1_names_the_joint_and_still_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """8.3 with c = 0.15 m jams from the start (METHOD, "Errata of the paper")."""
+    """Example 8.3 with c = 0.15 m jams from the start (METHOD, "Errata of the paper")."""
     words = ["--set", "joints.guide.friction.half_length=0.15", "-o", str(tmp_path / "r.csv"), "--plot", str(tmp_path / "r.png")]
     assert main(["simulate", "double_pendulum", "--until", "1", "--law", "regularized", "--json", *words]) == 1
     data = json.loads(capsys.readouterr().out)
@@ -202,7 +202,7 @@ def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
     (tmp_path / "s.yaml").write_text("bodies: {}\njoints: {}\n" + "".join(f"wrong{i}: 1\n" for i in range(4000)))
     assert main(["check", str(tmp_path / "s.yaml"), "--json"]) == 2
     document = json.loads(capsys.readouterr().out)
-    assert document["problem_count"] == 4001  # and no bodies
+    assert document["problem_count"] == 4001  # 4000 unknown keys, and no bodies
     assert len(document["problems"]) == 101
     assert main(["check", str(tmp_path / "s.yaml")]) == 2
     assert "and 3901 more: not listed" in capsys.readouterr().err

@@ -23,14 +23,14 @@ COLUMN = "ball.qd[2]"
 
 
 def commands() -> dict[str, Any]:
-    """Our own commands by name."""
+    """The engine's own commands by name."""
     group = typer.main.get_command(measuring.app)
     context = group.make_context("trunnion", ["--version"], resilient_parsing=True)
     return {name: group.get_command(context, name) for name in group.list_commands(context)}
 
 
 def options() -> list[tuple[str, Any]]:
-    """(command, option) that its help shows."""
+    """Pairs (command, option) for every option that a command's help shows."""
     return [(n, p) for n, c in commands().items() for p in c.params if p.param_type_name == "option" and not p.hidden]
 
 
@@ -81,7 +81,7 @@ def test_the_old_name_of_a_file_to_write_goes_on_working(tmp_path: Path) -> None
 
 
 def completed(line: str) -> list[str]:
-    """What bash is offered at the end of a line."""
+    """The words that completion offers bash at the end of a line."""
     words = line.split(" ")
     env = os.environ | {"_TRUNNION_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run([sys.executable, "-m", "engine.cli"], env=env, capture_output=True, text=True)

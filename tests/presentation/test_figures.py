@@ -1,4 +1,4 @@
-"""Figures show what they claim, with units, without false lines."""
+"""Figures show what they claim to show, with units and without false lines."""
 
 from __future__ import annotations
 

@@ -55,13 +55,13 @@ _Work.go_on = go_on
 
 
 def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """A program of its own, to its end."""
+    """Run a program in a process of its own to its end."""
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
 
 
 @pytest.fixture(scope="module")
 def whole() -> Result:
-    """The run that nobody interrupts."""
+    """The result of the same run when nobody interrupts it."""
     return engine.simulate("spherical_pendulum", until=UNTIL, every=EVERY)
 
 

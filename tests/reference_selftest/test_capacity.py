@@ -12,13 +12,13 @@ MOST = 1.5
 
 
 def shaft_friction(fc, mc, way: float, radius: float, half_length: float, mu: float) -> float:
-    """Friction as a force at the surface, sliding in the direction ``way`` (0: along, π/2: around), without motion otherwise."""
+    """Friction force at the surface of a shaft that slides in the direction ``way`` (0: along its axis, π/2: around it)."""
     out = journal(fc, mc, np.sin(way) / radius, np.cos(way), radius, half_length, Law("coulomb", mu))
     return float(np.hypot(out.force, out.torque / radius))
 
 
 def loads(seed: int):
-    """Forces of size 1 with moments of all sizes, the small and the overwhelming."""
+    """(force, moment, generator): a force of size 1 and a moment of any size from the small to the overwhelming."""
     rng = np.random.default_rng(seed)
     return rng.normal(size=3), rng.normal(size=3) * 10 ** rng.uniform(-2, 1.5), rng
 

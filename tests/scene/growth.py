@@ -43,7 +43,7 @@ def growth(made: Callable[[int], Any], work: Callable[[Any], object]) -> float:
 
 
 def extended(n: int, body: dict[str, Any] | None = None, joint: dict[str, Any] | None = None, to: str = "b{i}") -> dict[str, Any]:
-    """The valid scene with n more bodies, each on a joint to ``to``; ``body`` and ``joint`` are added to each."""
+    """The valid scene with n more bodies, each on a joint to ``to``. ``body`` and ``joint`` are keys added to each of them."""
     data = edited({})
     for i in range(n):
         data["bodies"][f"b{i}"] = {"mass": 1, "inertia": [0, 0, 0], **(body or {})}
@@ -52,7 +52,7 @@ def extended(n: int, body: dict[str, Any] | None = None, joint: dict[str, Any] |
 
 
 def under(path: str, made: Callable[[int], Any]) -> Callable[[int], dict[str, Any]]:
-    """Scenes of n parts at one place."""
+    """A function n → the scene with what ``made`` gives for n at this path."""
     return lambda n: edited({path: made(n)})
 
 
@@ -80,7 +80,7 @@ SCENES: dict[str, Callable[[int], dict[str, Any]]] = {
 
 
 def lines(text: str) -> Callable[[int], str]:
-    """Texts with n lines of this form."""
+    """A function n → a text with n lines of this form."""
     return lambda n: "a: 1\n" + "".join(text.format(i=i) for i in range(n))
 
 

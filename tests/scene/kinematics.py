@@ -47,7 +47,7 @@ def frame(axis, reference) -> np.ndarray:
 
 
 def motion(j: Joint, q: np.ndarray, qd: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """R and s after a time t at the start rates."""
+    """(R, s): rotation and translation of the joint after a time t at the start rates; NOTATION, "Joints and frames"."""
     q = q + t * qd if len(q) == len(qd) else q
     match j.type:
         case "revolute":

@@ -39,7 +39,7 @@ BEYOND = {
 
 
 def said(change: Any) -> list[str]:
-    """What is wrong, without hints, when something is done."""
+    """The problems, without hints, that doing something raises; none when it succeeds."""
     try:
         change()
     except SceneError as e:
@@ -48,7 +48,7 @@ def said(change: Any) -> list[str]:
 
 
 def from_text(scene: engine.Scene, path: str, value: float) -> engine.Scene:
-    """The scene as a file with another number in it."""
+    """The scene read from the text of a file in which one number is another."""
     data = _opened(scene)
     at = parse_path(path)
     assert at is not None
@@ -60,19 +60,19 @@ def from_text(scene: engine.Scene, path: str, value: float) -> engine.Scene:
 
 
 def swept(scene: engine.Scene, path: str, value: float) -> None:
-    """One case of a sweep."""
+    """Prepare the one case of a sweep over this value."""
     _, wrong = Preparer(scene, [path], Run()).rows(np.array([[value]]))
     if wrong:
         raise wrong[0]
 
 
 def asked_of_the_service(scene: engine.Scene, path: str, value: float) -> None:
-    """As a REST request."""
+    """Ask for the scene with this value as a REST request does."""
     scene_of(SceneSource(scene=_opened(scene), overrides={path: value}), Limits())
 
 
 def doors(scene: engine.Scene, path: str, value: float) -> dict[str, list[str]]:
-    """What every door says about a value."""
+    """What is said about a value by every way of giving it: override, option, file, sweep, request."""
     return {
         "override": said(lambda: apply(scene, {path: value})),
         "--set": said(lambda: apply(scene, dict([parse_assignment(f"{path}={value!r}")]))),
@@ -105,7 +105,7 @@ def test_every_door_says_the_same_about_every_number(model: str) -> None:
             found = doors(scene, path, trial)
             assert len({tuple(f) for f in found.values()}) == 1, (path, trial, found)
             refused += bool(found["file"])
-    assert refused >= 4  # a mass or density, a size, the run's settings
+    assert refused >= 4  # at least a mass or density, a size and settings of the run are
 
 
 @pytest.mark.parametrize("path", BEYOND)
@@ -123,7 +123,7 @@ def test_a_number_beyond_its_bound_is_refused_and_one_inside_is_not(path: str) -
 
 
 def given_in_full(path: str) -> engine.Scene:
-    """The scene with one of everything, and a number at ``path`` whose value is not what matters."""
+    """The scene with one of everything, and some number at ``path`` where it has none."""
     scene = scene_from_dict(VALID)
     known = {p.path for p in list_parameters(scene)}
     return scene if path in known else apply(scene, {path: 0.05})

@@ -53,7 +53,7 @@ def test_a_scene_with_odd_values_loads_or_has_problems(changes):
 
 
 def nested(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Lists and groups of something."""
+    """A strategy for lists and groups of something."""
     return st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4)
 
 

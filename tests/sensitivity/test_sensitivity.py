@@ -73,7 +73,7 @@ def test_reactions_and_contacts_have_derivatives_too() -> None:
     scene = apply(load_scene("crank_slider"), {"friction.law": "regularized", "friction.v_eps": 1e-3})
     outputs = ["crank_pivot.drive.effort[1]", "slider_pin.friction.torque[1]", "slider_pin.contact[1].normal_force"]
     names = ["joints.slider_pin.friction.mu", "bodies.rod.density"]
-    assert off(scene, names, outputs, 0.14) < SMOOTH  # before the pin's first stop
+    assert off(scene, names, outputs, 0.14) < SMOOTH  # the run ends before the pin's first stop
 
 
 def test_kinks_of_the_regularised_law_cost_nothing() -> None:
@@ -106,7 +106,7 @@ class TestCoulomb:
             r = engine.simulate(scene, 2.0, rtol=1e-11, method="rk8", overrides={"joints.ball.friction.mu": 0.6 + sign * h})
             stops.append([e.time for e in r.events])
         for k, e in enumerate(s.events):
-            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)  # h² and event tolerance
+            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)  # h² and the tolerance of events
 
     def test_sliding_and_turning_at_once(self) -> None:
         scene = apply(load_scene("double_pendulum"), {"friction.law": "coulomb"})

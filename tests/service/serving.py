@@ -1,4 +1,4 @@
-"""Servers to test: one inside this process, and one as its users run it."""
+"""Servers for tests: one inside this process, and one as its users run it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SMALL: dict[str, Any] = {
 
 
 def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
-    """What is true at last."""
+    """The first true value of ``what``, which is asked until ``patience`` seconds have passed; fails then."""
     end = time.monotonic() + patience
     while not (found := what()):
         assert time.monotonic() < end, "it never happened"
@@ -46,7 +46,7 @@ class Talk:
     client: Any
 
     def get(self, path: str, **more: Any) -> Any:
-        """GET."""
+        """Send a GET request."""
         return self.client.get(path, **more)
 
     def post(self, path: str, body: Any, **more: Any) -> Any:
@@ -54,21 +54,21 @@ class Talk:
         return self.client.post(path, json=body, **more)
 
     def submit(self, body: dict[str, Any], **more: Any) -> str:
-        """Submit a job; its id."""
+        """Submit a job and return its id."""
         answer = self.post("/v1/jobs", body, **more)
         assert answer.status_code in (200, 202), answer.text
         return str(answer.json()["id"])
 
     def job(self, job: str) -> dict[str, Any]:
-        """Its document."""
+        """The document of a job."""
         return dict(self.get(f"/v1/jobs/{job}").json())
 
     def ended(self, job: str, patience: float = PATIENCE) -> dict[str, Any]:
-        """Its document once it has ended."""
+        """The document of a job once the job has ended."""
         return eventually(lambda: (d := self.job(job))["state"] in ("done", "failed", "cancelled") and d, patience)
 
     def rows(self, job: str) -> list[list[Any]]:
-        """All rows of its results."""
+        """All rows of a job's results."""
         return list(self.get(f"/v1/jobs/{job}/results").json()["rows"])
 
 
@@ -122,7 +122,7 @@ class Served(Talk):
         self.process = None
 
     def stop(self) -> None:
-        """End it well."""
+        """End the server as its users do, and wait until it has."""
         if self.process is not None:
             self.process.send_signal(signal.SIGTERM)
             try:

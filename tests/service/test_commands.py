@@ -25,7 +25,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 class Told:
-    """Runs a command; its code and what it printed."""
+    """A callable that runs a command: (exit code, what it printed)."""
 
     def __init__(self, capsys: pytest.CaptureFixture[str]):
         self.capsys = capsys

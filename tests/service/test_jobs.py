@@ -28,7 +28,7 @@ def small(server: InProcess) -> str:
 
 @pytest.fixture(scope="module")
 def expected() -> pa.Table:
-    """What ``engine.sweep`` gives for the same."""
+    """What ``engine.sweep`` gives for the same batch."""
     return engine.sweep("spherical_pendulum", SMALL["over"], reductions=KEEP, until=0.5).table
 
 

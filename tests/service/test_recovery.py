@@ -30,7 +30,7 @@ BRIM = Path(__file__).parent / "brim"
 
 
 def uninterrupted(request: dict[str, Any]) -> list[list[Any]]:
-    """The rows it gives when nothing goes wrong."""
+    """The rows that the job gives when nothing goes wrong."""
     t = engine.sweep(request["scene"], request["over"], reductions=request["reductions"], until=request["until"]).table
     return [list(r.values()) for r in t.to_pylist()]
 
@@ -167,7 +167,7 @@ def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: P
 
 
 def stop_postgres(folder: Path) -> None:
-    """As if the machine it is on were switched off."""
+    """Stop the database at once, as if its machine were switched off."""
     from pgserver import pg_ctl
 
     pg_ctl(["-m", "immediate", "-w", "stop"], pgdata=folder, user=None if os.geteuid() else "pgserver")

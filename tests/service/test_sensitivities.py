@@ -26,7 +26,7 @@ ASKED: dict[str, Any] = {
     "every": 0.05,
 }
 LONG = ASKED | {"overrides": {MU: 1e-4}, "until": 5000, "every": 5}
-"""Minutes of work."""
+"""A request that takes minutes."""
 
 
 def problems(answer: Any) -> list[str]:
@@ -154,7 +154,7 @@ def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> N
 
 
 def test_jobs_go_on_beside_them(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """They take half of the workers at most."""
+    """Requests for sensitivities take half of the workers at most."""
     with Served(tmp_path_factory.mktemp("beside") / "data", "--workers", "2") as s:
         assert s.post("/v1/sensitivities", ASKED, timeout=120).status_code == 200
 

@@ -75,7 +75,7 @@ class Part:
         self.fmu.exitInitializationMode()
 
     def get(self, *names: str) -> list[float]:
-        """Values."""
+        """Values of variables by name."""
         return self.fmu.getReal([self.reference[n] for n in names])
 
     def put(self, name: str, value: float, *derivatives: float) -> None:
@@ -86,7 +86,7 @@ class Part:
             self.fmu.setRealInputDerivatives([at] * len(derivatives), list(range(1, len(derivatives) + 1)), list(derivatives))
 
     def close(self) -> None:
-        """Let go of it."""
+        """End the instance and free it."""
         self.fmu.terminate()
         self.fmu.freeInstance()
         shutil.rmtree(self.folder, ignore_errors=True)
