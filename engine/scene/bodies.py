@@ -24,9 +24,9 @@ class Cylinder:
 
 @dataclass(frozen=True, config=STRICT)
 class Body:
-    """A rigid body. Its frame is where the numbers below are measured; a shape is centred on ``center``.
+    """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
 
-    Mass properties: a shape with ``density`` or ``mass``, or ``mass`` + ``inertia``. An explicit ``inertia`` wins
+    Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. An explicit ``inertia`` wins
     over the shape, which is then for drawing only.
     """
 
@@ -53,7 +53,7 @@ class Body:
 
 @dataclass(frozen=True, config=STRICT)
 class Ground:
-    """The fixed world; only its named points."""
+    """The fixed world, of which only the named points matter."""
 
     points: dict[str, Position] = field(default_factory=dict)
     """Named points of the world."""

@@ -54,12 +54,12 @@ class Friction:
 @dataclass(frozen=True, config=STRICT)
 @with_fields(of_scene())
 class FrictionDefaults:
-    """What frictional joints use where they do not say otherwise."""
+    """What frictional joints use where they do not give their own."""
 
     law: LawName = DEFAULT
     """Friction law."""
     normal_force: NormalForce = "exact"
-    """exact: from the contact equations; adams: as that program approximates it."""
+    """exact: from the contact equations; adams: by the approximation of the program Adams."""
 
     if TYPE_CHECKING:
 
@@ -87,8 +87,8 @@ Rates = Annotated[
 
 @dataclass(frozen=True, config=STRICT)
 class Start:
-    """Start values of a joint. What is left out is free to be assembled; what is given is kept as well as the loops
-    allow, and any change is reported."""
+    """Start values of a joint. Values that are left out are found when the loops are closed; values that are given are kept as
+    well as the loops allow, and any change is reported."""
 
     q: Coordinates | None = None
     """Coordinates: a number, a list, or axis and angle for a ball."""
@@ -98,7 +98,7 @@ class Start:
 
 @dataclass(frozen=True, config=STRICT)
 class Spring:
-    """Torque or force -stiffness (q - rest) along one freedom of a joint."""
+    """A torque or force of -stiffness (q - rest) along one freedom of a joint."""
 
     stiffness: NotNegative
     """N/m, or N*m/rad."""
@@ -110,12 +110,12 @@ ORDERS = {
     "friction": tuple(n.order for n, _ in law_numbers().values() if n.order is not None),
     "stops": (Order("lower", "upper", strict=True),),
 }
-"""Field of a joint → numbers in it that must be in order."""
+"""For each field of a joint, the numbers in it that must be in order."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Stops:
-    """Compliant end stops: force stiffness*depth*(1 + damping*depth rate), never pulling (Hunt and Crossley)."""
+    """Compliant end stops: the force is stiffness*depth*(1 + damping*depth rate) and never pulls (Hunt and Crossley)."""
 
     stiffness: Positive
     """N/m, or N*m/rad."""
@@ -187,7 +187,7 @@ class Joint:
     pin: Literal["inboard", "outboard"] = "inboard"
     """Part that carries the pin (ball, journal, shaft)."""
     pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
-    """Screw: travel a turn."""
+    """Travel of a screw in one turn."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""
     start: Start | None = None
@@ -203,4 +203,4 @@ class Joint:
     effort: Efforts | None = None
     """Force or torque along the freedoms, on the outboard part."""
     cut: Annotated[bool, Strict()] | None = None
-    """Where a closed loop is opened: true, here; false, not here; left out, wherever is best."""
+    """Whether a closed loop is opened at this joint: true, it is; false, it is not; left out, where it is best."""

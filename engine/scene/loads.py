@@ -18,7 +18,7 @@ class Force:
     """A force at a point of a body."""
 
     type: Literal["force"]
-    """force."""
+    """Kind of load: a force."""
     on: str
     """"body.point", or "body" for its mass centre."""
     force: LoadVector
@@ -32,9 +32,9 @@ class Torque:
     """A torque on a body."""
 
     type: Literal["torque"]
-    """torque."""
+    """Kind of load: a torque."""
     on: str
-    """The body."""
+    """The body it acts on."""
     torque: LoadVector
     """Components, N*m."""
     frame: Literal["world", "body"] = "world"
@@ -46,7 +46,7 @@ class SpringDamper:
     """Spring and damper along the line between two points."""
 
     type: Literal["spring_damper"]
-    """spring_damper."""
+    """Kind of load: a spring with a damper."""
     between: tuple[str, str]
     """The two points: "body.point", or "body" for its frame origin."""
     stiffness: Stiffness = 0.0
@@ -75,13 +75,13 @@ Applied = Annotated[
 
 @dataclass(frozen=True, config=STRICT)
 class Input:
-    """A named external input, in SI units."""
+    """A named external input, whose value is given from outside during a run."""
 
     start: Number = 0.0
     """Value until someone sets it."""
     unit: str = "1"
     """Its unit (SI)."""
     description: str = ""
-    """What it is."""
+    """What it is, in words."""
     bandwidth: Annotated[float, Per("rad/s", POSITIVE)] = 100.0
-    """Where it prescribes a motion: how fast the motion follows it (critically damped, rad/s)."""
+    """How fast a motion that it prescribes follows it (critically damped, rad/s)."""

@@ -49,7 +49,7 @@ class Simulation:
     until: Duration = 10.0
     """End of the run."""
     every: Duration | None = None
-    """Interval of the output; left out, the solver's own steps."""
+    """Interval of the output; left out, a thousandth of the run."""
     rtol: Annotated[float, Per("1", RTOL)] = 1e-6
     """Relative tolerance of the integration."""
     method: MethodName = "auto"

@@ -24,8 +24,8 @@ class Constant:
 
 @dataclass(frozen=True, config=STRICT)
 class Ramp:
-    """Linear from ``start`` to ``end`` between ``begin`` and ``begin + duration`` (loads: the value; drives: the rate,
-    q = origin at t = 0)."""
+    """A linear change from ``start`` to ``end`` between ``begin`` and ``begin + duration``: of a load its value changes, of a
+    drive its rate (with q = origin at t = 0)."""
 
     start: Number
     """Value (drives: rate) before ``begin``."""
@@ -41,7 +41,7 @@ class Ramp:
 
 @dataclass(frozen=True, config=STRICT)
 class Harmonic:
-    """offset + amplitude sin(2 pi frequency t + phase)."""
+    """A sine: offset + amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: Number
     """Half the swing."""
@@ -63,7 +63,7 @@ class Table:
     time: tuple[Time, ...]
     """Increasing times, two at least."""
     value: tuple[Number, ...]
-    """One value a time."""
+    """One value for each time."""
     interpolation: Interpolation | None = None
     """natural: cubic spline without curvature at its ends (so that it may begin with a rate); clamped: cubic spline with given
     rates at its ends, zero if none are given; monotone: cubic pieces that rise and fall only where the values do and rest where
@@ -75,7 +75,7 @@ class Table:
 
 @dataclass(frozen=True, config=STRICT)
 class FromInput:
-    """The scene's named external input."""
+    """A load that is the scene's named external input."""
 
     input: str
     """Name of the input."""
@@ -83,7 +83,7 @@ class FromInput:
 
 @dataclass(frozen=True, config=STRICT)
 class Drive:
-    """Prescribed motion of one joint coordinate; exactly one of the kinds. The effort it takes is an output."""
+    """Prescribed motion of one joint coordinate, by exactly one of these kinds. The effort it takes is an output."""
 
     constant: Constant | None = None
     """Steady rate."""
@@ -99,7 +99,7 @@ class Drive:
 
 @dataclass(frozen=True, config=STRICT)
 class Signal:
-    """A load that changes with time; exactly one of the kinds (a plain number is a constant load)."""
+    """A load that changes with time, by exactly one of these kinds (a constant load is written as a plain number)."""
 
     ramp: Ramp | None = None
     """Linear change from one value to another."""
