@@ -7,7 +7,7 @@ from engine.abi.records import Record
 EVENT_KINDS = 16
 """Kinds of events that are counted apart; a power of two above the largest EventKind."""
 
-CASE_SETTINGS = Record("tr_case_settings", "What differs from case to case, parameters and start apart.", """
+CASE_SETTINGS = Record("tr_case_settings", "The settings that differ from case to case, besides parameters and start values.", """
 double rtol
 double length
 double rate
@@ -26,7 +26,7 @@ double count[{EVENT_KINDS}] : events by kind
 double first[{EVENT_KINDS}] : time of the first of each kind, s; not a number without
 """)
 
-REDUCED = Record("tr_reduced", "A column over the rows of a case.", """
+REDUCED = Record("tr_reduced", "The reductions of one column over the rows of a case.", """
 double max : largest finite value
 double min : smallest finite value
 double final : last value
@@ -34,7 +34,7 @@ double mean : of the finite values (while the case runs: their sum)
 double finite : how many values were finite
 """)
 
-VARIANT = Record("tr_variant", "A kernel's blocks.", """
+VARIANT = Record("tr_variant", "The blocks in which a batch runs one variant of a kernel.", """
 const struct tr_sim *fresh : as prepared by the host
 struct tr_sim *plain : working copy
 struct tr_sim *full : working copy with the Jacobian unit; 0 while there is none
@@ -42,7 +42,7 @@ const tr_jacobian *j : the unit
 size_t full_bytes : size of that copy
 """)
 
-BATCH = Record("tr_batch", "Many cases of one structure.", """
+BATCH = Record("tr_batch", "A batch: many cases of one structure in one call.", """
 tr_variant variant[2] : as generated, and its redundant variant
 tr_settings settings : of all cases; those of a case replace its own
 long ncases : how many

@@ -11,12 +11,12 @@ EVENT_CONTACTS = 6
 
 # -- what lies in x: moment, a signal a table, a flag a stop, a mode a pair -------------------------------------------------------
 
-MOMENT = Record("tr_moment", "When it is.", """
+MOMENT = Record("tr_moment", "The moment at which functions are evaluated.", """
 double t : time, s
 double inside : a time inside the present step, which alone decides on which branch of a ramp or table it is
 """)
 
-SIGNAL = Record("tr_signal", "A table's signal now.", """
+SIGNAL = Record("tr_signal", "The signal of a table at the moment of evaluation.", """
 double value : its value
 double first : and its derivatives
 double second
@@ -31,18 +31,18 @@ double tilt : of a ball: its tilt where that is not to follow from the state, el
 
 # -- what the functions of a kernel write ---------------------------------------------------------------------------------------
 
-SLIDING = Record("tr_sliding", "How a pair slides.", """
+SLIDING = Record("tr_sliding", "How a sliding pair slides at this state.", """
 double speed : m/s, negative once past a reversal of the frozen direction
 double border : sliding speed of the law's kink, m/s; of a set-valued law: negative where a ball turns without sliding
 """)
 
-HOLD = Record("tr_hold", "What a pair at rest holds.", """
+HOLD = Record("tr_hold", "What a pair at rest can hold, and what it is asked to hold.", """
 double capacity : friction it can carry in the direction asked for, N at the surface
 double size : friction asked for, N at the surface
 double beyond : part of it no friction carries, N
 """)
 
-CONTACT = Record("tr_contact", "A contact force.", """
+CONTACT = Record("tr_contact", "A contact force of a pair.", """
 double force : normal force, N
 double vector[3] : the contact's vector, turned so that its angle is atan2 of the second by the first
 """)
@@ -66,7 +66,7 @@ double gap_rate : its rate
 double bandwidth : 1/s: how fast the gap closes
 """)
 
-SETTINGS = Record("tr_settings", "How to step.", """
+SETTINGS = Record("tr_settings", "How a run steps.", """
 double rtol : relative tolerance
 double hmax : longest step, s
 double hmin : shortest step, s
@@ -96,13 +96,13 @@ long of_method[{len(METHODS)}] : accepted steps by method
 
 # -- what the runtime writes ----------------------------------------------------------------------------------------------------
 
-TURN = Record("tr_turn", "How a contact turned at an event.", """
+TURN = Record("tr_turn", "By how much a contact turned at an event.", """
 double before : its angle before, rad
 double after : its angle after, rad
 double turn : angle between its normals before and after, rad
 """)
 
-EVENT = Record("tr_event", "Something that happened at an instant.", f"""
+EVENT = Record("tr_event", "An event: something that happened at an instant of a run.", f"""
 double time : s
 double kind : TR_EV_…
 double index : which pair or stop
@@ -130,7 +130,7 @@ double step : size of the last step, s
 tr_last last : the last event
 """)
 
-HELD = Record("tr_held", "Answer to the static question, of a pair.", """
+HELD = Record("tr_held", "The answer to the static question for one pair.", """
 double slips : whether it slips at the start
 double share : of its capacity needed to hold; not a number where its law holds nothing
 double capacity : N at the surface
