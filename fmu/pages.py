@@ -56,7 +56,7 @@ def _table(rows: Iterable[Variable]) -> str:
 
 
 def licences(flavour: str) -> dict[str, bytes]:
-    """Texts for documentation/licenses."""
+    """The licence texts by path in the archive."""
     out = {"documentation/licenses/license.txt": _licence("trunnion")}
     if flavour == "python":
         out["documentation/licenses/pythonfmu.txt"] = _licence("pythonfmu")

@@ -11,7 +11,7 @@ from service.cli import serve
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Serve; the exit code."""
+    """Run the server until it is stopped; returns the exit code."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command("serve")(serve)
     try:

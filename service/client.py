@@ -139,7 +139,7 @@ def list_jobs(
     key: Secret = "",
     as_json: AsJson = False,
 ) -> None:
-    """The newest jobs."""
+    """List the newest jobs."""
     answer = Server(server, key).ask("GET", "/v1/jobs", params={"limit": limit} | ({"state": state} if state else {})).json()
     print_json(answer) if as_json else print("\n".join(map(_line, answer["jobs"])) or "no jobs")
 

@@ -48,7 +48,7 @@ class Settings:
 
     @property
     def database_url(self) -> str:
-        """The database's URL."""
+        """SQLAlchemy URL of the database: the one given, or an SQLite file in the data folder."""
         return self.database or f"sqlite:///{(self.data / 'trunnion.db').absolute()}"
 
     @property

@@ -14,7 +14,7 @@ VIEWER = Path(__file__).with_name("viewer")
 
 
 def page(study: Study) -> str:
-    """The page's text."""
+    """The chart of a study as HTML text."""
     data = json.dumps(finite(content(study)), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     parts = {
         "title": html.escape(f"{study.scene.title or study.scene.name}: error against time"),

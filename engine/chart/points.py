@@ -69,7 +69,7 @@ class Point:
 
     @property
     def setting(self) -> str:
-        """Its tolerance or step in words."""
+        """The tolerance or step of the point in words."""
         return f"step {self.step:.3g} s" if self.fixed else f"rtol {self.rtol:.0e}"
 
 

@@ -43,8 +43,8 @@ class Choice:
 
 @dataclass
 class Study:
-    """Everything measured. references: by law and v_eps; builds: (what, seconds); peers: (name, version, what it leaves out or
-    why it was not run)."""
+    """Everything that was measured. references: by law and v_eps; builds: (what, seconds); peers: (name, version, what it leaves
+    out or why it was not run)."""
 
     scene: Scene
     choice: Choice

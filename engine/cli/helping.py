@@ -73,14 +73,14 @@ def outputs(incomplete: str) -> list[str]:
 
 
 def methods(incomplete: str) -> list[str]:
-    """Integration methods."""
+    """Integration methods that begin with the word."""
     from engine.integrators import METHODS
 
     return _beginning(METHODS, incomplete)
 
 
 def laws(incomplete: str) -> list[str]:
-    """Friction laws."""
+    """Friction laws that begin with the word."""
     from engine.cli import options
 
     return _beginning(options.laws(), incomplete)

@@ -134,7 +134,7 @@ class Words(list[str]):
 
 
 def words_of(scene: str | None, context: Context) -> Words:
-    """Everything that was no known option, in order."""
+    """All words of the command line that are not known options, in their order."""
     out = Words([*([] if scene is None else [scene]), *context.args])
     shown = [p for p in context.command.params if not getattr(p, "hidden", False)]
     names = (o for p in shown for o in (*p.opts, *p.secondary_opts) if o.startswith("--"))

@@ -74,7 +74,7 @@ def revoke_key(key: str, caller: Admin, s: Here) -> Response:
 
 @router.get("/healthz", tags=["health"])
 def health() -> dict[str, str]:
-    """The server is up."""
+    """Whether the server is up: any answer says so."""
     return {"status": "ok", "version": version()}
 
 

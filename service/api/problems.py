@@ -121,7 +121,7 @@ def problem_response(
 
 
 def counted(n: int) -> str:
-    """ "1 problem", "3 problems"."""
+    """A number of problems in words, such as "3 problems"."""
     return f"{n} problem{'' if n == 1 else 's'}"
 
 

@@ -44,7 +44,7 @@ FMUS: Any = {"native": {"summary": "For the machine of the server", "value": {"s
 
 
 class ModelItem(BaseModel):
-    """A bundled model."""
+    """A bundled model by name, with its title."""
 
     name: str
     title: str
@@ -89,7 +89,7 @@ class SceneFacts(BaseModel):
 
 @router.get("/models", response_model=list[ModelItem], responses=documented())
 def models(caller: Reader) -> Response:
-    """The bundled models."""
+    """List the bundled models."""
     return Json([{"name": n, "title": load_scene(model_file(n)).title} for n in model_names()])
 
 
@@ -104,7 +104,7 @@ def model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> Respo
 
 @router.get("/schema", responses={200: {"content": {"application/json": {"schema": {"type": "object"}}}}, **documented()})
 def schema(caller: Reader) -> Response:
-    """JSON Schema of scenes."""
+    """The JSON Schema of scenes."""
     return Json(json_schema())
 
 
@@ -138,7 +138,7 @@ EXPORTS_AT_ONCE = 2
 
 
 class FmuRequest(SceneSource):
-    """An FMU to export."""
+    """What to export as an FMU: the scene, and how."""
 
     flavour: Literal["native", "python"] = "native"
     platform: Literal["host", "linux64", "win64", "darwin64", "aarch64-darwin", "all"] = "host"

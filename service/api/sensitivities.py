@@ -62,7 +62,7 @@ ANSWER: dict[str, Any] = {
 
 
 class SensitivityRequest(SceneSource):
-    """A run to differentiate."""
+    """A run to differentiate: the scene, the parameters and the outputs."""
 
     parameters: list[Path] = Field(max_length=100, description="Numbers of the scene, by dotted path.")
     outputs: list[Plain] = Field(max_length=100, description="Columns, or patterns of them.")

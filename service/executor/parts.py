@@ -25,7 +25,7 @@ class Parts:
         self.root = self.root.rstrip("/")
 
     def part(self, job: str, start: int, stop: int) -> str:
-        """Path of a part."""
+        """Path of the part that holds the cases start … stop − 1."""
         return f"{self.root}/{job}/part-{start:09d}-{stop:09d}.parquet"
 
     def write(self, path: str, data: bytes) -> None:
@@ -89,7 +89,7 @@ class Parts:
 
 
 def outcomes(table: pyarrow.Table) -> dict[str, int]:
-    """Cases by outcome."""
+    """Number of cases of a table by outcome."""
     import pyarrow.compute as pc
 
     return {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}

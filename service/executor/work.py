@@ -24,7 +24,7 @@ class OutOfTime(RuntimeError):
 
 
 class Cancelled(RuntimeError):
-    """The job was stopped."""
+    """Raised in a worker whose job was stopped."""
 
 
 def run_chunk(url: str, job: str, start: int, stop: int, seconds: float) -> dict[str, Any]:

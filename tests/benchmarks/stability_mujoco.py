@@ -172,7 +172,7 @@ def redundant() -> str:
 
 
 def stiff_springs() -> str:
-    """Row 13: stiff springs."""
+    """Row 13: a governor with stiff springs under two integrators."""
     ours, out = simulate(governor(EDGE), rtol=1e-9), []
     angle = float(ours["spin.q[1]"][-1] - ours["spin.q[1]"][0])
     for method in ("RK4", "implicitfast"):

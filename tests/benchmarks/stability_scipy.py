@@ -26,7 +26,7 @@ from tests.stability.verdicts import bundled
 
 
 def zero_speed() -> str:
-    """Row 1."""
+    """Row 1: sliding at zero speed."""
     edge = 1e-4 / R
 
     def rate(_t: float, y) -> list[float]:
@@ -141,7 +141,7 @@ def ours(scene: sm.Scene):
 
 
 def loop_drift() -> str:
-    """Row 10."""
+    """Row 10: how far loops drift without projection."""
     rate, start = ours(bundled("crank_slider_free", 10.0)(0.0))
     gaps = []
     for until in (1.0, 10.0):
@@ -166,7 +166,7 @@ def redundant() -> str:
 
 
 def stiff_springs() -> str:
-    """Row 13."""
+    """Row 13: a governor with stiff springs."""
     rate, start = ours(governor(EDGE))
     work = {m: int(solve_ivp(rate, (0.0, 0.2), start, m, rtol=1e-6, atol=1e-9).nfev) for m in ("DOP853", "RK45", "Radau")}
     return "0.2 s at 1e-6: " + ", ".join(f"{m} {n} evaluations" for m, n in work.items())

@@ -147,7 +147,7 @@ def test_small_pieces_are_many_functions(library) -> None:
 
 
 def test_every_operation_is_tried(library) -> None:
-    """Of the two tables of operations, all but assignment, which CasADi writes for itself."""
+    """The random outputs use every operation of both tables but assignment, which CasADi adds by itself."""
     _, cases = library
     seen = {f.instruction_id(k) for _, f, *_ in cases.values() for k in range(f.n_instructions())}
     assert set(emit.UNARY) | set(emit.BINARY) <= seen | {ca.OP_ASSIGN}

@@ -120,7 +120,7 @@ def test_rings_may_come_into_one_plane_and_pass_it_by(other: float, short: float
 
 
 def test_a_spherical_linkage_at_the_end_of_its_reach_is_a_gimbal() -> None:
-    """Its free axes, coupler and rocker, have come into one plane."""
+    """The axes that are free there, coupler and rocker, have come into one plane."""
     r = simulate(spherical_four_bar(), every=0.01)
     assert (r.outcome.name, r.outcome.ok) == ("gimbal", False)
     ground, crank, stretched = np.radians([70.0, 40.0, 85.0])

@@ -23,7 +23,7 @@ def levels(s: States) -> np.ndarray:
 
 
 def outside_the_cone(s: States, margin: float) -> np.ndarray:
-    """Where a ball slides: the angle of its angular velocity to its load is beyond that of friction."""
+    """Whether a ball slides, state by state: the angle between angular velocity and load exceeds that of friction."""
     along = np.abs(np.sum(s.wrench[:3] * s.rates, axis=0))
     return np.linalg.norm(np.cross(s.rates.T, s.wrench.T[:, :3]), axis=1) > (levels(s) + margin) * along
 

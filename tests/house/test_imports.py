@@ -56,7 +56,7 @@ def graph() -> dict[str, set[str]]:
 
 
 def reached(start: str) -> set[str]:
-    """Everything a module may come to import, itself among it."""
+    """The module and all modules that it may come to import, directly or through others."""
     seen, todo = set(), [start]
     while todo:
         m = todo.pop()

@@ -14,7 +14,7 @@ CONTEXT = COMMAND.make_context("trunnion", [], resilient_parsing=True)
 
 
 def long_options(name: str) -> list[str]:
-    """Those a command shows."""
+    """The long options that a command shows in its help."""
     params = COMMAND.get_command(CONTEXT, name).params
     return [o for p in params if not getattr(p, "hidden", False) for o in (*p.opts, *p.secondary_opts) if o.startswith("--")]
 

@@ -11,7 +11,7 @@ NAMED = {"x": np.eye(3)[0], "y": np.eye(3)[1], "z": np.eye(3)[2]}
 
 
 def rot(k: int, angle: float) -> np.ndarray:
-    """Rotation about axis k."""
+    """Rotation matrix for an angle (rad) about axis k."""
     c, s = np.cos(angle), np.sin(angle)
     i, j = (k + 1) % 3, (k + 2) % 3
     R = np.eye(3)
@@ -31,7 +31,7 @@ def turned(w: np.ndarray) -> np.ndarray:
 
 
 def vector(d) -> np.ndarray:
-    """Components of a direction."""
+    """Components (3) of a direction given as an axis name or a vector."""
     return (-1 if d[0] == "-" else 1) * NAMED[d[-1]] if isinstance(d, str) else np.array(d, float)
 
 

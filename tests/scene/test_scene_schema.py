@@ -73,7 +73,7 @@ def faults(value: Any, schema: dict[str, Any], path: str = "$") -> list[str]:
 
 
 def is_type(value: Any, names: str | list[str]) -> bool:
-    """JSON Schema's types."""
+    """Whether a value has one of the types that JSON Schema names."""
     kinds = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None), "integer": int}
     for name in [names] if isinstance(names, str) else names:
         if name == "number" and isinstance(value, int | float) and not isinstance(value, bool):

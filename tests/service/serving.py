@@ -50,7 +50,7 @@ class Talk:
         return self.client.get(path, **more)
 
     def post(self, path: str, body: Any, **more: Any) -> Any:
-        """POST a JSON body."""
+        """Send a POST request with a JSON body."""
         return self.client.post(path, json=body, **more)
 
     def submit(self, body: dict[str, Any], **more: Any) -> str:
@@ -115,7 +115,7 @@ class Served(Talk):
             return False
 
     def kill(self) -> None:
-        """kill -9."""
+        """End the server at once (SIGKILL)."""
         assert self.process is not None
         self.process.send_signal(signal.SIGKILL)
         self.process.wait(30)

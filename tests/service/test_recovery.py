@@ -37,7 +37,7 @@ def uninterrupted(request: dict[str, Any]) -> list[list[Any]]:
 
 @pytest.fixture(scope="module")
 def expected() -> list[list[Any]]:
-    """Rows of LONG."""
+    """The rows that LONG gives when nothing goes wrong, computed once."""
     return uninterrupted(LONG)
 
 

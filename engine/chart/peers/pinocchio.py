@@ -148,7 +148,7 @@ def _joints(pin, link: Link, part) -> list:
 
 
 def _quaternion_rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Of a ball (x, y, z, w), or of a free body: position in the local frame's rates, then the quaternion."""
+    """q̇ of a ball joint (quaternion x, y, z, w), or of a free body (position, then quaternion), from v in its local frame."""
     x, y, z, w = q[-4:]
     wx, wy, wz = v[-3:]
     turn = 0.5 * np.array([
