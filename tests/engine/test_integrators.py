@@ -37,7 +37,7 @@ ORDERS = {name: (m.order, m.dense_order) for name, m in METHODS.items()}
 """Published orders of the solution and of the dense output."""
 SLACK = 0.3
 """How far the next error term moves a measured order; a wrong coefficient costs an order or more."""
-COLUMNS = ("arm.q[1]", *(f"ball.q[{i}]" for i in range(1, 5)), "arm.qd[1]", *(f"ball.qd[{i}]" for i in range(1, 4)))
+COLUMNS = ("elbow.q[1]", *(f"ball.q[{i}]" for i in range(1, 5)), "elbow.qd[1]", *(f"ball.qd[{i}]" for i in range(1, 4)))
 
 
 def square(rows, n: int) -> np.ndarray:
@@ -153,7 +153,7 @@ def smooth() -> sm.Scene:
     torque = sm.Signal(harmonic=sm.Harmonic(0.03, 0.8, 0.0, 0.01))
     joints = {
         "rail": sm.Joint("prismatic", "ground", "cart", axis="x", drive=sm.Drive(harmonic=sm.Harmonic(0.3, 0.6, 0.4, 0.1))),
-        "arm": sm.Joint("revolute", "cart", "arm", axis="y", spring=sm.Spring(4.0, 0.2), damping=0.1, start=sm.Start(0.4, 1.0)),
+        "elbow": sm.Joint("revolute", "cart", "arm", axis="y", spring=sm.Spring(4.0, 0.2), damping=0.1, start=sm.Start(0.4, 1.0)),
         "ball": sm.Joint("spherical", "arm.end", "hand", start=sm.Start((1.0, 0.2, 0.1, -0.3), (1.0, -2.0, 1.5)),
                          effort=(torque, None, None)),
     }  # fmt: skip
