@@ -80,10 +80,10 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
     return scene_from_data(copied(data))
 
 
-def _read_on(data: dict[str, Any]) -> None:
+def _read_on(data: Any) -> None:
     """Restore the key ``on`` of forces. In YAML 1.1 it is a word for true, so that tools of that version write it back as
     ``true:``."""
-    forces = data.get("forces")
+    forces = data.get("forces") if isinstance(data, dict) else None
     for force in forces.values() if isinstance(forces, dict) else ():
         said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
         if said:
