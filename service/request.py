@@ -127,17 +127,12 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
 def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     """The plan; SceneError with every problem, those of limits included."""
     scene = scene_of(request, limits)
-    made = _planned(scene, request.model_dump(exclude={"scene", "scene_text", "overrides"}), limits.cases)
-    until, every, _ = made.run.of(scene)
-    problems = []
-    if until > limits.duration:
-        problems.append(
-            Problem("until", f"{until:g} s is longer than the {limits.duration:g} s allowed", "a shorter time, or a higher limit")
-        )
-    if every > 0.0 and until / every > limits.rows:
-        problems.append(
-            Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
-        )
+    problems = _too_long(request, scene, limits)
+    try:
+        made = _planned(scene, request.model_dump(exclude={"scene", "scene_text", "overrides"}), limits.cases)
+    except SceneError as e:
+        told = {p.where for p in problems}
+        raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
     width = len(made.cases.paths) + len(made.reductions) + 6
     if made.cases.count * width * 8 > limits.output_bytes:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
@@ -149,6 +144,21 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     if problems:
         raise SceneError(problems)
     return made
+
+
+def _too_long(request: JobRequest, scene: Scene, limits: Limits) -> list[Problem]:
+    """What of a case's time and rows exceeds what this server allows."""
+    until, every, _ = Run(request.until, request.every, request.rtol, request.method).of(scene)
+    problems = []
+    if until > limits.duration:
+        problems.append(
+            Problem("until", f"{until:g} s is longer than the {limits.duration:g} s allowed", "a shorter time, or a higher limit")
+        )
+    if every > 0.0 and until / every > limits.rows:
+        problems.append(
+            Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
+        )
+    return problems
 
 
 def _planned(scene: Scene, asked: dict[str, Any], most: int | None) -> Plan:
