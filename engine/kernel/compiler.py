@@ -29,8 +29,8 @@ FLAGS = (
 """Loops are short and of lengths known late: unrolled and vectorised by the compiler the runtime takes twice as long to compile and
 is 3 to 14 percent slower. What is worth vectors is written with them (``vec.h``)."""
 UNIT_FLAGS = {"outputs": ("-fno-slp-vectorize",), "linear": ("-fno-slp-vectorize",)}
-"""Flags beyond these of the units that no step waits for: without a search for vectors in their straight-line code they compile in a
-third of the time. Stepping units keep that search: they are up to 12 percent faster with it."""
+"""Flags beyond these of the units that no step waits for: without a search for vectors in their straight-line code they compile in
+a third of the time. Stepping units keep that search: they are up to 12 percent faster with it."""
 TARGETS = {
     ("Linux", "x86_64"): "x86_64-linux-gnu.2.17",
     ("Linux", "aarch64"): "aarch64-linux-gnu.2.17",

@@ -144,7 +144,7 @@ def test_the_freedoms_of_a_joint_are_independent_whatever_its_coordinates(kind: 
         q = rng.normal(size=joint.nq) * np.pi
         R = frames(kind, q)
         columns = np.zeros((6, joint.nv))
-        for n, axes in enumerate(joint.columns):
+        for n, axes in enumerate(joint.axes):
             for a in axes:
                 axis = (np.eye(3) if a.side == "in" else R)[:, a.index]
                 columns[3 * a.rot : 3 * a.rot + 3, n] += axis

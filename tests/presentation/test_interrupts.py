@@ -55,8 +55,8 @@ _Work.go_on = go_on
 
 
 def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run a program in a process of its own to its end. Ctrl-C means there what it means at a terminal: what starts the tests may have
-    it ignored, as a shell does for its jobs in the background."""
+    """Run a program in a process of its own to its end. Ctrl-C means there what it means at a terminal: what starts the tests may
+    have it ignored, as a shell does for its jobs in the background."""
     program = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n" + program
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
 
