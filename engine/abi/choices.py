@@ -38,6 +38,7 @@ class EventKind(Named):
     STOP_OFF = 7, "a stop was left"
     SWITCH = 8
     IMPACT = 9, "a jammed pair stopped at once"
+    FOLD = 10, "the friction that was followed has folded away, and another has taken its place"
 
     @classmethod
     def prefix(cls) -> str:

@@ -29,6 +29,11 @@ int v0 : its first rate among those of the state, -1 where it has none there
 int cone : whether it can turn without sliding (a ball)
 """)
 
+PACE = Record("tr_pace", "A parameter that says how fast a load comes and goes.", """
+int parameter : its place among the parameters
+double hertz : Hz per unit of it
+""")
+
 POST = Record("tr_post", "What is done with a column after its value is known.", """
 int kind : TR_POST_…
 int column : which
@@ -57,6 +62,7 @@ int nstops : stops
 int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints
+int npaces : loads that come and go
 int ndn : numbers of the law's derivative
 int nkappa : scaled reactions (redundant variant)
 int loop_friction : whether friction sits on a loop
@@ -73,6 +79,7 @@ const int *vkind : nv: TR_COORDINATE_…
 const int *quat : nquat: offsets in q of quaternions
 const tr_element *element : nelements
 const tr_pair *pair : nsliders
+const tr_pace *pace : npaces
 void (*prepare)(const double *p, double *c) : constants from parameters
 void (*stage1)({STATE}, double *w, double *maps, double *dy) : maps of the multipliers
 void (*stage2)({STATE}, const double *w, const double *z, double *dy) : ẏ

@@ -33,7 +33,8 @@ double tilt : of a ball: its tilt where that is not to follow from the state, el
 
 SLIDING = Record("tr_sliding", "How a sliding pair slides at this state.", """
 double speed : m/s, negative once past a reversal of the frozen direction
-double border : sliding speed of the law's kink, m/s; of a set-valued law: negative where a ball turns without sliding
+double border : sliding speed of the law's kink, m/s
+double cone : of a ball (sine of its tilt)²: negative where it turns without sliding; else 1
 """)
 
 HOLD = Record("tr_hold", "What a pair at rest can hold, and what it is asked to hold.", """

@@ -44,13 +44,13 @@ def stops_function(sym: Symbols, m: Model | None) -> Code:
 
 
 def laws_function(sym: Symbols, parts: list[Element]) -> Code:
-    """η = law(N, rates), its derivative with N (dense block per element, column-major), sliding speeds and kink speeds."""
+    """η = law(N, rates), its derivative with N (dense block per element, column-major), a ``tr_sliding`` a pair."""
     nn = sum(len(e.needs) for e in parts)
     nr = sum(e.joint.kind.nv for e in parts)
     N, rates = SX.sym("N", nn), SX.sym("r", nr + sym.b.numel())
     eta: list[SX] = [SX(0)] * sym.system.neta
     derivative: list[SX] = []
-    speeds: list[SX] = [SX(0)] * (2 * len(sym.system.sliders))
+    sliding: list[SX] = [SX(0), SX(0), SX(1)] * len(sym.system.sliders)
     for e in parts:
         mine, ls, g = N[e.n0 : e.n0 + len(e.needs)], laws(sym, e, rates[nr:]), numbers(sym, e)
         r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
@@ -60,18 +60,17 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
             eta[i] = values[k]
         derivative.append(ca.vec(ca.densify(ca.jacobian(values, mine))))
         for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g, e.friction.adams), ls, strict=True):
-            speeds[2 * s.flag], speeds[2 * s.flag + 1] = speed, law.kink
-        if e.sets:
-            cone = e.contact.cone(w, r, ls, g, e.friction.adams) if e.contact.cone else [SX(1)] * len(ls)
-            for s, measure in zip(e.friction.sliders, cone, strict=True):
-                speeds[2 * s.flag + 1] = measure
+            sliding[3 * s.flag], sliding[3 * s.flag + 1] = speed, law.kink
+        if e.contact.cone and all(law.sets or law.kinks for law in ls):
+            for s, measure in zip(e.friction.sliders, e.contact.cone(w, r, ls, g, e.friction.adams), strict=True):
+                sliding[3 * s.flag + 2] = measure
     args = f"{CONST}N,{CONST}r,{CONST}x,{CONST}c"
     stages = [
         Stage("k_prepare_laws", f"{CONST}p,double*restrict c", "c"),
         Stage("k_laws", f"{args},double*restrict eta,double*restrict dN,double*restrict speed", ""),
     ]
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
-    outs = [Output("eta", 0, eta, 1), Output("dN", 0, derivative, 1), Output("speed", 0, speeds, 1)]
+    outs = [Output("eta", 0, eta, 1), Output("dN", 0, derivative, 1), Output("speed", 0, sliding, 1)]
     return emit(ins, [o for o in outs if o.values], stages)
 
 

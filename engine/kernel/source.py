@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from engine.abi import Coordinate, RowKind
-from engine.abi.kernels import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PAIR, POST
+from engine.abi.kernels import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST
 from engine.kernel.columns import Column
 from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.linear_unit import linear_text
@@ -15,6 +15,7 @@ from engine.kernel.output_unit import OutputUnit, output_unit
 from engine.recursion.reduction import model
 from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
+from engine.system.pace import frequencies
 from engine.system.structure import System, state_coordinates
 
 PREAMBLE = '#include <math.h>\n#include "tr_abi.h"\n'
@@ -106,18 +107,20 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     z = main.sizes
     qkind, vkind, quat = coordinate_kinds(system)
     elements, sliders, dn = element_table(main)
+    paces = frequencies(system)
     row_kind = [int(k) for c in system.cuts for k in
                 [RowKind.TRAVEL] * len(c.kind.rows_s) + [RowKind.TURNING] * len(c.kind.rows_r)]
     sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
         "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
-        "nquat": len(quat), "nelements": len(main.elements), "ndn": dn, "sets": int(any(e.sets for e in main.elements)),
+        "nquat": len(quat), "nelements": len(main.elements), "ndn": dn, "npaces": len(paces),
+        "sets": int(any(e.sets for e in main.elements)),
         "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
     functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "held", "closure", "events", "qdot")}
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
-    text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders)
-    names = {n: f"k_{n}" for n in (*tables, "element", "pair")}
+    text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
+    names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}
     return PREAMBLE + main.text + text + KERNEL.initialiser(
         "trunnion_kernel", **sizes, **names, prepare="k_prepare_all", **functions
     )

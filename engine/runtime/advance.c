@@ -42,7 +42,9 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i))) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, tr_onset_step(s, TR_A(s, K) + k->nq));
+  if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, tr_held_step(s));
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
+  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (k->active + k->neta));
   return TR_OK;
 }
 
@@ -95,8 +97,10 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * n);
   if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
-  else if (s->events.chatter <= CHATTER_MAX)
-    trial->found = tr_find_event(s, &trial->which, &trial->theta);
+  else {
+    tr_note_end(s);
+    if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
+  }
   if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
 }
 
@@ -171,7 +175,7 @@ static int tr_attempt(tr_sim *s, double limit) {
 /* After a failure of friction: whether the run goes on from the state in place, a ball spinning or a jammed pair stopped. */
 static int tr_goes_on(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
-  if (!tr_lets_spin(s) && !tr_through_jam(s)) return 0;
+  if (!tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_passes_fold(s) && !tr_through_jam(s)) return 0;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;
 }

@@ -20,6 +20,7 @@ TR_RARE
 #include "decide.c"
 TR_OFTEN
 #include "events.c"
+#include "search.c"
 #include "record.c"
 #include "start.c"
 #include "watch.c"
@@ -30,6 +31,7 @@ TR_RARE
 #include "settle.c"
 #include "assemble.c"
 #include "diagnose.c"
+#include "fold.c"
 #include "limit.c"
 #include "moreau.c"
 TR_OFTEN
@@ -45,6 +47,9 @@ TR_RARE
 /* What follows from the parameters, anew. */
 void tr_set_parameters(tr_sim *s) {
   s->k->prepare(TR_A(s, p), TR_A(s, c));
+  s->friction.pace = 0.0;
+  for (int i = 0; i < s->k->npaces; ++i)
+    s->friction.pace = fmax(s->friction.pace, fabs(TR_A(s, p)[s->k->pace[i].parameter]) * s->k->pace[i].hertz);
   if (s->o) s->o->prepare(TR_A(s, p), TR_A(s, co));
   if (s->j) s->j->prepare(TR_A(s, p), TR_A(s, cj));
 }

@@ -8,7 +8,7 @@
 #define REST_SPEED 1e-11   /* of the speed unit: at rest; above what round-off leaves of a speed that was made zero */
 #define TOL_RESOLVE 1e-11  /* of the friction ratio, when modes are decided (below TOL_RELEASE: no dwell time is needed) */
 #define TOL_TWIST 1e-9     /* of the capacity: torque about the force that a ball at rest may have to hold; above round-off of both */
-#define PRESCRIBED 1e-9    /* response of a freedom through the loops over its own: below it, its motion is prescribed (as EXACT_PIVOT) */
+#define REST_BROKEN 1e-7   /* of the accelerations that cancel: above it a pair whose rest follows from others is not at rest */
 #define NO_FORCE 1e-300    /* N: stands for a capacity or a size of nothing, so that it can be divided by */
 #define NO_FRICTION 1e-290 /* N: friction asked for that is nothing but what stands for nothing above */
 
@@ -113,6 +113,33 @@ static double tr_freedom_acceleration(tr_sim *s, int i) {
   double acc = Q0[i];
   for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j];
   return acc;
+}
+
+/* The same from the maps as they are, λ included: also where nothing is held. */
+static double tr_acceleration_now(const tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  const double *z = TR_A(s, z), *maps = TR_A(s, maps);
+  double acc = map_Q0(k, maps)[i];
+  for (int q = 0; q < k->active; ++q) acc += map_Ql(k, maps)[i + q * k->neta] * z[q];
+  for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, maps)[i + q * k->neta] * z[k->active + q];
+  return acc;
+}
+
+/* How far freedom i is from rest: its acceleration over what cancels in it. Of freedoms held by the loops or as one of a group, whose rest
+ * is not asked for by an equation of their own: it follows from the others', or contradicts it. */
+static double tr_unrest(tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + k->active;
+  double acc = Q0[i], size = fabs(Q0[i]);
+  for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j], size += fabs(Qe[i + j * e] * eta[j]);
+  return fabs(acc) / fmax(size, NO_FORCE);
+}
+
+/* Whether freedom i of a held pair moves although nothing but the others holds it. After tr_solve_modes. */
+static int tr_contradicts(tr_sim *s, int i) {
+  int kind = tr_row_kinds(s)[i];
+  return (kind == TR_ROW_SHARE || kind == TR_ROW_FREE) && tr_unrest(s, i) > REST_BROKEN;
 }
 
 /* Solve for the multipliers in the modes in force, and make the accelerations of the sliding freedoms available. */

@@ -8,6 +8,8 @@
 #define DECIDE_MAX 40      /* pairs turned from one start: a search that has not ended by then goes round in circles */
 #define ENUMERATE_MAX 6    /* pairs whose combinations (3 each) are all tried when the search fails */
 #define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
+#define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are all tried to say whether there is one answer */
+#define ANSWERS_LATER 2    /* and at every later decision, which has to be quick */
 #define SHARE_GAIN 1e-10   /* of the capacity: by so much a group must hold better when its load is shared anew */
 #define DIFFERENT 1e-6     /* of length · rate²: accelerations by which two answers differ; far above round-off, far below a motion's own */
 
@@ -16,7 +18,7 @@ static void tr_let_slip(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *arm = TR_A(s, arm) + pair->eta0;
   tr_mode *m = tr_mode_of(s, i);
-  int prescribed = tr_row_kinds(s)[pair->eta0] == TR_ROW_FREE;
+  int prescribed = tr_row_kinds(s)[pair->eta0] == TR_ROW_FREE || tr_contradicts(s, pair->eta0);
   m->flag = TR_SLIPS;
   for (int j = 0; j < 3; ++j) m->direction[j] = 0.0;
   if (pair->nrates == 1)
@@ -28,7 +30,6 @@ static void tr_let_slip(tr_sim *s, int i) {
 /* How far pair i (at rest) is from satisfying its mode, after tr_solve_modes; > 0: it does not. */
 static double tr_misfit(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
-  const int *row = tr_row_kinds(s);
   const tr_mode *m = tr_mode_of(s, i);
   double acc[3], unit = tr_speed_unit(s) * s->set.rate, along = 0.0, worst = -1.0;
   if (tr_flag(m) != TR_STUCK) {
@@ -39,7 +40,7 @@ static double tr_misfit(tr_sim *s, int i) {
     return worst <= tr_faint(s, i) || along > 0.0 ? -1.0 : 1.0;
   }
   for (int j = 0; j < pair->neta; ++j)
-    if (row[pair->eta0 + j] == TR_ROW_FREE)
+    if (tr_contradicts(s, pair->eta0 + j))
       worst = fmax(worst, fabs(tr_freedom_acceleration(s, pair->eta0 + j)) * TR_A(s, arm)[pair->eta0 + j] / unit - TOL_RESOLVE);
   return fmax(worst, tr_ratio(s, i) - 1.0 - TOL_RESOLVE);
 }
@@ -138,12 +139,12 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   return n <= ENUMERATE_MAX && tr_enumerate(s, rest, n) > 0;
 }
 
-/* Note when other modes of one or two pairs would have done as well: then the motion is not determined by the law. */
-static void tr_note_answers(tr_sim *s, double t, const int *rest, int n) {
+/* Note when other modes of these pairs, `most` of them at most, would have done as well: then the motion is not determined by the law. */
+static void tr_note_answers(tr_sim *s, double t, const int *rest, int n, int most) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
   double z[k->active + k->neta + 1];
-  if (n > 2 || s->audit.open_t >= 0.0) return;
+  if (n > most || s->audit.open_t >= 0.0) return;
   for (int q = 0; q < n; ++q)
     if (tr_pair_of(s, rest[q])->nrates > 1) return;
   tr_keep_modes(s, modes);

@@ -95,7 +95,7 @@ static int tr_lets_spin(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
     tr_mode_of(s, i)->flag = TR_CONE;
-    if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->border < 0.0) {
+    if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->cone < 0.0) {
       s->step.have_k1 = s->step.have_jac = 0;
       s->step.h = s->set.hfixed;
       s->stats.events++;
@@ -104,6 +104,41 @@ static int tr_lets_spin(tr_sim *s) {
     tr_mode_of(s, i)->flag = TR_SLIPS;
   }
   return 0;
+}
+
+/* The slowest of the pairs whose speed is below the tolerance of velocities, of those that slide; −1: there is none. Maps in place. */
+static int tr_slowest(const tr_sim *s) {
+  double least = s->set.rtol * tr_speed_unit(s);
+  int slow = -1;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_is_set(s, i) || tr_is_stuck(s, i)) continue;
+    double v = tr_pair_speed(s, i);
+    if (v <= least) least = v, slow = i;
+  }
+  return slow;
+}
+
+/* Where friction has no answer beside a pair that is all but at rest, that pair stops here, and all at rest are decided: the direction of
+ * so slow a sliding turns faster than any step. 1 when the run can go on. */
+static int tr_slow_pair_stops(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y), old[tr_width(s)];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->sets) return 0;
+  s->step.watch = 0;
+  tr_maps_at(s, y);
+  int slow = tr_slowest(s);
+  if (slow < 0) return 0;
+  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
+  if (tr_settle(s, s->clock.t, y, slow) != TR_OK) {
+    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
+    return 0;
+  }
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
+  s->stats.events++;
+  return 1;
 }
 
 /* Continue through a jam at (t, y): the pair to blame stops at once. Where what is left of its speed is below the tolerance of velocities,

@@ -26,7 +26,7 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
     if (*count >= capacity) return TR_ROWS_FULL;
     double *y = TR_A(s, yout);
     if (final) memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
-    else tr_dense_eval(s, s->pending.theta, y);
+    else tr_dense_state(s, s->pending.theta, y);
     int code = tr_output(s, t_end, y, rows + width * *count);
     if (code != TR_OK) return code;
     ++*count;
@@ -39,7 +39,7 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
       memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
     } else {
       if (!tr_have_dense(s)) return TR_FAIL_MULTIPLIERS;
-      tr_dense_eval(s, theta, y);
+      tr_dense_state(s, theta, y);
     }
     int code = tr_output(s, t, y, rows + width * *count);
     if (code != TR_OK) return code;
@@ -107,7 +107,7 @@ static int tr_finish_set(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
   tr_mode modes[s->k->nsliders];
   s->friction.capture = s->friction.missed = -1;
-  tr_dense_eval(s, s->pending.theta, ye);
+  tr_dense_state(s, s->pending.theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   if (tr_needs_sharpening(s, s->pending.which)) tr_sharpen(s, s->pending.which, &te, ye);
   tr_keep_modes(s, modes);
@@ -131,10 +131,10 @@ static int tr_finish_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
   int i = s->pending.which, pair = i < s->k->nsliders;
   if (pair && tr_is_set(s, i)) return tr_finish_set(s);
-  tr_dense_eval(s, s->pending.theta, ye);
+  tr_dense_state(s, s->pending.theta, ye);
   double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
   if (pair && tr_slides(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
-    tr_dense_eval(s, s->pending.theta - dt / s->step.size, yo);
+    tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);
     if (!tr_rhs(s, te - dt, yo, dy)) return TR_FAIL_MULTIPLIERS;
     rate = tr_sliding_of(s, i)->speed;
   }

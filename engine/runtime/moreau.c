@@ -68,6 +68,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   s->moreau.calm = changed ? 0 : s->moreau.calm + 1;
   memcpy(TR_A(s, yold), y, sizeof(double) * n);
   for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
+  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (k->active + k->neta)), tr_note_end(s);
   s->step.t0 = s->clock.t, s->step.size = h, s->step.dense_rows = 1, s->step.have_dense = 1;
   s->pending.t = h == left ? limit : s->clock.t + h, s->pending.theta = 1.0, s->pending.h = h, s->pending.grow = 1.0, s->pending.kind = TR_IMPULSE_STEP;
   s->stats.steps++, s->stats.of_method[s->step.method]++;

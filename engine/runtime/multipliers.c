@@ -2,6 +2,7 @@
  * rest; λ follows (``loops.c``). */
 #include "loops.c"
 
+#define PRESCRIBED 1e-9      /* response of a freedom through the loops over its own: below it, its motion is prescribed (as EXACT_PIVOT) */
 #define NEWTON_MAX 30
 #define SINGULAR 1e-300      /* derivative of the one complement equation: what is less cannot be divided by */
 #define NEWTON_EXACT 1e-15   /* of the largest friction: a step of round-off */
@@ -122,6 +123,25 @@ static int tr_newton(tr_sim *s, double *eta) {
 
 #include "tilt.c"
 
+static void tr_note_modes(tr_sim *s);
+
+/* Whether the motion of a held freedom has become prescribed by the loops (a dead centre), or has ceased to be. After tr_held_maps. */
+static int tr_kinds_changed(const tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  const int *row = tr_row_kinds(s);
+  const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps));
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (!tr_is_stuck(s, i) || i == s->friction.freed) continue;
+    const tr_pair *pair = tr_pair_of(s, i);
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) {
+      int prescribed = !(fabs(Qe[j + j * e]) > PRESCRIBED * fabs(raw[j + j * e]));
+      if (prescribed != (row[j] == TR_ROW_FREE)) return 1;
+    }
+  }
+  return 0;
+}
+
 /* z = [λ active | η] at the state whose maps are in place; warm-started from the last z. 0 when there is no reachable root. */
 static int tr_multipliers(tr_sim *s) {
   const tr_kernel *k = s->k;
@@ -136,7 +156,10 @@ static int tr_multipliers(tr_sim *s) {
   }
   double lam0[a > 0 ? a : 1];
   tr_eliminate(s, lam0);
-  if (s->friction.still) tr_held_maps(s, lam0);
+  if (s->friction.still) {
+    tr_held_maps(s, lam0);
+    if (tr_kinds_changed(s)) tr_note_modes(s);
+  }
   double warm[e];
   memcpy(warm, eta, sizeof warm);
   if (!tr_newton(s, eta)) {

@@ -67,8 +67,8 @@ static double tr_onset_step(const tr_sim *s, const double *dv) {
     const tr_pair *pair = tr_pair_of(s, i);
     if (!tr_starts_sliding(s, i)) continue;
     double size = 0.0;
-    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) {
-      double a = dv[pair->v0 + j] * TR_A(s, arm)[pair->eta0 + j];
+    for (int j = 0; j < pair->nrates; ++j) {
+      double a = (pair->v0 >= 0 ? dv[pair->v0 + j] : tr_acceleration_now(s, pair->eta0 + j)) * TR_A(s, arm)[pair->eta0 + j];
       size += a * a;
     }
     double slow = size > 0.0 ? 0.5 * tr_onset_speed(s) / sqrt(size) : 0.0;
@@ -101,7 +101,7 @@ static int tr_accelerates(tr_sim *s, int i, const double *d, double *dir) {
   for (int part = 0; part < 3; ++part) { /* a ball slides or spins, depending on the force */
     if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_modes(s)) return 0;
-    int cone = pair->cone && tr_sliding_of(s, i)->border < 0.0;
+    int cone = pair->cone && tr_sliding_of(s, i)->cone < 0.0;
     if ((tr_flag(m) == TR_CONE) == cone) break;
     m->flag = cone ? TR_CONE : TR_SLIPS;
   }

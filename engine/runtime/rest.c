@@ -1,6 +1,9 @@
 /* Pairs that come to rest: which they are, and how what is left of their speed is taken from them. */
 #include "modes.h"
 
+#define HELD_PART 0.25 /* of a period or a turn: eight points see every top of a margin that swings with it (``search.c``) */
+#define TURN 6.283185307179586
+
 /* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none). Maps in place. */
 static int tr_at_rest(tr_sim *s, int also, int *rest) {
   int n = 0;
@@ -84,4 +87,13 @@ static void tr_keep_still(const tr_sim *s, double *v) {
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 >= 0)
       for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) v[s->k->nq + tr_pair_of(s, i)->v0 + j] = 0.0;
+}
+
+/* Longest step of a mechanism whose pairs may stick: a quarter of the fastest load's period, and while something is held, whose load shows
+ * in no error, of the fastest turn. */
+static double tr_held_step(const tr_sim *s) {
+  double pace = s->friction.pace;
+  for (int i = 0; i < s->k->nv && s->friction.still; ++i)
+    if (s->k->vkind[i] == TR_COORDINATE_ANGLE) pace = fmax(pace, fabs(TR_A(s, y)[s->k->nq + i]) / TURN);
+  return pace > 0.0 ? HELD_PART / pace : INFINITY;
 }

@@ -98,7 +98,8 @@ static void tr_watch(tr_sim *s) {
   if (s->friction.still) tr_holding(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (tr_is_set(s, i)) {
-      hi[i] = fmax(hi[i], tr_set_violation(s, i));
+      double v = tr_set_violation(s, i);
+      hi[i] = fmax(hi[i], v), lo[i] = fmin(lo[i], v);
       continue;
     }
     if (tr_is_turn(s, i)) {

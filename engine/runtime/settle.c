@@ -9,13 +9,8 @@
 
 /* Rate of change of the sliding speed of a pair of one component along its direction, at the state just solved. */
 static double tr_slowing(const tr_sim *s, int i) {
-  const tr_kernel *k = s->k;
   int e = tr_pair_of(s, i)->eta0;
-  const double *z = TR_A(s, z), *maps = TR_A(s, maps);
-  double acc = map_Q0(k, maps)[e];
-  for (int q = 0; q < k->active; ++q) acc += map_Ql(k, maps)[e + q * k->neta] * z[q];
-  for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, maps)[e + q * k->neta] * z[k->active + q];
-  return acc * TR_A(s, arm)[e] * (tr_mode_of(s, i)->direction[0] < 0.0 ? -1.0 : 1.0);
+  return tr_acceleration_now(s, e) * TR_A(s, arm)[e] * (tr_mode_of(s, i)->direction[0] < 0.0 ? -1.0 : 1.0);
 }
 
 /* The end of sliding of pair i, found inside a step at (t, y) and evaluated there, was found with the loops open by the step's error;
@@ -48,7 +43,7 @@ static int tr_needs_sharpening(const tr_sim *s, int i) {
 static void tr_sharpen_pending(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
   if (!tr_needs_sharpening(s, s->pending.which)) return;
-  tr_dense_eval(s, s->pending.theta, ye);
+  tr_dense_state(s, s->pending.theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return;
   tr_sharpen(s, s->pending.which, &te, ye);
   s->pending.t = te, s->pending.theta = (te - s->step.t0) / s->step.size;
@@ -89,7 +84,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
     tr_mode *m = tr_mode_of(s, which); /* a ball between sliding and spinning: its law is continuous there */
     m->flag = tr_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
     tr_freeze(s, which);
-    if (tr_flag(m) == TR_SLIPS) tr_tilt_of(s, TR_A(s, z) + k->active, which);
+    if (tr_flag(m) == TR_SLIPS) tr_tilt_of(s, TR_A(s, z) + k->active, which), tr_forget_tilts(s);
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest), decided = 1;
@@ -100,7 +95,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
     if (!(decided = tr_decide(s, rest, n, released))) {
       return TR_FAIL_MODES;
     }
-    tr_note_answers(s, t, rest, n);
+    tr_note_answers(s, t, rest, n, ANSWERS_LATER);
   }
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   tr_certify(s);
@@ -124,10 +119,7 @@ static int tr_ends_sliding(tr_sim *s) {
     if (!(v > REST_SPEED * tr_speed_unit(s)) || (*least > 0.0 && v > 0.5 * *least)) continue;
     for (int j = 0; j < pair->nrates; ++j) {
       int e = pair->eta0 + j;
-      double acc = map_Q0(k, TR_A(s, maps))[e];
-      for (int q = 0; q < k->active; ++q) acc += map_Ql(k, TR_A(s, maps))[e + q * k->neta] * z[q];
-      for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, TR_A(s, maps))[e + q * k->neta] * z[k->active + q];
-      acc *= TR_A(s, arm)[e];
+      double acc = tr_acceleration_now(s, e) * TR_A(s, arm)[e];
       along += acc * rates[pair->rate0 + j] * TR_A(s, arm)[e] / v, size += acc * acc;
     }
     double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
@@ -161,6 +153,7 @@ static int tr_step_capture(tr_sim *s) {
   s->friction.capture = -1;
   for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
   if (!tr_rhs(s, s->clock.t + 0.5 * h, mid, f)) return 0;
+  tr_note_end(s);
   for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
   if (!tr_project(s, s->clock.t + h, ynew)) return 0;
   memcpy(TR_A(s, cand), ynew, sizeof(double) * n);

@@ -14,7 +14,7 @@ static int tr_start_sets(tr_sim *s, double *y) {
   tr_bring_to_rest(s, y, rest, n);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
   if (tr_decide(s, rest, n, -1)) {
-    tr_note_answers(s, s->clock.t, rest, n);
+    tr_note_answers(s, s->clock.t, rest, n, ANSWERS_AT_START);
     return TR_OK;
   }
   return TR_FAIL_MODES;
@@ -30,7 +30,7 @@ static int tr_start_modes(tr_sim *s) {
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = TR_STOP_OPEN;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
-  s->friction = (tr_friction){.capture = -1, .missed = -1, .freed = -1};
+  s->friction = (tr_friction){.pace = s->friction.pace, .capture = -1, .missed = -1, .freed = -1};
   s->step.aside = 0;
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode_of(s, i), 0, sizeof(tr_mode)), tr_zone_of(s, i)->inside = 0;
@@ -50,7 +50,7 @@ static int tr_start_modes(tr_sim *s) {
     tr_mode *m = tr_mode_of(s, i);
     if (!tr_slides(s, i)) continue;
     if (tr_pair_of(s, i)->kind == TR_KIND_KINK && fabs(now[i].speed) < now[i].border) m->flag = TR_PROPORTIONAL;
-    if (tr_pair_of(s, i)->kind == TR_KIND_SET && now[i].border < 0.0) m->flag = TR_CONE;
+    if (tr_pair_of(s, i)->kind == TR_KIND_SET && now[i].cone < 0.0) m->flag = TR_CONE;
   }
   return tr_rhs(s, s->clock.t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }

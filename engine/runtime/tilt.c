@@ -7,12 +7,16 @@
 #define NO_TILT 1e-60    /* stands for a tilt of nothing: 0 would say that none is given */
 #define TILT_STEP 1e-6   /* first step from there: its square is far above round-off */
 #define TILT_MAX 80      /* bisections alone need 50 */
+#define TILT_SWEEPS 30   /* over the tilts of several balls */
+#define TILT_SAME 1e-12  /* of a tilt: a sweep that moves none by more has found them */
 #define TILT_FOUND 1e-14 /* of the tilt: its last digits, which nothing depends on */
 #define TILT_BRACKET 1e-15 /* of its upper end: a bracket that has closed */
 
-/* Whether the pair is a ball that slides, and so may come near its cone. */
+/* Whether pair i is a ball that slides (a law with a kink: faster than that), so that friction may have to be found by its tilt. */
 static inline int tr_slides_on_cone(const tr_sim *s, int i) {
-  return tr_pair_of(s, i)->cone && tr_is_set(s, i) && tr_flag(tr_mode_of(s, i)) == TR_SLIPS;
+  const tr_pair *pair = tr_pair_of(s, i);
+  int flag = tr_flag(tr_mode_of(s, i));
+  return pair->cone && (pair->kind == TR_KIND_SET ? flag == TR_SLIPS : pair->kind == TR_KIND_KINK && flag == TR_SATURATED);
 }
 
 /* Distance of ball i to its cone (s²/|ω|²) with friction at tilt u; η holds the solution. NaN when there is none. */
@@ -20,14 +24,14 @@ static double tr_cone_at(tr_sim *s, double *eta, int i, double u) {
   tr_mode_of(s, i)->tilt = u;
   int ok = tr_newton(s, eta);
   if (ok) tr_law(s, eta);
-  tr_mode_of(s, i)->tilt = 0.0;
-  return ok ? tr_sliding_of(s, i)->border : NAN;
+  return ok ? tr_sliding_of(s, i)->cone : NAN;
 }
 
-/* The root of ball i, from η. Steps: the root of the parabola u² = the straight line through the last two distances. */
+/* The root of ball i, from η; its mode holds the tilt. Steps: the root of the parabola u² = the straight line through the last two
+ * distances. Inside the cone, where it need not slide, the tilt is nothing: what a trial step past the end of sliding needs. */
 static int tr_tilt_of(tr_sim *s, double *eta, int i) {
   double c0 = tr_cone_at(s, eta, i, NO_TILT), u = TILT_STEP, was = 0.0, lo = 0.0, hi = 1.0;
-  if (!(c0 > 0.0)) return 0;
+  if (!(c0 > 0.0)) return c0 == c0;
   for (int it = 0; it < TILT_MAX; ++it) {
     double c = tr_cone_at(s, eta, i, u), slope = (c - c0) / (u - was);
     if (!(c == c)) return 0;
@@ -41,13 +45,38 @@ static int tr_tilt_of(tr_sim *s, double *eta, int i) {
   return 0;
 }
 
-/* η by the tilt of one ball that slides near its cone, tried in turn; 1 when found. */
+/* No tilt is given any more. */
+static void tr_forget_tilts(tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) tr_mode_of(s, i)->tilt = 0.0;
+}
+
+/* η by the tilts of all balls that slide near their cones, each found in turn while the others keep theirs. */
+static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
+  int balls = 0, ok = 1, moved = 1;
+  for (int i = 0; i < s->k->nsliders; ++i) balls += tr_slides_on_cone(s, i);
+  for (int sweep = 0; balls > 1 && ok && moved && sweep < TILT_SWEEPS; ++sweep) {
+    moved = 0;
+    for (int i = 0; i < s->k->nsliders && ok; ++i) {
+      if (!tr_slides_on_cone(s, i)) continue;
+      double was = tr_mode_of(s, i)->tilt;
+      ok = tr_tilt_of(s, eta, i);
+      moved |= !(fabs(tr_mode_of(s, i)->tilt - was) <= TILT_SAME * was);
+    }
+  }
+  tr_forget_tilts(s);
+  return balls > 1 && ok && !moved;
+}
+
+/* η by the tilt of one ball that slides near its cone, tried in turn, then of all; 1 when found. */
 static int tr_newton_by_tilt(tr_sim *s, const double *warm) {
+  double *eta = TR_A(s, z) + s->k->active;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i)) continue;
-    double *eta = TR_A(s, z) + s->k->active;
     memcpy(eta, warm, sizeof(double) * s->k->neta);
-    if (tr_tilt_of(s, eta, i)) return 1;
+    int found = tr_tilt_of(s, eta, i);
+    tr_forget_tilts(s);
+    if (found) return 1;
   }
-  return 0;
+  memcpy(eta, warm, sizeof(double) * s->k->neta);
+  return tr_newton_by_all_tilts(s, eta);
 }

@@ -61,6 +61,7 @@ typedef struct tr_loops {
 typedef struct tr_friction {
   int still;           /* pairs held at rest */
   int shares;          /* whether some of them share their load as a group */
+  double pace;         /* frequency of the fastest load that comes and goes, Hz */
   int freed;           /* pair whose friction is left out for the moment (``tr_stumbling_pair``); -1: none */
   int missed;          /* pair that has turned too fast for a step; -1: none */
   int capture;         /* pair about to come to rest, in a step of its own; -1: none */
@@ -103,7 +104,8 @@ typedef struct tr_places {
   int cand;         /* state at an event; directions of open reactions */
   int K, kstep;     /* slopes of the stages; rows of the dense output */
   int w, maps;      /* stage 1: what it keeps, what it says about the multipliers */
-  int z, zold;      /* multipliers, now and at the start of the step */
+  int z, zold;      /* multipliers, now and where a step that is refused begins anew */
+  int zstart, zend; /* those at the start and at the end of the last step that was made: between them roots are followed inside it */
   int scale;        /* units of the tolerance, a state each */
   int d, S, perm;   /* S of the loops: row scales, factor, order (and behind it that of `lu`) */
   int T, Np, NN;    /* S⁺Se; reaction components N' = N0' + Ne' η; N */

@@ -1,0 +1,118 @@
+/* Friction whose root has folded away: as the state moves on, the root of the complement equations that was followed meets another and
+ * both vanish. Where one remains elsewhere the motion goes on with that: forces jump, velocities do not. An event, told in the table. */
+#include "modes.h"
+
+#define FOLD_AHEAD 1e-7  /* of 1/rate: so far beyond the last state roots are looked for; the way there is made by Euler's rule */
+#define FOLD_AGAIN 1e-5  /* of 1/rate: a second fold so soon is no way on */
+#define FOLD_STARTS 48   /* of Newton's iteration, within multiples of the friction that the forces without it would cause */
+#define FOLD_BRANCHES 4  /* pairs whose branches are tried in all combinations */
+
+/* Whether every pair is on the branch its mode says, at the solution in place: sliding faster than the law's kink or not, inside a ball's
+ * cone or not. */
+static int tr_fits_branches(const tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    const tr_sliding *v = tr_sliding_of(s, i);
+    int flag = tr_flag(tr_mode_of(s, i));
+    if (pair->kind == TR_KIND_KINK && (flag == TR_SATURATED) != (fabs(v->speed) > v->border)) return 0;
+    if (pair->kind == TR_KIND_SET && pair->cone && flag != TR_STUCK && (flag == TR_CONE) != (v->cone < 0.0)) return 0;
+  }
+  return 1;
+}
+
+/* The next of a fixed sequence of numbers within ±1. */
+static double tr_next_number(unsigned *seed) {
+  *seed = *seed * 1664525u + 1013904223u;
+  return (double)(*seed >> 8) / 8388608.0 - 1.0;
+}
+
+/* A root of the complement equations in the modes in force at the state whose maps are in place, from many starts; η holds it. */
+static int tr_root_anywhere(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta;
+  double *eta = TR_A(s, z) + a, lam0[a + 1], size[e + 1];
+  unsigned seed = 12345u;
+  if (k->sets) tr_note_modes(s);
+  if (a) tr_factor(s);
+  tr_eliminate(s, lam0);
+  if (s->friction.still) tr_held_maps(s, lam0);
+  memset(eta, 0, sizeof(double) * e);
+  tr_law(s, eta);
+  for (int i = 0; i < k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    double most = NO_LOAD;
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) most = fmax(most, fabs(TR_A(s, law)[j]));
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) size[j] = most;
+  }
+  for (int start = 0; start < FOLD_STARTS; ++start) {
+    double reach = start ? pow(3.0, start % 4 - 1.0) : 0.0;
+    for (int i = 0; i < e; ++i) eta[i] = reach * size[i] * tr_next_number(&seed);
+    if (!tr_newton(s, eta)) continue;
+    tr_law(s, eta);
+    if (tr_fits_branches(s)) return 1;
+  }
+  return 0;
+}
+
+/* The same on the branches of pairs that have two, tried in all combinations, those in force first. */
+static int tr_root_on_branches(tr_sim *s) {
+  int which[FOLD_BRANCHES], n = 0;
+  for (int i = 0; i < s->k->nsliders && n < FOLD_BRANCHES; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (pair->kind == TR_KIND_KINK || (pair->cone && tr_is_set(s, i) && tr_slides(s, i))) which[n++] = i;
+  }
+  tr_mode modes[s->k->nsliders + 1];
+  tr_keep_modes(s, modes);
+  for (int code = 0; code < 1 << n; ++code) {
+    for (int q = 0; q < n; ++q) {
+      int set = tr_is_set(s, which[q]), was = tr_flag(modes + which[q]), other = set ? (was == TR_CONE ? TR_SLIPS : TR_CONE) : (was == TR_SATURATED ? TR_PROPORTIONAL : TR_SATURATED);
+      tr_mode_of(s, which[q])->flag = code >> q & 1 ? other : was;
+    }
+    if (tr_root_anywhere(s)) return 1;
+  }
+  tr_put_modes(s, modes);
+  return 0;
+}
+
+/* The pair whose friction has changed most between two sets of multipliers, by its part of all. */
+static int tr_most_changed(const tr_sim *s, const double *was, const double *is) {
+  int best = 0;
+  double most = -1.0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    double change = 0.0, size = 0.0;
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) change += fabs(is[j] - was[j]), size += fabs(is[j]) + fabs(was[j]);
+    if (size > 0.0 && change / size > most) most = change / size, best = i;
+  }
+  return best;
+}
+
+/* After a failure of friction at the block's state: go on with a root that is left an instant later. 1 when there is one. */
+static int tr_passes_fold(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int n = tr_width(s), nc = s->o ? s->o->ncontacts : 0, nz = k->active + k->neta;
+  double *y = TR_A(s, y), old[n], was[nz + 1], h = FOLD_AHEAD / s->set.rate;
+  tr_contact before[nc + 1], after[nc + 1];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->nsliders || !s->step.have_k1 || (s->events.last.kind == TR_EV_FOLD && s->clock.t - s->events.last.time < FOLD_AGAIN / s->set.rate)) return 0;
+  s->step.watch = 0;
+  tr_keep_modes(s, modes), memcpy(old, y, sizeof old), memcpy(was, TR_A(s, zold), sizeof(double) * nz);
+  memcpy(TR_A(s, z), was, sizeof(double) * nz);
+  int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
+  for (int i = 0; i < n; ++i) y[i] += h * TR_A(s, K)[i];
+  if (tr_project(s, s->clock.t + h, y)) {
+    s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    if (tr_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && tr_fits_branches(s)) {
+      int pair = tr_most_changed(s, was + k->active, TR_A(s, z) + k->active), first = tr_pair_of(s, pair)->contact0;
+      contacts = contacts && tr_all_contacts(s, y, after);
+      tr_log(s, s->clock.t, TR_EV_FOLD, pair, before + first, after + first, contacts ? tr_pair_of(s, pair)->ncontacts : 0);
+      s->clock.t += h;
+      s->step.have_k1 = s->step.have_jac = 0;
+      s->step.h = s->set.hfixed;
+      s->stats.events++;
+      return 1;
+    }
+  }
+  tr_put_modes(s, modes), memcpy(y, old, sizeof old);
+  return 0;
+}

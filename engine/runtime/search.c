@@ -1,0 +1,153 @@
+/* Looking into a step that has been made for the first event: where a pair or a stop leaves its mode.
+ *
+ * What decides the modes was looked at at every stage and at the end. Where one of them is beyond its mode, or comes so near that it may
+ * have been between stages, the step is looked at on its dense output. A pair that is held may be let go and caught again within a
+ * step: the tops of its margin between the points are followed by parabolas, at the ends of the step too. */
+#include "modes.h"
+
+#define SAMPLES 8       /* dense points at which a suspect step is looked at */
+#define ROOT_STEPS 80     /* iterations on θ at most; so many of them by the secant, then by halves, which cannot stall */
+#define SECANT_STEPS 60
+#define ROOT_ROUND_OFF 1e-14 /* of θ */
+#define TOP_STEPS 12    /* parabolas a top is followed by: each takes the error to a higher power */
+#define TOP_NEAR 1e-9   /* of the step: tops nearer to a point looked at are that point */
+#define TOP_SURE 0.01   /* of its distance from release: a top that changes by less with another parabola stays below */
+#define DIP 0.05        /* of what a sliding speed varies over the stages: by so much it may fall between them, to rest and up again */
+#define SWING 0.5       /* of what a margin varies over the stages: by so much it may rise between them (a quarter period between two) */
+
+/* Worst violation at a dense point, relative to tolerance; which one in *worst. NaN when the state cannot be evaluated. */
+static double tr_probe(tr_sim *s, double theta, int *worst) {
+  double *y = TR_A(s, yout), depth[s->k->nstops + 1], best = -INFINITY;
+  tr_dense_state(s, theta, y);
+  if (s->k->nquat) tr_normalize(s, y);
+  if (!tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return NAN;
+  tr_depths(s, y, depth);
+  if (s->friction.still) tr_holding(s);
+  for (int i = 0; i < tr_watched(s); ++i) {
+    double v = tr_violation(s, i, depth);
+    if (v > best) best = v, *worst = i;
+  }
+  return best - 1.0;
+}
+
+/* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). */
+static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, int *which) {
+  int side = 0;
+  for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
+    double m = (ga < 0.0 && it < SECANT_STEPS) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
+    if (!(m > a && m < b)) m = 0.5 * (a + b);
+    int w = *which;
+    double g = tr_probe(s, m, &w);
+    if (!(g <= 0.0)) {
+      b = m, gb = g, *which = w;
+      if (side == 1) ga *= 0.5;
+      side = 1;
+      if (g < 1.0) break; /* within twice the tolerance: good enough, and on the far side */
+    } else {
+      a = m, ga = g;
+      if (side == -1) gb *= 0.5;
+      side = -1;
+    }
+  }
+  return b;
+}
+
+/* What an event search in a step has found. */
+enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
+
+/* Whether what was found at θ is an event; a pair of several components that has merely turned fast asks for a smaller step. */
+static int tr_event_at(tr_sim *s, double theta, int which) {
+  if (which >= s->k->nsliders || !tr_is_set(s, which) || tr_pair_of(s, which)->nrates == 1 || !tr_slides(s, which)) return TR_FOUND;
+  double *y = TR_A(s, yout);
+  tr_dense_eval(s, theta, y);
+  tr_set_time(s, s->step.t0 + theta * s->step.size);
+  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  const tr_mode *m = tr_mode_of(s, which);
+  const double *r = tr_slider_rates(s, which), *arm = TR_A(s, arm) + tr_pair_of(s, which)->eta0;
+  double along = 0.0;
+  for (int j = 0; j < tr_pair_of(s, which)->nrates; ++j) along += r[j] * m->direction[j] * arm[j] * arm[j];
+  if (!(along < 0.0 && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s))) return TR_FOUND;
+  s->friction.missed = which;
+  return TR_TOO_LARGE;
+}
+
+/* Whether the stages of the step just made (end evaluated) give reason to look at it more closely for pair i. */
+static int tr_suspect(const tr_sim *s, int i) {
+  double most = TR_A(s, smax)[i], least = TR_A(s, smin)[i], kink = tr_sliding_of(s, i)->border;
+  switch (tr_pair_of(s, i)->kind) {
+    case TR_KIND_SMOOTH: return 0;
+    case TR_KIND_TURN: return most > 1.0;
+    case TR_KIND_KINK: return tr_slides(s, i) ? least < -TOL_KINK * kink : most > TOL_KINK * kink;
+  }
+  if (!tr_is_stuck(s, i)) return most > (tr_pair_of(s, i)->nrates == 1 && least < most ? -DIP * (most - least) : 1.0);
+  double swing = least < most ? SWING * fmin(most - least, 1.0 / TOL_RELEASE) : 0.0;
+  return most + swing > -NEAR_RELEASE / TOL_RELEASE;
+}
+
+/* Follow the top of the margins near the middle one of three dense points x (values f, the middle one no less than the parabola's slope
+ * demands) until it is positive (1: x[1], f[1] are that point, which[0] what it is of) or sure to stay below (0). */
+static int tr_top_above(tr_sim *s, double *x, double *f, int *which) {
+  for (int it = 0; it < TOP_STEPS; ++it) {
+    double p = (x[1] - x[0]) * (f[1] - f[2]), q = (x[1] - x[2]) * (f[1] - f[0]);
+    double top = x[1] - 0.5 * ((x[1] - x[0]) * p - (x[1] - x[2]) * q) / (p - q);
+    if (!(top > x[0] && top < x[2]) || fabs(top - x[1]) < TOP_NEAR) return 0;
+    int w = *which, right = top > x[1];
+    double v = tr_probe(s, top, &w);
+    if (!(v == v)) return 0;
+    if (v > 0.0) {
+      x[1] = top, f[1] = v, *which = w;
+      return 1;
+    }
+    if (fabs(v - f[1]) < TOP_SURE * fabs(v)) return 0;
+    if (v > f[1]) x[right ? 0 : 2] = x[1], f[right ? 0 : 2] = f[1], x[1] = top, f[1] = v;
+    else x[right ? 2 : 0] = top, f[right ? 2 : 0] = v;
+  }
+  return 0;
+}
+
+/* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end. */
+static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
+  double x[SAMPLES + 1], g[SAMPLES + 1];
+  int held = closely && s->k->sets;
+  for (int q = closely ? !held : SAMPLES; q <= SAMPLES; ++q) {
+    int w = *which;
+    x[q] = q / (double)SAMPLES, g[q] = tr_probe(s, x[q], &w);
+    if (g[q] != g[q]) return TR_TOO_LARGE;
+    if (q == 0) { /* what has just been decided is no event */
+      g[0] = fmin(g[0], 0.0);
+      continue;
+    }
+    if (held && q > 1 && g[q - 1] - g[q - 2] > g[q] - g[q - 1]) {
+      double xx[3] = {x[q - 2], x[q - 1], x[q]}, f[3] = {g[q - 2], g[q - 1], g[q]};
+      int t = *which;
+      if (tr_top_above(s, xx, f, &t)) {
+        *which = t;
+        *theta = tr_first_root(s, xx[0], xx[1], f[0], f[1], which);
+        return tr_event_at(s, *theta, *which);
+      }
+    }
+    if (g[q] > 0.0) {
+      *which = w;
+      *theta = tr_first_root(s, closely && q > !held ? x[q - 1] : 0.0, x[q], closely && q > !held ? g[q - 1] : -1.0, g[q], which);
+      return tr_event_at(s, *theta, *which);
+    }
+  }
+  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta)); /* what follows looks at the end again */
+  return !closely || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
+}
+
+/* Look for the first event in the step just made (end state evaluated in ynew, K[end]): what, and at which θ. */
+static int tr_find_event(tr_sim *s, int *which, double *theta) {
+  int n = tr_watched(s), hit = 0, suspect = 0;
+  if (n == 0 || !s->set.locate) return TR_NO_EVENT;
+  double depth[s->k->nstops + 1];
+  tr_depths(s, TR_A(s, ynew), depth);
+  if (s->friction.still) tr_holding(s);
+  for (int i = 0; i < n; ++i) {
+    if (tr_violation(s, i, depth) > 1.0) hit = 1, *which = i;
+    suspect |= i < s->k->nsliders && tr_suspect(s, i);
+  }
+  if (!hit && !suspect) return TR_NO_EVENT;
+  if (!tr_have_dense(s)) return TR_TOO_LARGE;
+  return tr_look_inside(s, suspect, which, theta);
+}
