@@ -26,7 +26,7 @@ class Status(Named):
     CASE_FAILED = 20, "of a batch: a case ended early; the host may look at its block, then call again"
 
 
-class EventKind(Named):
+class EventKind(Named, prefix="TR_EV_"):
     """What happened at an event."""
 
     REVERSAL = 1, "sliding turned round: the contact normal jumps"
@@ -39,11 +39,6 @@ class EventKind(Named):
     SWITCH = 8
     IMPACT = 9, "a jammed pair stopped at once"
     FOLD = 10, "the friction that was followed has folded away, and another has taken its place"
-
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_EV_"
 
 
 class PairState(Named):
@@ -60,11 +55,11 @@ class PairState(Named):
     @classmethod
     def c_text(cls) -> str:
         """The C definition of the enumeration, in which a number may have two names."""
-        lines = [f"  {cls.prefix()}{name} = {m.value}," for name, m in cls.__members__.items()]
+        lines = [f"  {cls.prefix}{name} = {m.value}," for name, m in cls.__members__.items()]
         return "\n".join([f"/* {' '.join((cls.__doc__ or '').split())} */", "enum {", *lines, "};\n"])
 
 
-class PairKind(Named):
+class PairKind(Named, prefix="TR_KIND_"):
     """What a pair's law does at rest and at its kink."""
 
     SMOOTH = 0, "nothing: it is smooth"
@@ -72,50 +67,30 @@ class PairKind(Named):
     SET = 2, "set-valued at rest"
     TURN = 3, "kink where a single rate changes sign"
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_KIND_"
 
-
-class StopState(Named):
+class StopState(Named, prefix="TR_STOP_"):
     """The flag of a stop, which says whether it is engaged."""
 
     OPEN = 0
     PRESSED = 1
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_STOP_"
 
-
-class Coordinate(Named):
+class Coordinate(Named, prefix="TR_COORDINATE_"):
     """What a coordinate or a rate measures."""
 
     ANGLE = 0
     LENGTH = 1
     QUATERNION = 2
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_COORDINATE_"
 
-
-class RowKind(Named):
+class RowKind(Named, prefix="TR_CONSTRAINS_"):
     """What a constraint row holds."""
 
     TRAVEL = 0, "its multiplier is a force"
     TURNING = 1, "its multiplier is a torque"
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_CONSTRAINS_"
 
-
-class TableKind(Named):
+class TableKind(Named, prefix="TR_TABLE_"):
     """How a table of signals is read."""
 
     LINEAR = 0, "straight lines between the knots"
@@ -123,37 +98,22 @@ class TableKind(Named):
     INPUT = 2, "an external input (tr_input)"
     HERMITE = 3, "cubic pieces with given slopes at the knots"
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_TABLE_"
 
-
-class Post(Named):
+class Post(Named, prefix="TR_POST_"):
     """What the runtime does with a column."""
 
     HOLD = 1, "keep its last value while its partner, a normal force, is zero"
     WRAP = 2, "continue an angle by whole turns"
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_POST_"
 
-
-class Wants(Named):
+class Wants(Named, prefix="TR_WANTS_"):
     """Bits for what a set of columns needs from the runtime besides what the kernel computes."""
 
     CONTRACTION = 1, "the contraction number in every row"
     CONTACTS = 2, "contacts watched for separation while stepping"
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_WANTS_"
 
-
-class Array(Named):
+class Array(Named, prefix="TR_ARRAY_"):
     """Arrays of a block that hosts may look into (``tr_array``)."""
 
     PARAMETERS = 0, "np"
@@ -166,23 +126,13 @@ class Array(Named):
     SLOPES = 7, "rows of K of the last step"
     MAPS = 8, "what stage 1 left for the multipliers"
 
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_ARRAY_"
 
-
-class Why(Named):
+class Why(Named, prefix="TR_WHY_"):
     """Why the equations of friction have no answer."""
 
     UNKNOWN = 0
     JAM = 1, "the pair's sliding stops at once, and from rest there is an answer"
     INCONSISTENT = 2, "not even from rest"
-
-    @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_WHY_"
 
 
 ENUMERATIONS: tuple[type[Named], ...] = (

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,9 +24,14 @@ KNOWN: dict[str, Record] = {}
 
 
 class Named(IntEnum):
-    """An enumeration whose members say what they mean: ``MEMBER = number, "meaning"``. ``prefix()`` begins its names in C."""
+    """An enumeration whose members say what they mean: ``MEMBER = number, "meaning"``. ``prefix`` begins its names in C."""
 
     about: str
+    prefix: ClassVar[str]
+
+    def __init_subclass__(cls, prefix: str = "TR_", **more: Any) -> None:
+        super().__init_subclass__(**more)
+        cls.prefix = prefix
 
     def __new__(cls, number: int, about: str = "") -> Named:
         member = int.__new__(cls, number)
@@ -35,14 +40,9 @@ class Named(IntEnum):
         return member
 
     @classmethod
-    def prefix(cls) -> str:
-        """What the C names begin with."""
-        return "TR_"
-
-    @classmethod
     def c_text(cls) -> str:
         """The C definition of the enumeration."""
-        lines = [f"  {cls.prefix()}{m.name} = {m.value}," + (f" /* {m.about} */" if m.about else "") for m in cls]
+        lines = [f"  {cls.prefix}{m.name} = {m.value}," + (f" /* {m.about} */" if m.about else "") for m in cls]
         return "\n".join([f"/* {one_line(cls.__doc__)} */", "enum {", *lines, "};\n"])
 
 

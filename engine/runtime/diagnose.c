@@ -206,6 +206,12 @@ void tr_certify_run(tr_sim *s, tr_certificate *out) {
                           .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
 }
 
+/* The next of a fixed sequence of numbers within ±1. */
+static double tr_next_number(unsigned *seed) {
+  *seed = *seed * 1664525u + 1013904223u;
+  return (double)(*seed >> 8) / 8388608.0 - 1.0;
+}
+
 /* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state
  * cannot be evaluated. */
 int tr_roots(tr_sim *s) {
@@ -225,10 +231,7 @@ int tr_roots(tr_sim *s) {
   for (int i = 0; i < k->nn; ++i) scale = fmax(scale, fabs(TR_A(s, Np)[i]));
   for (int start = 0; start < 64 && count < most; ++start) {
     double reach = start == 0 ? 0.0 : scale * pow(10.0, (start % 8) - 4.0);
-    for (int i = 0; i < e; ++i) {
-      seed = seed * 1664525u + 1013904223u;
-      eta[i] = reach * ((double)(seed >> 8) / 8388608.0 - 1.0);
-    }
+    for (int i = 0; i < e; ++i) eta[i] = reach * tr_next_number(&seed);
     if (!tr_newton(s, eta)) continue;
     int known = 0;
     for (int q = 0; q < count && !known; ++q) {

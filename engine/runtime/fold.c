@@ -20,12 +20,6 @@ static int tr_fits_branches(const tr_sim *s) {
   return 1;
 }
 
-/* The next of a fixed sequence of numbers within ±1. */
-static double tr_next_number(unsigned *seed) {
-  *seed = *seed * 1664525u + 1013904223u;
-  return (double)(*seed >> 8) / 8388608.0 - 1.0;
-}
-
 /* A root of the complement equations in the modes in force at the state whose maps are in place, from many starts; η holds it. */
 static int tr_root_anywhere(tr_sim *s) {
   const tr_kernel *k = s->k;
@@ -65,7 +59,8 @@ static int tr_root_on_branches(tr_sim *s) {
   tr_keep_modes(s, modes);
   for (int code = 0; code < 1 << n; ++code) {
     for (int q = 0; q < n; ++q) {
-      int set = tr_is_set(s, which[q]), was = tr_flag(modes + which[q]), other = set ? (was == TR_CONE ? TR_SLIPS : TR_CONE) : (was == TR_SATURATED ? TR_PROPORTIONAL : TR_SATURATED);
+      int was = tr_flag(modes + which[q]), ball = was == TR_CONE ? TR_SLIPS : TR_CONE;
+      int kink = was == TR_SATURATED ? TR_PROPORTIONAL : TR_SATURATED, other = tr_is_set(s, which[q]) ? ball : kink;
       tr_mode_of(s, which[q])->flag = code >> q & 1 ? other : was;
     }
     if (tr_root_anywhere(s)) return 1;
@@ -94,7 +89,8 @@ static int tr_passes_fold(tr_sim *s) {
   double *y = TR_A(s, y), old[n], was[nz + 1], h = FOLD_AHEAD / s->set.rate;
   tr_contact before[nc + 1], after[nc + 1];
   tr_mode modes[k->nsliders + 1];
-  if (!k->nsliders || !s->step.have_k1 || (s->events.last.kind == TR_EV_FOLD && s->clock.t - s->events.last.time < FOLD_AGAIN / s->set.rate)) return 0;
+  int again = s->events.last.kind == TR_EV_FOLD && s->clock.t - s->events.last.time < FOLD_AGAIN / s->set.rate;
+  if (!k->nsliders || !s->step.have_k1 || again) return 0;
   s->step.watch = 0;
   tr_keep_modes(s, modes), memcpy(old, y, sizeof old), memcpy(was, TR_A(s, zold), sizeof(double) * nz);
   memcpy(TR_A(s, z), was, sizeof(double) * nz);
