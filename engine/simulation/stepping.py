@@ -13,7 +13,6 @@ from engine.basics.interrupts import Held, held
 from engine.simulation import block as bl
 from engine.simulation.certificate import Certificate, certificate, certificate_notes
 from engine.simulation.diagnosis import diagnose
-from engine.simulation.event import Event
 from engine.simulation.events import decode
 from engine.simulation.gaps import open_loop
 from engine.simulation.outcome import DONE, Outcome
@@ -34,12 +33,12 @@ Progress = Callable[[float, float], None]
 
 
 class OneRun:
-    """A run in progress: the rows and events so far, and how long its parts took."""
+    """A run in progress: the rows and event records so far, and how long its parts took."""
 
     def __init__(self, model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None):
         self.model, self.until, self.every, self.settings, self.progress = model, until, every, settings, progress
         self.rows: list[np.ndarray] = []
-        self.events: list[Event] = []
+        self.records: list[np.ndarray] = []
         self.notes: list[str] = []
         self.open_reactions = Redundancy(0)
         self.build = self.setup = self.wall = 0.0
@@ -64,7 +63,8 @@ class OneRun:
         log.info("%s: %s", scene.name, outcome)
         certified = certificate(block, self.model.system, self.roots, self.open_reactions) if self.began else Certificate()
         self.notes += certificate_notes(certified)
-        return Result(scene, data, tuple(self.model.columns), tuple(self.events), outcome, stats, used, tuple(self.notes),
+        events = decode(self.model.system, np.concatenate(self.records)) if self.records else []
+        return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.open_reactions, certified)
 
     def _begin(self) -> Outcome | None:
@@ -92,26 +92,29 @@ class OneRun:
 
     def _stepping_or_stopped(self) -> Outcome:
         """Advance to the end, or until Ctrl-C; the rows and events up to then are kept."""
-        started = time.perf_counter()
         try:
             with held() as interrupt:
-                return self._stepping(interrupt)
+                started = time.perf_counter()
+                try:
+                    return self._stepping(interrupt)
+                finally:
+                    self.wall = time.perf_counter() - started - self.build
         except KeyboardInterrupt:
             return Outcome.named("stopped", max(self.model.block.time, float(self.rows[-1][-1, 0])), "")
-        finally:
-            self.wall = time.perf_counter() - started - self.build
 
     def _stepping(self, interrupt: Held) -> Outcome:
         """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt is raised only between two of them."""
         block = self.model.block
-        buffer = np.empty((CHUNK_ROWS, block.width))
+        buffer = np.empty((self._rows_at_once(), block.width))
         told, steps = time.perf_counter(), FIRST_STEPS
         while True:
             began = time.perf_counter()
             status, count = block.advance(self.until, steps, buffer)
             if count:
                 self.rows.append(buffer[:count].copy())
-            self.events += decode(self.model.system, block.take_events())
+            events = block.take_events()
+            if len(events):
+                self.records.append(events)
             if status == bl.DONE:
                 break
             if status == bl.NEED_JACOBIAN:
@@ -132,6 +135,10 @@ class OneRun:
                 return diagnose(self.model, code)
             self.rows.append(last[None, :])
         return Outcome(DONE, self.until)
+
+    def _rows_at_once(self) -> int:
+        """How many rows a call into C may return: room for all of a short run, touching no more memory than it fills."""
+        return CHUNK_ROWS if self.every <= 0.0 else int(min(CHUNK_ROWS, self.until / self.every + 2))
 
     def _attach_jacobian(self, interrupt: Held) -> None:
         """Attach the Jacobian unit. Its building time counts as building, not stepping, and may be interrupted: the block is
