@@ -86,7 +86,7 @@ static void tr_group(tr_sim *s);
 /* How each multiplier is found in the modes in force. The maps of the state must be in place. */
 static void tr_note_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, *row = tr_row_kinds(s);
+  int e = k->neta, *row = tr_row_kinds(s);
   s->friction.still = s->friction.shares = 0;
   for (int i = 0; i < k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
@@ -95,14 +95,17 @@ static void tr_note_modes(tr_sim *s) {
     s->friction.still += stuck;
   }
   if (!s->friction.still) return;
-  double lam0[a + 1];
-  if (a) tr_factor(s);
-  tr_eliminate(s, lam0);
-  tr_held_maps(s, lam0);
+  tr_without_loops(s, 1);
   const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps));
   for (int i = 0; i < e; ++i)
     if (row[i] == TR_ROW_STILL && !(fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e]))) row[i] = TR_ROW_FREE;
   tr_group(s);
+}
+
+/* The equations of friction in the modes in force, at the state whose maps are in place, made ready for tr_newton. */
+static void tr_ready_equations(tr_sim *s) {
+  if (s->k->sets) tr_note_modes(s);
+  tr_without_loops(s, s->friction.still);
 }
 
 /* Acceleration of multiplier i's freedom at the solution in place. */

@@ -223,11 +223,7 @@ int tr_roots(tr_sim *s) {
   memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
   s->step.watch = 0;
   tr_maps_at(s, TR_A(s, y));
-  if (k->sets) tr_note_modes(s);
-  double lam0[a + 1];
-  if (a) tr_factor(s);
-  tr_eliminate(s, lam0);
-  if (s->friction.still) tr_held_maps(s, lam0);
+  tr_ready_equations(s);
   for (int i = 0; i < k->nn; ++i) scale = fmax(scale, fabs(TR_A(s, Np)[i]));
   for (int start = 0; start < 64 && count < most; ++start) {
     double reach = start == 0 ? 0.0 : scale * pow(10.0, (start % 8) - 4.0);

@@ -17,6 +17,12 @@ static void tr_note_chatter(tr_sim *s, double t) {
   s->events.chatter_t = t;
 }
 
+/* The state at the end of the step just made; the multipliers there are put where Newton's iteration begins. */
+static void tr_end_state(tr_sim *s, double *out) {
+  memcpy(out, TR_A(s, ynew), sizeof(double) * tr_width(s));
+  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
+}
+
 /* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0: the
  * end of the whole step, or where an event cuts it short (as it was up to there). */
 static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
@@ -25,7 +31,7 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
   if (s->clock.every <= 0.0) {
     if (*count >= capacity) return TR_ROWS_FULL;
     double *y = TR_A(s, yout);
-    if (final) memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+    if (final) tr_end_state(s, y);
     else tr_dense_state(s, s->pending.theta, y);
     int code = tr_output(s, t_end, y, rows + width * *count);
     if (code != TR_OK) return code;
@@ -36,7 +42,7 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
     if (*count >= capacity) return TR_ROWS_FULL;
     double *y = TR_A(s, yout), theta = (s->clock.row_next - s->step.t0) / s->step.size, t = s->clock.row_next;
     if (final && fabs(t - (s->step.t0 + s->step.size)) <= tr_row_slack(t)) {
-      memcpy(y, TR_A(s, ynew), sizeof(double) * tr_width(s));
+      tr_end_state(s, y);
     } else {
       if (!tr_have_dense(s)) return TR_FAIL_MULTIPLIERS;
       tr_dense_state(s, theta, y);

@@ -23,13 +23,10 @@ static int tr_fits_branches(const tr_sim *s) {
 /* A root of the complement equations in the modes in force at the state whose maps are in place, from many starts; η holds it. */
 static int tr_root_anywhere(tr_sim *s) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta;
-  double *eta = TR_A(s, z) + a, lam0[a + 1], size[e + 1];
+  int e = k->neta;
+  double *eta = TR_A(s, z) + k->active, size[e + 1];
   unsigned seed = 12345u;
-  if (k->sets) tr_note_modes(s);
-  if (a) tr_factor(s);
-  tr_eliminate(s, lam0);
-  if (s->friction.still) tr_held_maps(s, lam0);
+  tr_ready_equations(s);
   memset(eta, 0, sizeof(double) * e);
   tr_law(s, eta);
   for (int i = 0; i < k->nsliders; ++i) {

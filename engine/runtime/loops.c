@@ -153,3 +153,11 @@ static void tr_eliminate(tr_sim *s, double *lam0) {
     }
   }
 }
+
+/* Eliminate λ from the maps in place: from the loads of friction, and (`held`) from the accelerations of what may be at rest. */
+static void tr_without_loops(tr_sim *s, int held) {
+  double lam0[s->k->active + 1];
+  if (s->k->active) tr_factor(s);
+  tr_eliminate(s, lam0);
+  if (held) tr_held_maps(s, lam0);
+}

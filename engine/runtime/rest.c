@@ -57,10 +57,8 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
   int a = k->active, e = k->neta;
   const double *rates = map_rates(k, TR_A(s, maps));
   if (tr_fastest(s, rest, n) > (k->rows ? 0.0 : REST_SPEED * s->set.rate)) {
-    double lam0[a + 1], deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
-    if (a) tr_factor(s);
-    tr_eliminate(s, lam0);
-    tr_held_maps(s, lam0);
+    double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
+    tr_without_loops(s, 1);
     const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
     if (tr_stopping_impulses(s, rest, n, deta)) {
       for (int i = 0; i < a; ++i) {

@@ -108,8 +108,8 @@ static int tr_top_above(tr_sim *s, double *x, double *f, int *which) {
 /* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end. */
 static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
   double x[SAMPLES + 1], g[SAMPLES + 1];
-  int held = closely && s->k->sets;
-  for (int q = closely ? !held : SAMPLES; q <= SAMPLES; ++q) {
+  int held = closely && s->k->sets, first = closely ? !held : SAMPLES;
+  for (int q = first; q <= SAMPLES; ++q) {
     int w = *which;
     x[q] = q / (double)SAMPLES, g[q] = tr_probe(s, x[q], &w);
     if (g[q] != g[q]) return TR_TOO_LARGE;
@@ -117,18 +117,15 @@ static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
       g[0] = fmin(g[0], 0.0);
       continue;
     }
+    double a = q > first ? x[q - 1] : 0.0, ga = q > first ? g[q - 1] : -1.0, b = x[q], gb = g[q];
     if (held && q > 1 && g[q - 1] - g[q - 2] > g[q] - g[q - 1]) {
       double xx[3] = {x[q - 2], x[q - 1], x[q]}, f[3] = {g[q - 2], g[q - 1], g[q]};
       int t = *which;
-      if (tr_top_above(s, xx, f, &t)) {
-        *which = t;
-        *theta = tr_first_root(s, xx[0], xx[1], f[0], f[1], which);
-        return tr_event_at(s, *theta, *which);
-      }
+      if (tr_top_above(s, xx, f, &t)) a = xx[0], b = xx[1], ga = f[0], gb = f[1], w = t;
     }
-    if (g[q] > 0.0) {
+    if (gb > 0.0) {
       *which = w;
-      *theta = tr_first_root(s, closely && q > !held ? x[q - 1] : 0.0, x[q], closely && q > !held ? g[q - 1] : -1.0, g[q], which);
+      *theta = tr_first_root(s, a, b, ga, gb, which);
       return tr_event_at(s, *theta, *which);
     }
   }

@@ -75,10 +75,10 @@ class March:
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
                 places = [system.nq + j.v0 + e - first for e in s.eta]
-                flag, *frozen = x[self.at.mode(s.flag) :][: 1 + len(places)]
-                d = np.array(frozen)
+                mode = self.at.mode_in(x, s.flag)
+                d = mode.direction[: len(places)]
                 size = np.linalg.norm(d)
-                slides = flag != PairState.STUCK and size > 0
+                slides = mode.flag != PairState.STUCK and size > 0
                 if len(places) > 1 and slides and np.linalg.norm(y[places]) < HAIR * self.rate:
                     d = d / size
                     y[places] = HAIR * self.rate * d
@@ -112,7 +112,7 @@ class March:
     def _event(self, leg: Leg, x: np.ndarray) -> None:
         n, y = self.unit.ny + self.unit.nquad, leg.y1
         x1 = leg.x1.copy()
-        x1[1] = leg.t1 + (leg.t1 - leg.t0) * 1e-6
+        x1[INSIDE] = leg.t1 + (leg.t1 - leg.t0) * 1e-6
         after = self._evaluate(leg.t1, y, self.S, x1)[0][:n]
         f, df, _ = self._evaluate(leg.t1, y, self.S, x)
         change = f[:n] - after
@@ -149,17 +149,16 @@ class March:
             assert j.friction is not None
             first = min(e for s in j.friction.sliders for e in s.eta)
             for s in j.friction.sliders:
-                flag, *d = leg.x[self.at.mode(s.flag) :][:4]
-                new = leg.x1[self.at.mode(s.flag) :][:4]
+                mode, new = self.at.mode_in(leg.x, s.flag), self.at.mode_in(leg.x1, s.flag)
                 rows = [rates + at + e - first for e in s.eta]
-                d_ = np.array(d[: len(rows)])
-                size = np.linalg.norm(d_)
-                if flag != PairState.STUCK and size > 0:
-                    d_ = d_ / size
-                    speed = abs(d_ @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
+                d = mode.direction[: len(rows)]
+                size = np.linalg.norm(d)
+                if mode.flag != PairState.STUCK and size > 0:
+                    d = d / size
+                    speed = abs(d @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
                     if speed < AT_REST:
-                        found.append((speed, j.name, d_ @ df[rows], float(d_ @ flow[rows, 0])))
-                elif flag == PairState.STUCK != new[0] and u.n["holds"]:
+                        found.append((speed, j.name, d @ df[rows], float(d @ flow[rows, 0])))
+                elif mode.flag == PairState.STUCK != new.flag and u.n["holds"]:
                     row = rates + u.n["rates"] + s.flag
                     found.append((abs(f[row]), j.name, df[row], float(flow[row, 0])))
             at += j.kind.nv

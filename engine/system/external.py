@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from engine.abi import runs
 
 TIMES = runs.MOMENT.numbers
@@ -20,6 +22,16 @@ TABLE = runs.SIGNAL.numbers
 """Numbers per table: value and three derivatives."""
 MODE = runs.MODE.numbers
 """Numbers per sliding pair: state flag, frozen direction (3), given tilt."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """The mode of a sliding pair, as it lies in x (``tr_mode``). flag: a ``PairState``; direction: its rates when the direction was
+    frozen (3, of which a pair of fewer components uses the first; of one component: its sign); tilt: of a ball."""
+
+    flag: float
+    direction: np.ndarray
+    tilt: float
 
 
 @dataclass(frozen=True)
@@ -42,6 +54,11 @@ class External:
     def mode(self, slider: int) -> int:
         """Where the numbers of a sliding pair's mode begin."""
         return self.stop(self.stops) + MODE * slider
+
+    def mode_in(self, x: np.ndarray, slider: int) -> Mode:
+        """The mode of a sliding pair in x."""
+        record = np.ascontiguousarray(x[self.mode(slider) : self.mode(slider) + MODE]).view(runs.MODE.dtype)[0]
+        return Mode(float(record["flag"]), np.array(record["direction"]), float(record["tilt"]))
 
     @property
     def flags(self) -> slice:
