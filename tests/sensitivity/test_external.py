@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 import engine
+from engine.abi import runs
 from engine.cli import main
 from engine.scene import scene_from_dict
 from engine.scene.dump import scene_to_yaml
 from engine.scene.model import Scene
+from engine.system.external import External
 from tests.sensitivity.test_sensitivity import ACROSS, SMOOTH, off
 
 ARM = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"pivot": [-0.3, 0, 0], "end": [0.3, 0, 0]}}
@@ -79,3 +81,12 @@ def test_the_command_differentiates_by_an_input(tmp_path: Path, capsys: pytest.C
     assert main([*words, *(w for n in names for w in ("--to", n))]) == 0
     got = json.loads(capsys.readouterr().out)
     assert np.array_equal(got["derivatives"], engine.sensitivity(scene, names, ["shoulder.q[1]"], 0.1).derivatives)
+
+
+def test_the_mode_of_a_pair_is_read_by_the_names_of_its_record() -> None:
+    at = External(tables=1, stops=2, sliders=3)
+    x = np.arange(float(at.size))
+    mode = at.mode_in(x, 1)
+    record = x[at.mode(1) : at.mode(2)].view(runs.MODE.dtype)[0]
+    assert (mode.flag, *mode.direction, mode.tilt) == (record["flag"], *record["direction"], record["tilt"])
+    assert mode.flag == x[at.mode(1)]
