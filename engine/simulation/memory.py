@@ -43,14 +43,18 @@ def expected_rows(until: float, every: float, step: float = 0.0) -> float:
     return until / spacing + 1.0 if spacing > 0.0 else 0.0
 
 
+def most_rows(columns: int) -> float:
+    """Number of rows one run may have. columns: how many numbers are kept of each; 0 where none is kept."""
+    return min(MOST_ROWS, SHARE * memory() / (COPIES * NUMBER * columns)) if columns else MOST_ROWS
+
+
 def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0) -> list[Problem]:
     """The problems of asking for so many rows; none when they can be had. columns: how many are kept of each row; 0 where none
     is kept, so that only time limits the rows."""
     rows = expected_rows(until, every, step)
-    need = COPIES * NUMBER * columns * rows
-    if rows <= MOST_ROWS and need <= SHARE * memory():
+    need, most = COPIES * NUMBER * columns * rows, most_rows(columns)
+    if rows <= most:
         return []
-    most = min(MOST_ROWS, SHARE * memory() / (COPIES * NUMBER * columns) if columns else MOST_ROWS)
     spacing = rounded_up(until / max(most - 1.0, 1.0))
     what = f"{until:g} s at {every or step:g} s are {rows:.3g} rows"
     if columns:

@@ -9,6 +9,8 @@ from engine.friction import DEFAULT, twin_of
 from engine.integrators import AUTO, METHODS
 
 DONE = "done"
+TOO_MANY_ROWS = "too_many_rows"
+"""How a run with a row at every step of the solver ends when these have become too many: nobody knows their number before."""
 NAMES: dict[int, str] = {
     Status.FAIL_NOT_FINITE: "not_finite",
     Status.FAIL_STEP: "step_underflow",
@@ -36,6 +38,8 @@ ADVICE = {
     "so that it cannot turn as its drives ask: keep its angles away from there, or add a turning freedom across that plane",
     "max_steps": f"the step budget is used up: raise max_steps, or try method {AUTO.stiff.name}",
     "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
+    TOO_MANY_ROWS: "the rows of all the solver's steps take the memory that a result may have; those up to then are kept: give every a "
+    "spacing, end earlier, or ask for fewer columns with outputs",
     "stopped": "stopped on request; results up to then are kept",
 }
 

@@ -15,7 +15,8 @@ from engine.simulation.certificate import Certificate, certificate, certificate_
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.events import decode
 from engine.simulation.gaps import open_loop
-from engine.simulation.outcome import DONE, Outcome
+from engine.simulation.memory import most_rows
+from engine.simulation.outcome import DONE, TOO_MANY_ROWS, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulation.result import Result, Stats
 
@@ -106,12 +107,13 @@ class OneRun:
         """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt is raised only between two of them."""
         block = self.model.block
         buffer = np.empty((self._rows_at_once(), block.width))
-        told, steps = time.perf_counter(), FIRST_STEPS
+        told, steps, left = time.perf_counter(), FIRST_STEPS, most_rows(block.width) - 1.0
         while True:
             began = time.perf_counter()
             status, count = block.advance(self.until, steps, buffer)
             if count:
                 self.rows.append(buffer[:count].copy())
+                left -= count
             events = block.take_events()
             if len(events):
                 self.records.append(events)
@@ -123,6 +125,8 @@ class OneRun:
                 steps = sized(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
                 return diagnose(self.model, status)
+            if left < 0.0 >= self.every:
+                return Outcome.named(TOO_MANY_ROWS, float(self.rows[-1][-1, 0]), "")
             if interrupt.asked:
                 raise KeyboardInterrupt
             if self.progress and time.perf_counter() - told > 0.1:

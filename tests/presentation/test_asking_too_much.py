@@ -7,6 +7,7 @@ import socket
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import engine
@@ -50,6 +51,22 @@ def test_the_command_is_refused_with_memory_and_writes_nothing(tmp_path: Path, c
     assert "5e+09 rows of 63 numbers, 5.04 TB" in problem["what"]
     assert "1 GB" in problem["what"]
     assert not file.exists()
+
+
+def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody knows before how many steps there will be, so that such a run is not refused: it ends with what it has."""
+    asked = {"until": 60.0, "every": 0, "rtol": 1e-12, "outputs": "crank_pivot.q*"}
+    whole = engine.simulate("crank_slider_free", **asked)
+    assert whole.outcome.ok
+    assert len(whole.time) > 1000
+    monkeypatch.setattr(memory, "memory", lambda: 100 * memory.COPIES * memory.NUMBER * len(whole.names) / memory.SHARE)
+    part = engine.simulate("crank_slider_free", **asked)
+    assert part.outcome.name == "too_many_rows"
+    assert "give every a spacing" in part.outcome.advice
+    assert part.outcome.time == part.time[-1] < 60.0
+    assert 100 < len(part.time) < len(whole.time)
+    assert np.array_equal(part.data, whole.data[: len(part.time)])
+    assert part.events == tuple(e for e in whole.events if e.time <= part.time[-1])
 
 
 @pytest.mark.usefixtures("small")
