@@ -20,6 +20,11 @@ BACKLOG = 2048
 """Connections that may wait to be accepted, as uvicorn has it."""
 
 
+SCHEDULER = typer.Option(
+    metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786 (default: processes here).", envvar="TRUNNION_SCHEDULER"
+)
+
+
 def limit_names() -> list[str]:
     """Names of the limits that are numbers."""
     return [f.name for f in fields(Limits) if f.name != "rate"]
@@ -61,14 +66,7 @@ def serve(
     results: Annotated[
         str, typer.Option(metavar="URL", help="Folder or fsspec URL for results (default: in DIR).", envvar="TRUNNION_RESULTS")
     ] = "",
-    scheduler: Annotated[
-        str,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Dask scheduler, such as tcp://host:8786 (default: processes here).",
-            envvar="TRUNNION_SCHEDULER",
-        ),
-    ] = "",
+    scheduler: Annotated[str, SCHEDULER] = "",
     workers: Annotated[int, typer.Option(metavar="N", min=0, help="Processes, without a scheduler (default: one a core).")] = 0,
     keys: Annotated[bool, typer.Option("--keys", help="Ask for keys on this machine too.")] = False,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Most requests a key, such as 1200/minute.")] = "",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -26,6 +26,8 @@ from engine.system.build import build
 
 if TYPE_CHECKING:
     import pyarrow
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -63,45 +65,46 @@ def plan(
     keep: the reductions, as text; run: settings for all cases; most: largest number of cases allowed. SceneError with every
     problem.
     """
-    problems: list[Problem] = []
     run = run or Run()
     ways = [w for w in (over, cases, sample) if w is not None]
     if len(ways) != 1:
         what = "nothing says what varies" if not ways else "more than one way of saying what varies"
         raise SceneError([Problem("over", what, "give exactly one of over (grid), cases (list) and sample (ranges)")])
-    chosen: tuple[Reduction, ...] = ()
-    found = None
-    try:
-        chosen = reductions(keep, columns(build(scene).system))
-    except SceneError as e:
-        problems += e.problems
-    try:
-        found = (
-            grid(scene, over)
-            if over is not None
-            else listed(scene, cases)
-            if cases is not None
-            else sampled(scene, sample or {}, count, seed, sampling)
-        )
-    except SceneError as e:
-        problems += e.problems
-    try:
-        until, every, rtol = run.of(scene)
-        unlimited = [
-            Problem(n, f"{v:g} is not finite") for n, v in (("until", until), ("every", every), ("rtol", rtol)) if not isfinite(v)
-        ]
-        if unlimited:
-            raise SceneError(unlimited)
-        check_settings(until, every, bl.Settings(rtol=rtol, method=run.method or scene.simulation.method), scene)
-    except SceneError as e:
-        problems += e.problems
+    problems: list[Problem] = []
+    chosen = _found(problems, lambda: reductions(keep, columns(build(scene).system)))
+    if over is not None:
+        found = _found(problems, partial(grid, scene, over))
+    elif cases is not None:
+        found = _found(problems, partial(listed, scene, cases))
+    else:
+        found = _found(problems, partial(sampled, scene, sample or {}, count, seed, sampling))
+    _found(problems, partial(_check_run, scene, run))
     if found is not None and most is not None and found.count > most:
-        problems.append(
-            Problem("cases", f"{found.count} cases are more than the {most} allowed", "split the batch, or ask for a higher limit")
-        )
-    if problems or found is None:
+        what = f"{found.count} cases are more than the {most} allowed"
+        problems.append(Problem("cases", what, "split the batch, or ask for a higher limit"))
+    if problems or found is None or chosen is None:
         raise SceneError(problems)
     return Plan(scene, found, chosen, run)
+
+
+def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
+    """What ``work`` returns; None when it raises SceneError, whose problems are kept."""
+    try:
+        return work()
+    except SceneError as e:
+        problems += e.problems
+        return None
+
+
+def _check_run(scene: Scene, run: Run) -> None:
+    """Refuse settings that no case can be run with: SceneError with everything that is wrong."""
+    until, every, rtol = run.of(scene)
+    unlimited = [
+        Problem(n, f"{v:g} is not finite") for n, v in (("until", until), ("every", every), ("rtol", rtol)) if not isfinite(v)
+    ]
+    if unlimited:
+        raise SceneError(unlimited)
+    check_settings(until, every, bl.Settings(rtol=rtol, method=run.method or scene.simulation.method), scene)
 
 
 class Stopped(Exception):

@@ -97,7 +97,7 @@ def simulate(
     """Run a scene.
 
     scene: a Scene, a file, a bundled model's name, or a dict as it would stand in a file. until: end time, s or text such as
-    "10 ms". every: output spacing, s (default: 1000 rows; 0: every step, until there are too many for the memory). rtol: relative tolerance of positions and velocities
+    "10 ms". every: output spacing, s (default: 1000 rows; 0: every step). rtol: relative tolerance of positions and velocities
     (also absolute, in the scene's own scales). method: one of ``engine.integrators.METHODS``. overrides:
     {"joints.ball.friction.mu": 0.5, …}. outputs: a pattern of columns, or several. step: fixed step instead of error control.
     max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a Result with

@@ -11,7 +11,15 @@ depends_on = None
 
 def upgrade() -> None:
     """Create the tables."""
+    create_jobs()
+    create_keys()
+    create_attempts()
+    create_chunks()
+    create_events()
 
+
+def create_jobs() -> None:
+    """Jobs: what was asked, how far it is, who works on it."""
     op.create_table(
         "jobs",
         sa.Column("id", sa.String(length=32), nullable=False),
@@ -44,6 +52,9 @@ def upgrade() -> None:
         batch_op.create_index("ix_jobs_created_id", ["created", "id"], unique=False)
         batch_op.create_index("ix_jobs_state", ["state"], unique=False)
 
+
+def create_keys() -> None:
+    """Keys that clients show."""
     op.create_table(
         "keys",
         sa.Column("id", sa.String(length=16), nullable=False),
@@ -54,6 +65,10 @@ def upgrade() -> None:
         sa.Column("revoked", sa.Float(), nullable=True),
         sa.PrimaryKeyConstraint("id"),
     )
+
+
+def create_attempts() -> None:
+    """Attempts at chunks of a job."""
     op.create_table(
         "attempts",
         sa.Column("id", sa.BigInteger().with_variant(sa.Integer(), "sqlite"), autoincrement=True, nullable=False),
@@ -69,6 +84,9 @@ def upgrade() -> None:
     with op.batch_alter_table("attempts", schema=None) as batch_op:
         batch_op.create_index("ix_attempts_job_start", ["job", "start"], unique=False)
 
+
+def create_chunks() -> None:
+    """Chunks of a job: which cases, and what became of them."""
     op.create_table(
         "chunks",
         sa.Column("job", sa.String(length=32), nullable=False),
@@ -84,6 +102,9 @@ def upgrade() -> None:
     with op.batch_alter_table("chunks", schema=None) as batch_op:
         batch_op.create_index("ix_chunks_job_state", ["job", "state"], unique=False)
 
+
+def create_events() -> None:
+    """What happened to a job, for those who follow it."""
     op.create_table(
         "events",
         sa.Column("id", sa.BigInteger().with_variant(sa.Integer(), "sqlite"), autoincrement=True, nullable=False),

@@ -1,0 +1,94 @@
+"""The jobs this server works on: it holds a lease on each, renews it, takes over what nobody works on, and ends what is over.
+
+What is kept here in memory can be lost at any moment: chunks found ``running`` when a job is taken over are done when their part is
+there, and are run again when it is not.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import secrets
+import time
+from typing import Any
+
+from service.executor.active import Active
+from service.executor.parts import Parts
+from service.settings import Settings
+from service.store.rows import Chunk, Job
+from service.store.work import Done, WorkStore
+
+
+class HeldJobs:
+    """Jobs by id, under the leases of one server. name: the server's, in leases; landed: (job, first case, future) of what came
+    back from the cluster and is not recorded yet; claimed: when leases were last renewed, s of the monotonic clock."""
+
+    def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
+        self.store, self.parts, self.settings = store, parts, settings
+        self.name = secrets.token_hex(8)
+        self.jobs: dict[str, Active] = {}
+        self.landed: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
+        self.claimed = -1e9
+
+    def _claim(self) -> None:
+        """Renew leases; take over what nobody works on; drop what was lost or has ended."""
+        held = {j.id: j for j in self.store.claim(self.name, self.settings.lease)}
+        self.claimed = time.monotonic()
+        for gone in self.jobs.keys() - held.keys():
+            self._forget(self.jobs[gone])
+        for job in held.values():
+            if job.id in self.jobs:
+                self.jobs[job.id].job = job
+            else:
+                self._adopt(job)
+
+    def _adopt(self, job: Job) -> None:
+        """Begin a job whose lease was just taken, or resume it where another server left it."""
+        if job.state != "cancelling":
+            self.parts.write(self.parts.job_file(job.id), json.dumps(self.store.document(job.id)).encode())
+        active = Active(job, planned=job.planned)
+        if job.done and job.seconds:
+            active.cost = job.seconds / job.done
+        self.jobs[job.id] = active
+        for chunk in self.store.running(job.id):
+            self._settle(active, chunk)
+        self.store.begin(self.name, job.id)
+
+    def _settle(self, active: Active, chunk: Chunk) -> None:
+        """Decide on a chunk whose future is gone: it is done when its part is there, else it is run again."""
+        there = self.parts.counted(self.parts.part(chunk.job, chunk.start, chunk.stop))
+        if there is not None:
+            self.store.chunk_done(self.name, chunk.job, chunk.start, Done(there[0], 0.0, 0.0, there[1]))
+        else:
+            self.store.chunk_lost(
+                self.name, chunk.job, chunk.start, "its server went away", self.settings.attempts, 0.0, blame=False
+            )
+
+    def _forget(self, active: Active) -> None:
+        for _, future in active.flying.values():
+            future.cancel()
+        self.jobs.pop(active.job.id, None)
+
+    def _look_after(self, active: Active) -> None:
+        """Cancel or end the job when it is time, and find chunks whose futures were lost without a result."""
+        if active.job.state == "cancelling":
+            self._stop_job(active, "cancelled", [])
+            return
+        if time.monotonic() - active.looked < 1.0:
+            return
+        active.looked = time.monotonic()
+        for start, (_, future) in list(active.flying.items()):
+            if future.status in ("cancelled", "lost"):
+                self.landed.put((active.job.id, start, future))
+        self._end_if_over(active)
+
+    def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:
+        """End a job before its time; its workers see the marker."""
+        if active.flying:
+            self.parts.write(self.parts.marker(active.job.id), b"")
+        self.store.end(self.name, active.job.id, state, problems)
+        self._forget(active)
+
+    def _end_if_over(self, active: Active) -> None:
+        if not active.flying and self.store.end_if_over(self.name, active.job.id) is not None:
+            self._forget(active)
