@@ -38,7 +38,7 @@ ADVICE = {
     "so that it cannot turn as its drives ask: keep its angles away from there, or add a turning freedom across that plane",
     "max_steps": f"the step budget is used up: raise max_steps, or try method {AUTO.stiff.name}",
     "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
-    TOO_MANY_ROWS: "the rows of all the solver's steps take the memory that a result may have; those up to then are kept: give every "
+    TOO_MANY_ROWS: "the rows of all the solver's steps take the memory that a result may have; rows so far are kept: give every "
     "a spacing, end earlier, or ask for fewer columns with outputs",
     "stopped": "stopped on request; results up to then are kept",
 }
