@@ -7,9 +7,10 @@ It uses numpy and scipy only, and shares nothing with the engine but the Scene c
     case = random_tree(seed)             random scenes with consistent states (case.scene, case.q, case.qd)
 
 Coordinates and frames: ``bodies`` → ``kinematics``, ``joint_rows``, ``rotation``. Forces: ``loads``, ``signals``. Friction:
-``laws`` → ``contacts`` → ``rubbing``. The solve: ``equations`` → ``friction`` → ``dynamics``; ``modes`` tries all ways to stick
-and slip. Scenes: ``random_parts`` → ``random_scenes``; ``transforms``, ``units`` and ``reversal`` say the same mechanism
-differently, ``values`` compares.
+``laws`` → ``contacts`` → ``rubbing``, the same in plain numbers in ``sliding``. The solve: ``equations`` → ``friction`` →
+``dynamics``. All ways to stick and slip are tried by ``deciding`` (any joint, loops too) and ``modes`` (chains of single freedoms);
+``from_rows`` makes states of a run's rows. Scenes: ``random_parts`` → ``random_scenes``; ``transforms``, ``units`` and
+``reversal`` say the same mechanism differently, ``values`` compares.
 """
 
 from .bodies import Part, joint_frames, parts
