@@ -66,7 +66,7 @@ def library(name: str, identifier: str, sources: dict[str, str]) -> bytes:
 
 def shell_key() -> str:
     """Digest of the constant C sources of the shell and the runtime."""
-    return cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.glob("*.[ch]"))), *FLAGS, str(compiler.UNIT_FLAGS))
+    return cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.glob("*.[ch]"))), *FLAGS)
 
 
 def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str) -> bytes:
@@ -78,9 +78,10 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
         files = [folder / f"{file}.c" for file in sources]
         for file, text in zip(files, sources.values(), strict=True):
             file.write_text(text)
-        for unit in [f for f in files if f.stem in compiler.UNIT_FLAGS]:
-            _compile(target, cpu, constant, ["-c", *compiler.UNIT_FLAGS[unit.stem], str(unit), "-o", str(unit.with_suffix(".o"))])
-            files[files.index(unit)] = unit.with_suffix(".o")
+        for unit, flags in [(f, compiler.unit_flags(f.stem, f.read_text())) for f in files]:
+            if flags:
+                _compile(target, cpu, constant, ["-c", *flags, str(unit), "-o", str(unit.with_suffix(".o"))])
+                files[files.index(unit)] = unit.with_suffix(".o")
         link = ["-nostdlib", "-lm", "-lc"] if "linux" in target else []
         if "macos" in target:
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]

@@ -28,9 +28,11 @@ FLAGS = (
 )  # fmt: skip
 """Loops are short and of lengths known late: unrolled and vectorised by the compiler the runtime takes twice as long to compile and
 is 3 to 14 percent slower. What is worth vectors is written with them (``vec.h``)."""
-UNIT_FLAGS = {"outputs": ("-fno-slp-vectorize",), "linear": ("-fno-slp-vectorize",)}
-"""Flags beyond these of the units that no step waits for: without a search for vectors in their straight-line code they compile in
-a third of the time. Stepping units keep that search: they are up to 12 percent faster with it."""
+STRAIGHT = ("-fno-slp-vectorize",)
+LONG_TEXT = {"outputs": 40_000, "linear": 0}
+"""Characters from which the code of a unit that no step waits for is compiled without a search for vectors in its straight-line
+code: that takes a third of the time. Stepping units keep the search, they are up to 12 percent faster with it, and so do short
+output units, which take a tenth of a second more: rows of redundant loops are up to 10 percent of a run faster with it."""
 TARGETS = {
     ("Linux", "x86_64"): "x86_64-linux-gnu.2.17",
     ("Linux", "aarch64"): "aarch64-linux-gnu.2.17",
@@ -115,6 +117,11 @@ def _program() -> Path:
     if found is None or found.origin is None:
         raise CompilerError("the C compiler is missing: the package ziglang is not installed; pip install ziglang")
     return Path(found.origin).with_name("zig.exe" if platform.system() == "Windows" else "zig")
+
+
+def unit_flags(unit: str, text: str) -> tuple[str, ...]:
+    """Flags beyond ``FLAGS`` with which a unit of a kernel is compiled."""
+    return STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
 
 
 def machine_flags() -> list[str]:

@@ -48,7 +48,7 @@ def runtime_key() -> str:
 
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
-    flags = " ".join(compiler.FLAGS) + str(compiler.UNIT_FLAGS)
+    flags = " ".join(compiler.FLAGS) + str(compiler.STRAIGHT) + str(compiler.LONG_TEXT)
     return (compiler.compiler_version(), compiler.host_target(), compiler.cpu_level(), flags, _casadi_version())
 
 
@@ -173,8 +173,8 @@ def _compile_unit(folder: Path, unit: str, text: str) -> None:
     def make(place: Path) -> None:
         (place / f"{unit}.c").write_text(text)
         (place / "tr_abi.h").write_text(header())
-        more = compiler.UNIT_FLAGS.get(unit, ())
-        compiler.build_library([place / f"{unit}.c"], place / library, [place], cache.cache_folder(), more)
+        flags = compiler.unit_flags(unit, text)
+        compiler.build_library([place / f"{unit}.c"], place / library, [place], cache.cache_folder(), flags)
 
     (folder / f"{unit}.c").write_text(text)
     found, _ = cache.entry(f"unit-{cache.digest(unit, text, header(), *_toolchain())}", make)

@@ -20,6 +20,7 @@ from engine.system.numbers import Numbers
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
 EVENT_CAPACITY = 1024
+NO_EVENTS = np.zeros(0, EVENT.dtype)
 OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
 NEED_JACOBIAN, DONE, NEED_REDUNDANT = Status.NEED_JACOBIAN, Status.DONE, Status.NEED_REDUNDANT
 
@@ -257,4 +258,4 @@ class Block:
     def take_events(self) -> np.ndarray:
         """The events since the last call (n ``tr_event``)."""
         n = self.lib.tr_events_take(self.at)
-        return self.events[:n].copy()
+        return self.events[:n].copy() if n else NO_EVENTS

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +28,10 @@ log = logging.getLogger("trunnion.simulate")
 CHUNK_SECONDS = 0.03
 """How long a call into C is meant to last: under the 50 ms after which progress, Ctrl-C and time budgets must be served."""
 FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
-"""Steps of the first call, and bounds of those that follow, which are sized from the time the last one took."""
+"""Steps of the first call where the state is large, and bounds of those that follow, which are sized from the time the last one
+took."""
+FIRST_NUMBERS = 4000
+"""Numbers of the state that the first call moves on: small mechanisms make more steps at once, most of them all they need."""
 CHUNK_ROWS = 4096
 Progress = Callable[[float, float], None]
 """progress(time, until), called a few times a second."""
@@ -107,7 +111,8 @@ class OneRun:
         """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt is raised only between two of them."""
         block = self.model.block
         buffer = np.empty((self._rows_at_once(), block.width))
-        told, steps, left = time.perf_counter(), FIRST_STEPS, most_rows(block.width) - 1.0
+        told, steps = time.perf_counter(), first_steps(block.ny)
+        left = most_rows(block.width) - 1.0 if self.every <= 0.0 else inf
         while True:
             began = time.perf_counter()
             status, count = block.advance(self.until, steps, buffer)
@@ -125,7 +130,7 @@ class OneRun:
                 steps = sized(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
                 return diagnose(self.model, status)
-            if left < 0.0 >= self.every:
+            if left < 0.0:
                 return Outcome.named(TOO_MANY_ROWS, float(self.rows[-1][-1, 0]), "")
             if interrupt.asked:
                 raise KeyboardInterrupt
@@ -154,6 +159,11 @@ class OneRun:
             self.model.block.attach_jacobian()
         finally:
             self.build += time.perf_counter() - started
+
+
+def first_steps(numbers: int) -> int:
+    """How many steps to ask for in the first call into C, with so many numbers in the state."""
+    return min(max(FIRST_STEPS, FIRST_NUMBERS // max(numbers, 1)), MOST_STEPS)
 
 
 def sized(steps: int, seconds: float) -> int:
