@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 
 from engine.scene.finding import called, parse_path
+from engine.simulation.audit import SAID
 from engine.simulation.block import METHODS
 from engine.simulation.outcome import ADVICE, NAMES
 from engine.simulation.run import Model
@@ -26,6 +27,7 @@ def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) ->
         doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables),
         doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given),
         _settings(settings), _outcomes(model),
+        strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", SAID.values()),
     ]
     counts = [sum(v.causality == c for v in listed) for c in ("output", "input")]
     values = [
@@ -33,6 +35,7 @@ def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) ->
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
         METHODS[model.built.scene.simulation.method], 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
+        "m_joint", "m_law",
     ]
     return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 
@@ -46,6 +49,11 @@ def string(text: str) -> str:
     """The text as a C string literal; line breaks become spaces."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ")
     return f'"{escaped}"'
+
+
+def strings(name: str, values: Iterable[str]) -> str:
+    """A constant C array of strings; without values it holds an empty one."""
+    return f"static const char *const {name}[]={{{','.join(map(string, values)) or string('')}}};\n"
 
 
 def doubles(name: str, values: Iterable[float]) -> str:

@@ -5,6 +5,7 @@ from engine.abi.choices import (
     Array,
     Coordinate,
     EventKind,
+    Law,
     PairKind,
     PairState,
     Post,
@@ -12,11 +13,12 @@ from engine.abi.choices import (
     Status,
     StopState,
     TableKind,
+    Verdict,
     Wants,
     Why,
 )
 
 __all__ = [
-    "Array", "Coordinate", "EventKind", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState", "TableKind", "Wants",
-    "Why",
+    "Array", "Coordinate", "EventKind", "Law", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState", "TableKind",
+    "Verdict", "Wants", "Why",
 ]  # fmt: skip

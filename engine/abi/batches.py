@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from engine.abi import runs
 from engine.abi.records import Record
 
 EVENT_KINDS = 16
@@ -22,6 +23,7 @@ double time : it reached, s
 double rows : output rows
 double steps
 double detail : of a start that cannot be assembled: its code
+{runs.JUDGEMENT.tag} audit : what the audit says of it
 double count[{EVENT_KINDS}] : events by kind
 double first[{EVENT_KINDS}] : time of the first of each kind, s; not a number without
 """)

@@ -23,6 +23,7 @@ class Status(Named):
     FAIL_GIMBAL = 15, "the turning axes of a loop lie in one plane, and it cannot turn on"
     FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
     FAIL_METHOD = 17, "there is no method of this number"
+    INACCURATE = 18, "the end was reached, but the audit has found energy gained or lost far beyond the tolerance"
     CASE_FAILED = 20, "of a batch: a case ended early; the host may look at its block, then call again"
 
 
@@ -135,6 +136,26 @@ class Why(Named, prefix="TR_WHY_"):
     INCONSISTENT = 2, "not even from rest"
 
 
+class Verdict(Named, prefix="TR_VERDICT_"):
+    """What the audit says of a run."""
+
+    WITHIN = 0, "every figure is within what the tolerance allows"
+    NOTE = 1, "some figure is not"
+    INACCURATE = 2, "the energy is not, by far: the run does not count as done"
+
+
+class Law(Named, prefix="TR_LAW_"):
+    """What the audit looks at besides the energy. Each figure is relative to the unit in its meaning."""
+
+    CLOSURE = 0, "gap of a loop (of the length scale; of 1 rad)"
+    CONE = 1, "friction of a pair beyond what its law allows (of what it allows)"
+    DRIVES = 2, "power by which friction of a pair drives (of the largest power of friction)"
+    CREEPS = 3, "speed of a pair that sticks (of the speed unit)"
+    UNREST = 4, "acceleration of a pair that sticks (of the accelerations that cancel in it)"
+    FRICTION = 5, "what the equations of friction leave open (of the largest friction)"
+
+
 ENUMERATIONS: tuple[type[Named], ...] = (
-    Status, EventKind, PairState, PairKind, StopState, Coordinate, RowKind, TableKind, Post, Wants, Array, Why,
+    Status, EventKind, PairState, PairKind, StopState, Coordinate, RowKind, TableKind, Post, Wants, Array, Why, Verdict,
+    Law,
 )  # fmt: skip

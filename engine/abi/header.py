@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 
 from engine.abi import batches, kernels, runs
-from engine.abi.choices import ENUMERATIONS
+from engine.abi.choices import ENUMERATIONS, Law
 from engine.abi.records import Record
 from engine.integrators import METHODS
 
@@ -29,7 +29,8 @@ def records() -> list[Record]:
 
 def sizes() -> str:
     """C definitions of the counts that are no field of a record."""
-    counts = {"TR_EVENT_CONTACTS": runs.EVENT_CONTACTS, "TR_EVENT_KINDS": batches.EVENT_KINDS, "TR_METHODS": len(METHODS)}
+    counts = {"TR_EVENT_CONTACTS": runs.EVENT_CONTACTS, "TR_EVENT_KINDS": batches.EVENT_KINDS}
+    counts |= {"TR_METHODS": len(METHODS), "TR_LAWS": len(Law)}
     return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n"
 
 

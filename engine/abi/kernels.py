@@ -27,6 +27,7 @@ int contact0 : its first contact
 int ncontacts : how many
 int v0 : its first rate among those of the state, -1 where it has none there
 int cone : whether it can turn without sliding (a ball)
+int stores : whether its law stores energy, which it gives back
 """)
 
 PACE = Record("tr_pace", "A parameter that says how fast a load comes and goes.", """
@@ -41,7 +42,7 @@ int partner : the column it depends on
 """)
 
 KERNEL = Record("tr_kernel", "The stepping unit of a mechanism: sizes, tables, functions. State y: q (nq), v (nv), states of "
-                "friction laws (nb; friction ratios), integrals (nquad).", f"""
+                "friction laws (nb; friction ratios), integrals (nquad, naudit).", f"""
 int abi : must be TR_ABI
 int nq : coordinates
 int nv : rates
@@ -57,6 +58,8 @@ int neta : multipliers of friction
 int nn : reaction components
 int nrates : rates in the maps, states of friction laws included
 int nquad : integrals
+int naudit : integrals behind them that only the audit sees: what takes energy, what gives it; 0 where the others say it
+int ntaken : how many of the integrals take energy (friction, dampers): the first ones
 int nsliders : sliding pairs
 int nstops : stops
 int ntables : tables of signals
@@ -72,6 +75,7 @@ int c_closure : where the constants of closure begin
 int c_laws : of the laws
 int c_events : of the events
 int c_held : of what is held
+int c_energy : of the energies
 const int *active_rows : active: indices of the rows
 const int *row_kind : rows: TR_CONSTRAINS_…
 const int *qkind : nq: TR_COORDINATE_…
@@ -88,6 +92,7 @@ void (*held)(const double *N, const double *u, const double *x, const double *c,
 void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
 void (*qdot)(const double *y, const double *v, double *dq) : coordinate rates
+void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: not known
 """)
 
 OUTPUTS = Record("tr_outputs", "The unit of columns. a: accelerations of the free rates (nv) at this state.", f"""

@@ -3,6 +3,7 @@ is told, and what it notes. All but the settings and the statistics are made of 
 
 from __future__ import annotations
 
+from engine.abi.choices import Law
 from engine.abi.records import Record
 from engine.integrators import METHODS
 
@@ -144,4 +145,25 @@ double complement : their largest relative residual
 double open_time : first decision that several sets of modes satisfied, s; -1 none
 double open_pair : the pair it was about
 double stepped : first hand-over to time stepping, s; -1 none
+""")
+
+WORST = Record("tr_worst", "The worst figure of a law so far.", """
+double size : in the unit of that law (TR_LAW_…)
+double time : when, s; -1: never
+double joint : its joint among those with friction, from 1; 0 none
+""")
+
+JUDGEMENT = Record("tr_judgement", "What the audit says of the run so far.", f"""
+double verdict : TR_VERDICT_…
+double tolerance : what the run is measured by: its relative tolerance, or what is honest of a method without one
+double judged : whether the energy was looked at (0: this kernel does not integrate works, or the method at work does not)
+double lost : largest energy that is unaccounted for, J; positive: gained
+double lost_time : when, s
+double jump_time : when most of it came at once, s
+double jump_joint : joint of an event just before, among those with friction, from 1; 0 none
+double turned : energy turned over, J, by which it is measured
+double share : of it
+double noted : figures of laws above this are worth a note, in their units
+double noted_energy : and this share of the energy turned over
+tr_worst law[{len(Law)}] : the worst of every law
 """)

@@ -17,6 +17,7 @@ from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted
 from engine.kernel.columns import needs_quadratures
 from engine.kernel.library import Kernel, kernel
 from engine.simulation import block as bl
+from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.gaps import open_loop
 from engine.simulation.outcome import DONE, Outcome
@@ -43,11 +44,12 @@ def _library() -> ctypes.CDLL:
 @dataclass(frozen=True)
 class Reduced:
     """The outcome of some cases: of all that were to be run, or of the first of them when the caller's tick said no. index (n):
-    which cases; numbers (n × reductions); outcomes and steps (n); seconds: time spent stepping."""
+    which cases; numbers (n × reductions); outcomes, audits and steps (n); seconds: time spent stepping."""
 
     index: np.ndarray
     numbers: np.ndarray
     outcomes: list[Outcome]
+    audits: list[Audit]
     steps: np.ndarray
     seconds: float
 
@@ -137,8 +139,11 @@ class Loop:
             if tick is not None and not tick(b.at):
                 n = b.at + b.reported  # a case that has failed is finished, too
                 break
-        outcomes = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
-        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, out["case"]["steps"][:n].astype(np.int64), seconds)
+        joints = [j.name for j in self.model.system.frictional]
+        audits = [audit_of(c["audit"], joints) if c["rows"] else Audit() for c in out["case"][:n]]
+        ends = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
+        outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
+        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, audits, out["case"]["steps"][:n].astype(np.int64), seconds)
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, while its block still holds its state, as if the model itself had run the

@@ -21,6 +21,7 @@ from engine.kernel.columns import columns
 from engine.scene.model import Scene
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
+from engine.simulation.audit import Audit
 from engine.simulation.outcome import Outcome
 from engine.system.build import build
 
@@ -134,6 +135,7 @@ class Runner:
         values = self.plan.cases.values(start, stop)
         n = stop - start
         outcomes: list[Outcome] = [invalid(())] * n
+        audits = [Audit()] * n
         steps, numbers = np.zeros(n, np.int64), np.full((n, len(self.plan.reductions)), np.nan)
         finished = np.zeros(n, bool)
         rows, wrong = self.preparer.rows(values)
@@ -145,12 +147,13 @@ class Runner:
             before += len(r.index)
             self.seconds += got.seconds
             numbers[got.index], steps[got.index], finished[got.index] = got.numbers, got.steps, True
-            for i, o in zip(got.index, got.outcomes, strict=True):
-                outcomes[i] = o
+            for i, o, a in zip(got.index, got.outcomes, got.audits, strict=True):
+                outcomes[i], audits[i] = o, a
             if len(got.index) < len(r.index):
                 break
         at = np.flatnonzero(finished)
-        made = table(self.plan.schema, start + at, values[at], [outcomes[i] for i in at], steps[at], numbers[at])
+        ends = [outcomes[i] for i in at], [audits[i] for i in at]
+        made = table(self.plan.schema, start + at, values[at], *ends, steps[at], numbers[at])
         if len(at) < n:
             raise Stopped(made)
         return made

@@ -10,13 +10,14 @@ import numpy as np
 
 from engine.basics.version import version
 from engine.batch.reductions import Reduction
+from engine.simulation.audit import WORDS, Audit
 from engine.simulation.outcome import Outcome
 
 if TYPE_CHECKING:
     import pyarrow
 
 FORMAT = "trunnion sweep 1"
-HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "steps")
+HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
 """Columns every table has, beside the paths and the reductions."""
 
 
@@ -32,9 +33,12 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
     fields += [field(p, pa.float64(), u, "varied") for p, u in zip(paths, units, strict=True)]
     fields += [
         field("outcome", pa.string(), "", "done, or what went wrong"),
-        field("outcome.time", pa.float64(), "s", "time reached"),
+        field("outcome.time", pa.float64(), "s", "time reached; of an inaccurate case, when most of the energy was lost or gained"),
         field("outcome.joint", pa.string(), "", "joint it is about"),
         field("outcome.advice", pa.string(), "", "what to try"),
+        field("audit", pa.string(), "", f"what the audit says: {', '.join(WORDS.values())}; none of a case that did not start"),
+        field("audit.energy", pa.float64(), "1", "largest energy unaccounted for, of the energy turned over"),
+        field("audit.note", pa.string(), "", "what is not within the tolerance, when and where"),
         field("steps", pa.int64(), "1", "steps taken"),
     ]
     fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
@@ -47,6 +51,7 @@ def table(
     cases: np.ndarray,
     values: np.ndarray,
     outcomes: Sequence[Outcome],
+    audits: Sequence[Audit],
     steps: np.ndarray,
     numbers: np.ndarray,
 ) -> pyarrow.Table:
@@ -63,6 +68,9 @@ def table(
         floats(np.array([o.time for o in outcomes], float)),
         pa.array([o.joint for o in outcomes], pa.string()),
         pa.array([o.advice for o in outcomes], pa.string()),
+        pa.array([a.verdict for a in audits], pa.string()),
+        floats(np.array([np.nan if a.energy is None else a.share for a in audits], float)),
+        pa.array(["; ".join(a.notes) for a in audits], pa.string()),
         pa.array(steps.astype(np.int64)),
     ]
     arrays += [floats(numbers[:, k]) for k in range(numbers.shape[1])]

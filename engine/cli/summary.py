@@ -41,7 +41,7 @@ def summary_lines(result: Result, files: dict[str, str]) -> list[str]:
     """The lines of the summary: outcome, cost, ranges, events, files."""
     tone = GREEN if result.outcome.ok else RED
     title = f" — {result.scene.title}" if result.scene.title else ""
-    lines = [f"{BOLD}{result.scene.name}{PLAIN}{title}", f"{tone}{result.outcome}{PLAIN}", cost(result)]
+    lines = [f"{BOLD}{result.scene.name}{PLAIN}{title}", f"{tone}{result.outcome}{PLAIN}", cost(result), f"audit {result.audit}"]
     lines += [f"note: {n}" for n in result.notes]
     rows = [(r.name, _number(r.low), _number(r.high), _number(r.last), r.unit) for r in ranges(result)]
     if rows:

@@ -1,5 +1,5 @@
 """The functions of the stepping unit beside its stages: closure of loops, depths of stops, friction laws, what pairs at rest hold,
-coordinate rates; and the one that computes the constants of all."""
+coordinate rates, energies; and the one that computes the constants of all."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import casadi as ca
 
 from engine.kernel.calling import CONST, STATE, inputs, qdot
 from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.kernel.expressions import kinetic, potential
 from engine.kernel.powers import coordinates_of
 from engine.recursion.elements import Element, laws, numbers, wrench
 from engine.recursion.reduction import Model
@@ -99,6 +100,16 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
     return emit(ins, [o for o in (Output("hold", 0, values, 1), Output("dN", 0, rows, 1)) if o.values], stages)
 
 
+def energy_function(sym: Symbols, m: Model | None) -> Code:
+    """C function of the kinetic and the potential energy at a state, J, by which the audit looks at steps. Large trees in
+    loops have none."""
+    stages = [
+        Stage("k_prepare_energy", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_energy", f"{STATE},double*restrict out", ""),
+    ]
+    return emit(inputs(sym), [Output("out", 0, [kinetic(m), potential(m)] if m else [SX(0, 1)], 1)], stages)
+
+
 def coordinate_rates_function(sym: Symbols) -> Code:
     """C function of q̇ for any rates v, by which corrections of positions move along quaternions too."""
     stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,double*restrict dq", "")]
@@ -111,10 +122,11 @@ def coordinate_rates_function(sym: Symbols) -> Code:
 
 def prepare_all(codes: list[Code]) -> str:
     """One function that fills the constants of all parts, and where each part's constants start."""
-    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events", "k_prepare_held"]
+    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events", "k_prepare_held", "k_prepare_energy"]
     starts = [sum(c.kept[0] for c in codes[:i]) for i in range(len(codes))]
     calls = "".join(f"{n}(p,c+{at});" for n, at in zip(names, starts, strict=True))
+    places = zip(("CLOSURE", "LAWS", "EVENTS", "HELD", "ENERGY"), starts[1:], strict=True)
     return (
-        f"enum {{K_C_CLOSURE={starts[1]},K_C_LAWS={starts[2]},K_C_EVENTS={starts[3]},K_C_HELD={starts[4]}}};\n"
+        f"enum {{{','.join(f'K_C_{name}={at}' for name, at in places)}}};\n"
         f"void k_prepare_all({CONST}p,double*restrict c){{{calls}}}\n"
     )

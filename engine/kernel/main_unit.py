@@ -23,13 +23,14 @@ from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.functions import (
     closure_function,
     coordinate_rates_function,
+    energy_function,
     held_function,
     laws_function,
     prepare_all,
     stops_function,
 )
 from engine.kernel.looped import Looped, loops_pay
-from engine.kernel.powers import powers
+from engine.kernel.powers import GIVING, powers
 from engine.recursion.accelerations import outward
 from engine.recursion.elements import (
     Element,
@@ -66,6 +67,8 @@ class Sizes:
     nn: int
     nrates: int
     nquad: int
+    naudit: int
+    ntaken: int
     nkappa: int
     loop_friction: int
     coupled: int
@@ -79,6 +82,7 @@ class MainUnit:
     sizes: Sizes
     elements: list[Element]
     operations: dict[str, int]
+    looped: bool
 
 
 def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainUnit:
@@ -94,10 +98,11 @@ def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainU
     inactive = [k for k in range(system.rows) if k not in active]
     coupled = loop_friction and inactive_rows_couple(m, outward(m), inactive)
     rate, quads = _derivative(m, parts, quadratures)
+    counts = (len(quads), 0, len(quads) - GIVING) if quadratures else (0, len(quads), len(quads) - 1)
     code = _stages(sym, maps, rate, quads, active)
     sizes = Sizes(
         system.nq, system.nv, sym.b.numel(), sym.x.shape[0], sym.p.shape[0], 0, code.kept[1],
-        sum(int(v.numel()) for v in maps), system.rows, tuple(active), system.neta, nn, nrates, len(quads), nkappa,
+        sum(int(v.numel()) for v in maps), system.rows, tuple(active), system.neta, nn, nrates, *counts, nkappa,
         int(loop_friction), int(coupled),
     )
     return _complete(sym, m, parts, code, sizes)
@@ -125,7 +130,7 @@ def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
     held = ne * (1 + ne) if any_sets(system) else 0
     sizes = Sizes(
         system.nq, system.nv, 0, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + ne) + nrates + held + 1, 0, (), ne,
-        nn, nrates, 0, 0, 0, 0,
+        nn, nrates, 0, 0, 0, 0, 0, 0,
     )
     return _complete(sym, None, parts, Code(loop.text, [loop.nc + 3, loop.nw, 0], loop.operations), sizes)
 
@@ -136,12 +141,12 @@ def _complete(sym: Symbols, m: Model | None, parts: list[Element], code: Code, s
     laws_code = laws_function(sym, parts)
     rates_code = coordinate_rates_function(sym)
     stops_code = stops_function(sym, m)
-    codes = [code, closure, laws_code, stops_code, held_function(sym, parts)]
+    codes = [code, closure, laws_code, stops_code, held_function(sym, parts), energy_function(sym, m)]
     text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
     sizes = replace(sizes, nc=sum(c.kept[0] for c in codes))
     ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
            "laws": laws_code.operations[1], "closure": closure.operations[1]}
-    return MainUnit(text, sizes, parts, ops)
+    return MainUnit(text, sizes, parts, ops, m is None)
 
 
 def _without_inactive(sym: Symbols, values: list[SX], active: list[int]) -> list[SX]:
@@ -180,9 +185,11 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
 
 
 def _derivative(m: Model, parts: list[Element], quadratures: bool) -> tuple[list[SX], list[SX]]:
-    """ẏ = [q̇; v̇; rates of friction states] and the powers to be integrated beside it."""
+    """ẏ = [q̇; v̇; rates of friction states] and the powers to be integrated beside it: each, or (for the audit alone) the sum of
+    those that take energy and the sum of those that give it."""
     sym = m.sym
     pick = combination(sym)
-    acc = outward(m, pick, reactions=quadratures or sym.b.numel() > 0)
+    acc = outward(m, pick, reactions=quadratures or sym.b.numel() > 0 or any(j.driven for j in sym.system.tree))
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
-    return rate, [p for _, p in powers(m, acc, pick)] if quadratures else []
+    each = [p for _, p in powers(m, acc, pick)]
+    return rate, each if quadratures else [sum(each[:-GIVING], SX(0)), sum(each[-GIVING:], SX(0))]

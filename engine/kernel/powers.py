@@ -14,6 +14,9 @@ from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
 from engine.system.structure import Device, Joint
 
+GIVING = 2
+"""How many of the powers give energy (drives, loads), or may give it: the last ones."""
+
 
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
     """(name, power): "friction:JOINT" (≤ 0, but for what bristles give back), "damping" (≤ 0), "drive", "load"."""

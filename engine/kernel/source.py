@@ -98,6 +98,7 @@ def element_table(main: MainUnit) -> tuple[list[tuple[int, ...]], list[tuple[int
             sliders.append(PAIR.row(
                 element=number, eta0=s.eta[0], neta=len(s.eta), rate0=e.rate0 + first, nrates=len(s.eta), kind=int(e.law_kind),
                 contact0=contact, ncontacts=each, v0=v0, cone=cone,
+                stores=int(bool(e.friction.bristles)),
             ))  # fmt: skip
             contact += each
     return rows, sliders, dn
@@ -114,7 +115,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
         "nquat": len(quat), "nelements": len(main.elements), "ndn": dn, "npaces": len(paces),
         "sets": int(any(e.sets for e in main.elements)),
-        "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD",
+        "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD", "c_energy": "K_C_ENERGY",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
     functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "held", "closure", "events", "qdot")}
@@ -122,7 +123,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}
     return PREAMBLE + main.text + text + KERNEL.initialiser(
-        "trunnion_kernel", **sizes, **names, prepare="k_prepare_all", **functions
+        "trunnion_kernel", **sizes, **names, prepare="k_prepare_all", energy="0" if main.looped else "k_energy", **functions
     )
 
 

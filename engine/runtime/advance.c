@@ -98,6 +98,7 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
     trial->err = NAN;
   else {
     tr_note_end(s);
+    tr_audit_look(s);
     if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
   }
   if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
@@ -129,6 +130,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
     tr_sharpen_pending(s);
     return;
   }
+  tr_audit_step(s, trial->end, TR_A(s, ynew));
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);

@@ -20,6 +20,7 @@ TR_RARE
 #include "decide.c"
 TR_OFTEN
 #include "events.c"
+#include "audit.c"
 #include "search.c"
 #include "record.c"
 #include "start.c"
@@ -72,7 +73,7 @@ void tr_gap(tr_sim *s, double *h) {
 static void tr_units(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *u = TR_A(s, scale);
-  for (int i = 0; i < TR_PAD(s->ny + k->nquad); ++i) u[i] = 1.0;
+  for (int i = 0; i < tr_width(s); ++i) u[i] = 1.0;
   for (int i = 0; i < k->nq; ++i) u[i] = k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0;
   for (int i = 0; i < k->nv; ++i) u[k->nq + i] = tr_rate_unit(s, i) * s->set.rate;
 }
@@ -135,6 +136,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
       s->audit.fail_detail = i;
       return s->clock.status = TR_FAIL_NOT_FINITE;
     }
+  tr_audit_begin(s);
   return s->o && row ? tr_first_row(s, row) : TR_OK;
 }
 

@@ -104,8 +104,10 @@ static void tr_case_end(tr_batch *b, int status) {
     else status = code;
   }
   for (int i = 0; i < b->width; ++i, ++r) r->mean = r->finite > 0.0 ? r->mean / r->finite : NAN;
+  if (o->rows > 0.0) tr_audit_end(s), tr_judge(s, &o->audit);
+  if (status == TR_DONE && o->audit.verdict == TR_VERDICT_INACCURATE) status = TR_INACCURATE;
   o->status = status;
-  o->time = status == TR_DONE ? set->until : s->clock.t;
+  o->time = status == TR_DONE || status == TR_INACCURATE ? set->until : s->clock.t;
   o->steps = (double)s->stats.steps;
   b->running = 0;
 }

@@ -61,8 +61,10 @@ int tr_cut(tr_sim *s, double t) {
 int tr_resume(tr_sim *s, int anew) {
   s->step.have_k1 = s->step.have_jac = s->step.have_dense = 0;
   if (!anew) return TR_OK;
+  const double energy = tr_audit_now(s); /* the constants are still those of the old ones */
   tr_set_parameters(s);
   int code = tr_start_modes(s);
+  tr_audit_excuse(s, energy);
   if (code != TR_OK) s->clock.status = code;
   return code;
 }

@@ -156,8 +156,10 @@ static int tr_through_jam(tr_sim *s) {
   int slow = tr_pair_speed(s, pair) <= s->set.rtol * tr_speed_unit(s);
   if (!slow && !s->set.through_jams) return 0;
   int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
+  const double energy = tr_audit_now(s);
   tr_maps_at(s, y);
   if (!tr_impact(s, y, pair) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
+  tr_audit_excuse(s, energy);
   if (contacts) tr_all_contacts(s, y, after);
   tr_log(s, s->clock.t, slow ? TR_EV_STOP : TR_EV_IMPACT, pair, before + tr_pair_of(s, pair)->contact0, after + tr_pair_of(s, pair)->contact0,
          contacts ? tr_pair_of(s, pair)->ncontacts : 0);

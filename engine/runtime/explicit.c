@@ -12,7 +12,7 @@
 #define HERMITE_ROWS 3       /* rows of a dense output that make the cubic through values and slopes at both ends */
 
 /* Doubles of a row of the state, integrals included. */
-static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad); }
+static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad + s->k->naudit); }
 
 /* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(DIRECTION_ERROR |v|))²,
  * of the worst pair. */

@@ -172,7 +172,7 @@ static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
   code = tr_rows(s, s->pending.t, pending != TR_STEP_TO_EVENT, rows, capacity, count);
   if (code != TR_OK) return code;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
-  if (pending == TR_IMPULSE_STEP) tr_shift(s, s->pending.t, TR_A(s, ynew)), s->step.have_k1 = 0;
+  if (pending == TR_IMPULSE_STEP) tr_audit_impulses(s, s->pending.t, TR_A(s, ynew)), tr_shift(s, s->pending.t, TR_A(s, ynew)), s->step.have_k1 = 0;
   if (pending == TR_WHOLE_STEP) tr_finish_whole(s);
   code = pending == TR_STEP_TO_EVENT ? tr_finish_event(s) : TR_OK;
   tr_hand_over(s);

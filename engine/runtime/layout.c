@@ -10,7 +10,7 @@ static int tr_max(int a, int b) { return a > b ? a : b; }
 static int tr_layout(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv + k->nb, pairs = k->nsliders, n = TR_PAD(ny + k->nquad);
+  const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv + k->nb, pairs = k->nsliders, n = TR_PAD(ny + k->nquad + k->naudit);
   int at = 0;
 #define TR_PLACE(field, count) (s->at.field = at, at += TR_PAD((count) + 1))
   TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);

@@ -95,6 +95,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     if (k->nquat) tr_normalize(s, y);
     s->stats.projections++;
   }
+  s->audit.gap = pos;
   if (pos > OPEN_LOOP) {
     s->step.trouble = TR_FAIL_CLOSURE;
     return 0;

@@ -54,7 +54,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   if (!tr_moreau_solve(s, s->clock.t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
   const double *f = TR_A(s, dy);
   memcpy(ynew, mid, sizeof(double) * n);
-  for (int i = k->nq; i < s->ny + k->nquad; ++i) ynew[i] = y[i] + h * f[i];
+  for (int i = k->nq; i < s->ny + k->nquad + k->naudit; ++i) ynew[i] = y[i] + h * f[i];
   tr_keep_still(s, ynew);
   tr_drift(s, ynew, ynew + k->nq, 0.5 * h);
   if (!tr_finite(s->ny + k->nquad, ynew)) return TR_FAIL_NOT_FINITE;

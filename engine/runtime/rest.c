@@ -68,9 +68,9 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_impulse(s, y, dlam, deta, response, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-      for (int q = 0; q < n && k->nquad; ++q) { /* their work: the friction of element m is the m-th integral */
+      for (int q = 0; q < n && k->ntaken; ++q) { /* their work: the friction of element m is the m-th integral, if each is one */
         const tr_pair *pair = tr_pair_of(s, rest[q]);
-        for (int j = 0; j < pair->nrates; ++j) y[s->ny + pair->element] -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
+        for (int j = 0; j < pair->nrates; ++j) y[s->ny + (k->naudit ? 0 : pair->element)] -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
       }
     }
   }

@@ -94,6 +94,16 @@ typedef struct tr_audit {
   int fail_detail;     /* component or constraint row the failure is about; -1: none */
   double fail_number;  /* how independent the rows still were; -1: not the reason */
   double energy0;      /* energy.residual at the start, J */
+  int known;           /* the works of every step so far are integrated */
+  double begin;        /* kinetic + potential energy − works at the start, J; moved where the energy changes with reason */
+  double kinetic, potential, taken, given; /* energies and works at the last look, J */
+  double lost, jump;   /* unaccounted for at the last look, and its largest change between two looks, J */
+  double seen;         /* time of that look, s */
+  double most, terms;  /* largest kinetic energy; largest sum of all terms: its round-off is no loss, J */
+  double power;        /* largest power of friction of a pair, W */
+  double gap;          /* of the loops' positions after the last projection, relative */
+  double size[TR_LAWS], pair[TR_LAWS]; /* figures of the step just made, which may still be refused */
+  tr_judgement all;    /* of all accepted steps */
 } tr_audit;
 
 /* Where the arrays begin, in doubles behind the struct (``tr_layout``). */

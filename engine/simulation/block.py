@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.abi import Array, Status
 from engine.abi.kernels import OUTPUTS
-from engine.abi.runs import CERTIFICATE, EVENT, HELD, SETTINGS, STATS
+from engine.abi.runs import CERTIFICATE, EVENT, HELD, JUDGEMENT, SETTINGS, STATS
 from engine.basics.problems import Problem, SceneError
 from engine.integrators import METHODS as NAMES
 from engine.kernel.library import Kernel, runtime
@@ -74,6 +74,8 @@ def _library() -> ctypes.CDLL:
     lib.tr_fail_row.argtypes, lib.tr_fail_row.restype = [p, p], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
     lib.tr_certify_run.argtypes, lib.tr_certify_run.restype = [p, p], None
+    lib.tr_audit_end.argtypes, lib.tr_audit_end.restype = [p], None
+    lib.tr_judge.argtypes, lib.tr_judge.restype = [p, p], None
     lib.tr_hold_all.argtypes, lib.tr_hold_all.restype = [p, p], i
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
@@ -243,6 +245,13 @@ class Block:
         out = CERTIFICATE.ctype()
         self.lib.tr_certify_run(self.at, ctypes.addressof(out))
         return out
+
+    def judgement(self) -> np.void:
+        """What the audit says of the run, which has come to its end (``tr_judgement``)."""
+        out = np.zeros(1, JUDGEMENT.dtype)
+        self.lib.tr_audit_end(self.at)
+        self.lib.tr_judge(self.at, out.ctypes.data)
+        return out[0]
 
     @property
     def time(self) -> float:

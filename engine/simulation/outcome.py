@@ -20,6 +20,7 @@ NAMES: dict[int, str] = {
     Status.FAIL_GIMBAL: "gimbal",
     Status.FAIL_MODES: "inconsistent",
     Status.FAIL_METHOD: "unknown_method",
+    Status.INACCURATE: "inaccurate",
 }
 ADVICE = {
     "not_finite": "a freedom without inertia, or numbers far out of range: check masses, inertias and start values of the joint; "
@@ -40,6 +41,8 @@ ADVICE = {
     "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
     TOO_MANY_ROWS: "the rows of all the solver's steps take the memory that a result may have; rows so far are kept: give every "
     "a spacing, end earlier, or ask for fewer columns with outputs",
+    "inaccurate": "the run reached its end, but gained or lost energy far beyond its tolerance; its results are kept "
+    f"and not to be relied on: try a tighter rtol, another method ({', '.join(METHODS[1:])}), or no fixed step",
     "stopped": "stopped on request; results up to then are kept",
 }
 

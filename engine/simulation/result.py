@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.kernel.columns import Column
+from engine.simulation.audit import Audit
 from engine.simulation.certificate import Certificate
 from engine.simulation.event import Event
 from engine.simulation.outcome import Outcome
@@ -52,6 +53,7 @@ class Result:
     notes: tuple[str, ...] = ()
     redundancy: Redundancy = field(default_factory=lambda: Redundancy(0))
     certificate: Certificate = field(default_factory=Certificate)
+    audit: Audit = field(default_factory=Audit)
 
     @property
     def names(self) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from engine.basics.interrupts import Held, held
 from engine.simulation import block as bl
+from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.certificate import Certificate, certificate, certificate_notes
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.events import decode
@@ -65,12 +66,21 @@ class OneRun:
         s = self.settings
         used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
         scene = self.model.built.scene
-        log.info("%s: %s", scene.name, outcome)
         certified = certificate(block, self.model.system, self.roots, self.open_reactions) if self.began else Certificate()
         self.notes += certificate_notes(certified)
         events = decode(self.model.system, np.concatenate(self.records)) if self.records else []
+        audit = self._audit()
+        outcome = judged(outcome, audit)
+        self.notes += audit.notes
+        log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
-                      self.open_reactions, certified)
+                      self.open_reactions, certified, audit)
+
+    def _audit(self) -> Audit:
+        """What the audit says of the run; nothing of one that did not start."""
+        if not self.rows:
+            return Audit()
+        return audit_of(self.model.block.judgement(), [j.name for j in self.model.system.frictional])
 
     def _begin(self) -> Outcome | None:
         """Close the loops, note which start values were moved, and evaluate the start; gives an outcome when that cannot be

@@ -95,4 +95,5 @@ def document(result: Result) -> dict[str, Any]:
         "units": result.units,
         "events": [asdict(e) for e in result.events],
         "notes": list(result.notes),
+        "audit": result.audit.document(),
     }

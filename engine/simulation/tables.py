@@ -1,6 +1,6 @@
 """Results as tables: Arrow with units and metadata, CSV and Parquet files that say where they came from.
 
-A CSV file begins with lines ``# key: value`` (version, scene, settings, outcome, events, notes as JSON), of which the
+A CSV file begins with lines ``# key: value`` (version, scene, settings, outcome, events, notes, audit as JSON), of which the
 last, ``# units: s,m,…``, has one unit for every name in the header line that follows it; then one line a row. Read it
 with ``load_result_table``, or with ``pandas.read_csv(file, comment="#")``. Parquet and Arrow hold the same keys in the
 schema's metadata, units and descriptions in that of the fields. A file depends on the run alone (no dates, no timings)
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".csv", ".parquet")
 FORMAT = "trunnion result 1"
-ENCODED = ("scene", "settings", "outcome", "events", "notes")
+ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit")
 """Metadata keys whose values are JSON; the others are plain text."""
 
 
 def metadata(result: Result) -> dict[str, str]:
-    """Where the result came from: format, version, scene, settings, outcome, events and notes, all as text."""
+    """Where the result came from: format, version, scene, settings, outcome, events, notes and audit, all as text."""
     from engine.scene.dump import scene_to_dict
 
     encoded = {
@@ -47,6 +47,7 @@ def metadata(result: Result) -> dict[str, str]:
         "outcome": asdict(result.outcome),
         "events": [asdict(e) for e in result.events],
         "notes": list(result.notes),
+        "audit": result.audit.document(),
     }
     plain = {"format": FORMAT, "version": version(), "name": result.scene.name}
     return plain | {k: json.dumps(finite(v), ensure_ascii=False) for k, v in encoded.items()}

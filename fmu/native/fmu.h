@@ -42,6 +42,7 @@ typedef struct fmu_model {
   int method, events, noutcomes;
   const fmu_setting *setting;
   const fmu_outcome *outcome;
+  const char *const *joint, *const *law; /* names of the joints with friction; what is wrong where a law of the audit is broken */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -62,6 +63,7 @@ typedef struct fmu_state {
   int mode;
   int ready;   /* whether the simulation is at `time` and the row of outputs belongs to it */
   int changed; /* bits FMU_NEW_*: what the host has set and the simulation does not use yet */
+  int told;    /* worst verdict of the audit that has been logged */
   int failed;  /* status of the runtime that ended the run, 0 while it goes on */
   int has_stop, has_tolerance, moved;
   double start, stop, tolerance, time, reached;
@@ -90,6 +92,7 @@ int tr_row(tr_sim *s, double *row);
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 int tr_cut(tr_sim *s, double t);
 int tr_resume(tr_sim *s, int anew);
+void tr_judge(const tr_sim *s, tr_judgement *out);
 double tr_time(const tr_sim *s);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 tr_input *tr_input_record(tr_sim *s, int input);

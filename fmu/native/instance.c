@@ -84,6 +84,8 @@ static fmi2Status fmu_failed(fmu_instance *m, int status, fmi2Status as) {
   return fmu_log(m, as, "%s at t = %.9g s: %s", o->name, m->state->reached, o->advice);
 }
 
+#include "warnings.c"
+
 /* Hand the simulation the parameters that are numbers of its equations. */
 static void fmu_numbers(fmu_state *s) {
   double *p = tr_array(FMU_SIM(s), TR_ARRAY_PARAMETERS);
@@ -153,7 +155,7 @@ static fmi2Status fmu_begin(fmu_instance *m) {
                            .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1};
   tr_configure(sim, &set);
   fmu_start_values(s);
-  s->time = s->reached = s->start, s->failed = 0;
+  s->time = s->reached = s->start, s->failed = s->told = 0;
   fmu_hand_inputs(s, s->start, 1);
   int closed = tr_assemble(sim, s->start, MODEL->q_given, MODEL->v_given);
   if (closed != 1) {
@@ -227,7 +229,7 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   s->moved = 0;
   if (status == TR_DONE) {
     s->time = s->reached = target, s->ready = 1;
-    return fmi2OK;
+    return fmu_audit(m);
   }
   s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
   s->time = s->reached;

@@ -85,6 +85,8 @@ def expected(p: Plan, case: int) -> dict[str, Any]:
         "outcome.joint": r.outcome.joint,
     }
     row |= {"outcome.advice": r.outcome.advice, "steps": r.stats.steps, "count:any": float(len(times))}
+    a = r.audit
+    row |= {"audit": a.verdict, "audit.energy": None if a.energy is None else a.share, "audit.note": "; ".join(a.notes)}
     row |= {"first:any": min(times, default=None), "first:reversal": min(reversals, default=None)}
     for c in columns:
         values = r[c][np.isfinite(r[c])]

@@ -1,0 +1,167 @@
+/* The audit: whether what a run did obeys the laws it claims to obey (METHOD, "Audit"). It looks at the end of every step, at the
+ * accepted answer, and changes nothing. The energy is balanced between looks; every other law has a figure, whose worst is kept. */
+#include "modes.h"
+
+#define EVERY_STEPS 4    /* energies are looked at so seldom: what was lost between two looks shows at the second */
+#define FIRST_ORDER 1e-4 /* stands for the tolerance of steps without error control, and of impulses */
+#define LEAST_RTOL 1e-12 /* tighter tolerances than that are round-off */
+#define FAR_OFF 1e3      /* × the tolerance, of the energy turned over: inaccurate */
+#define AT_MOST 0.1      /* of the energy turned over: inaccurate whatever the tolerance */
+#define NOTED 0.1        /* of what is inaccurate: worth a note */
+#define ROUND_OFF_TERMS 1e-11 /* of all terms of the balance: their round-off along a run */
+#define LAW_LEAST 1e-6   /* of a law's unit: smaller figures are no news, */
+#define LAW_PART 10.0    /* × the tolerance: nor are these */
+#define FAINT_LOAD 1e-9  /* of the largest friction: what loads a pair less has no ratio worth looking at */
+
+/* What the run is measured by. */
+static double tr_audit_tolerance(const tr_sim *s) {
+  const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0 || tr_method_of(s)->kind == TR_IMPULSES;
+  return fmax(fmax(s->set.rtol, LEAST_RTOL), stepped ? FIRST_ORDER : 0.0);
+}
+
+/* Note a figure of the step just made. */
+static inline void tr_audit_figure(tr_audit *a, int law, double size, int pair) {
+  if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
+}
+
+/* How a pair that is held keeps to rest: its speed, and what is left of the accelerations that cancel. Maps and solution in place. */
+static void tr_audit_rest(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  tr_audit_figure(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
+  for (int j = 0; j < pair->neta && s->friction.still; ++j) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_unrest(s, pair->eta0 + j), i);
+}
+
+/* Power of a pair's friction, W: positive where it drives. */
+static double tr_audit_power(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *rate = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
+  double power = 0.0;
+  for (int j = 0; j < pair->neta; ++j) power -= eta[j] * rate[j];
+  return power;
+}
+
+/* Figures of the laws of friction at the end of the step just made. Maps and solution of that state are in place. */
+static void tr_audit_friction(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  tr_audit *a = &s->audit;
+  double load = 0.0;
+  if (k->sets && !(s->friction.still && s->step.watch)) tr_holding(s); /* else the watch has just asked */
+  for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
+  for (int i = 0; i < k->nsliders; ++i) {
+    double power = tr_audit_power(s, i);
+    a->power = fmax(a->power, fabs(power));
+    if (power > 0.0 && !tr_pair_of(s, i)->stores)
+      tr_audit_figure(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
+    if (!tr_is_set(s, i)) continue;
+    if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_figure(a, TR_LAW_CONE, tr_ratio(s, i) - 1.0, i);
+    if (tr_is_stuck(s, i)) tr_audit_rest(s, i);
+  }
+}
+
+/* Look at the step just made. */
+static void tr_audit_look(tr_sim *s) {
+  tr_audit *a = &s->audit;
+  for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
+  if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
+  if (s->k->neta) tr_audit_friction(s);
+}
+
+/* Energies and works at the state y, whose signals are in place. */
+static void tr_audit_energies(tr_sim *s, const double *y, double *kinetic, double *potential, double *taken, double *given) {
+  const tr_kernel *k = s->k;
+  double out[2];
+  k->energy(TR_A(s, x), y, TR_A(s, c) + k->c_energy, out);
+  *kinetic = out[0], *potential = out[1], *taken = *given = 0.0;
+  for (int i = 0; i < k->nquad + k->naudit; ++i) *(i < k->ntaken ? taken : given) += y[s->ny + i];
+}
+
+/* Balance the energy at (t, y). */
+static void tr_audit_balance(tr_sim *s, double t, const double *y) {
+  tr_audit *a = &s->audit;
+  double kinetic, potential, taken, given;
+  tr_set_time(s, t);
+  tr_audit_energies(s, y, &kinetic, &potential, &taken, &given);
+  const double lost = kinetic + potential - taken - given - a->begin;
+  a->all.turned += 0.5 * (fabs(kinetic - a->kinetic) + fabs(potential - a->potential) + fabs(taken - a->taken) + fabs(given - a->given));
+  if (fabs(lost - a->lost) > a->jump) {
+    a->jump = fabs(lost - a->lost), a->all.jump_time = t;
+    a->all.jump_joint = s->events.last.time >= a->seen ? s->events.last.element : 0.0;
+  }
+  if (fabs(lost) > fabs(a->all.lost)) a->all.lost = lost, a->all.lost_time = t;
+  a->most = fmax(a->most, kinetic), a->terms = fmax(a->terms, kinetic + fabs(potential) + fabs(taken) + fabs(given));
+  a->kinetic = kinetic, a->potential = potential, a->taken = taken, a->given = given, a->lost = lost, a->seen = t;
+}
+
+/* The step to (t, y) just looked at has been accepted. */
+static void tr_audit_step(tr_sim *s, double t, const double *y) {
+  tr_audit *a = &s->audit;
+  for (int i = 0; i < TR_LAWS; ++i) {
+    tr_worst *worst = a->all.law + i;
+    if (a->size[i] > worst->size)
+      *worst = (tr_worst){a->size[i], t, a->pair[i] < 0.0 ? 0.0 : 1.0 + tr_pair_of(s, (int)a->pair[i])->element};
+  }
+  if (tr_method_of(s)->kind == TR_IMPLICIT && s->k->naudit) a->known = 0; /* it does not integrate these works */
+  if (a->known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
+}
+
+/* A step of impulses to (t, y) has been made. */
+static void tr_audit_impulses(tr_sim *s, double t, const double *y) {
+  if (s->audit.known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
+}
+
+/* The run begins at the block's (t, y), with the modes in place. */
+static void tr_audit_begin(tr_sim *s) {
+  tr_audit *a = &s->audit;
+  double *y = TR_A(s, y);
+  a->all = (tr_judgement){.lost_time = -1.0, .jump_time = -1.0};
+  for (int i = 0; i < TR_LAWS; ++i) a->all.law[i] = (tr_worst){.time = -1.0};
+  for (int i = 0; i < s->k->naudit; ++i) y[s->ny + s->k->nquad + i] = 0.0;
+  a->known = s->k->energy && s->k->nquad + s->k->naudit;
+  if (!a->known) return;
+  tr_set_time(s, s->clock.t);
+  tr_audit_energies(s, y, &a->kinetic, &a->potential, &a->taken, &a->given);
+  a->begin = a->kinetic + a->potential - a->taken - a->given, a->most = a->kinetic, a->lost = a->jump = 0.0, a->seen = s->clock.t;
+}
+
+/* The energy of the block's (t, y), to be told to `tr_audit_excuse` after a change that is not part of the motion. */
+static double tr_audit_now(tr_sim *s) {
+  double kinetic, potential, taken, given;
+  if (!s->audit.known) return 0.0;
+  tr_set_time(s, s->clock.t);
+  tr_audit_energies(s, TR_A(s, y), &kinetic, &potential, &taken, &given);
+  return kinetic + potential - taken - given;
+}
+
+/* The energy has changed with reason since it was `before` (parameters, an impact): that is no error. */
+static void tr_audit_excuse(tr_sim *s, double before) { s->audit.begin += tr_audit_now(s) - before; }
+
+/* Look at the block's own state once more: the run has come to its end. The solution in place is another afterwards. */
+void tr_audit_end(tr_sim *s) {
+  const int watch = s->step.watch;
+  if (s->clock.t == s->clock.start && s->stats.steps == 0) return;
+  s->step.watch = 0;
+  double y[tr_width(s)];
+  memcpy(y, TR_A(s, y), sizeof y);
+  if (tr_project(s, s->clock.t, y) && tr_rhs(s, s->clock.t, y, TR_A(s, dy))) {
+    tr_audit_look(s);
+    if (s->k->neta) tr_certify(s), tr_audit_figure(&s->audit, TR_LAW_FRICTION, s->audit.complement, -1);
+    tr_audit_step(s, s->clock.t, y);
+    if (s->audit.known) tr_audit_balance(s, s->clock.t, y);
+  }
+  s->step.watch = watch;
+}
+
+/* What the audit says of the run so far. */
+void tr_judge(const tr_sim *s, tr_judgement *out) {
+  const tr_audit *a = &s->audit;
+  *out = a->all;
+  const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s), limit = fmin(FAR_OFF * tolerance, AT_MOST);
+  out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
+  out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * limit;
+  const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
+  out->turned = own + sqrt(own * s->set.energy); /* the tolerance is absolute in the scene's own unit: slow motion is less exact */
+  out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
+  for (int i = 0; i < TR_LAWS; ++i)
+    if (a->all.law[i].size > out->noted) out->verdict = TR_VERDICT_NOTE;
+  if (out->judged && beyond > out->noted_energy * out->turned) out->verdict = beyond > limit * out->turned ? TR_VERDICT_INACCURATE : TR_VERDICT_NOTE;
+}

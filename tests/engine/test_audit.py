@@ -1,0 +1,145 @@
+"""Every run is judged: right ones are within, broken ones are told with time and joint, and the energy lost is the one that its
+bodies' positions and velocities say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from engine.abi import Law
+from engine.batch.sweeping import sweep
+from engine.scene import load_scene
+from engine.simulation.block import DONE, Block, Settings
+from engine.simulation.result import Result
+from engine.simulation.run import Model, simulate
+from engine.simulation.stepping import OneRun
+from tests.reference.bodies import parts
+from tests.reference.rotation import matrix_from_quaternion
+
+BODY = (("position", 3), ("velocity", 3), ("orientation", 4), ("angular_velocity", 3))
+
+
+def bodies_energy(r: Result) -> np.ndarray:
+    """Kinetic energy and that of weight, J, row by row, from nothing but the bodies' positions and velocities, and their masses and
+    inertias as the reference reads them."""
+    total = np.zeros(len(r))
+    for name, part in parts(r.scene).items():
+        columns = (np.stack([r[f"{name}.{what}[{k + 1}]"] for k in range(n)], 1) for what, n in BODY)
+        x, v, q, w = columns
+        for i in range(len(r)):
+            R = matrix_from_quaternion(q[i])
+            total[i] += 0.5 * part.mass * v[i] @ v[i] + 0.5 * w[i] @ R @ part.inertia @ R.T @ w[i]
+            total[i] -= part.mass * np.asarray(r.scene.gravity, float) @ x[i]
+    return total
+
+
+def frictionless(**how) -> Result:
+    """Example 8.1 without friction, whose energy stays."""
+    return simulate("spherical_pendulum", until=10.0, every=0.01, overrides={"joints.ball.friction.mu": 0.0}, **how)
+
+
+def disturbed(model: Model, until: float, at: float, change: Callable[[Block], None], **how) -> Result:
+    """A run whose block is changed behind its back at a time, s."""
+    run = OneRun(model, until, until / 200, Settings(**how), None)
+    stepping = model.block.advance
+
+    def advance(target: float, steps: int, rows: np.ndarray) -> tuple[int, int]:
+        if model.block.time < at:
+            status, count = stepping(at, steps, rows)
+            if status == DONE:
+                change(model.block)
+                return 1, count
+            return status, count
+        return stepping(target, steps, rows)
+
+    model.block.advance = advance  # type: ignore[method-assign]
+    return run.result()
+
+
+# -- right runs -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
+@pytest.mark.parametrize("method", ["auto", "rk5"])
+@pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider", "simple_pendulum"])
+def test_right_runs_are_within(name: str, method: str, outputs: str) -> None:
+    for rtol in (1e-4, 1e-8):
+        r = simulate(name, rtol=rtol, method=method, outputs=outputs, every=0)
+        assert r.outcome.ok
+        assert (r.audit.verdict, r.audit.notes) == ("within", ())
+        assert 0.0 <= r.audit.share <= 100 * rtol
+        assert r.audit.energy is not None
+
+
+def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
+    bristles = {"joints.ball.friction.bristle_stiffness": 1e3, "joints.ball.friction.bristle_damping": 0.03}
+    for law in ({"friction.law": "regularized"}, {"friction.law": "lugre", **bristles}):
+        r = simulate("spherical_pendulum", overrides=law, until=12.0, outputs="ball.q[*]")
+        assert (r.outcome.name, r.audit.verdict) == ("done", "within")
+
+
+# -- broken runs ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 0.5}], ids=["rtol", "fixed step"])
+def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dict) -> None:
+    r = frictionless(**how)
+    assert (r.outcome.name, r.audit.verdict) == ("inaccurate", "inaccurate")
+    energy = bodies_energy(r)
+    worst = energy[np.abs(energy - energy[0]).argmax()] - energy[0]
+    assert r.audit.energy == pytest.approx(worst, rel=0.3)
+    assert r.outcome.numbers["energy"] == r.audit.energy
+    assert len(r) == 1001
+    assert any(n.startswith("audit at t = ") and "J" in n for n in r.notes)
+
+
+def test_energy_that_appears_at_once_is_told_with_its_time() -> None:
+    """At 3 s all rates are multiplied by 1.2 behind the run's back: 0.44 of the kinetic energy appears."""
+    model = Model(load_scene("crank_slider_free"), ["*"])
+
+    def push(block: Block) -> None:
+        n = model.system.nq
+        block.y[n : n + model.system.nv] *= 1.2
+
+    r = disturbed(model, 6.0, 3.0, push)
+    energy = bodies_energy(r)
+    gained = np.median(energy[r.time > 3.1]) - np.median(energy[r.time < 2.9])
+    assert (r.outcome.name, r.audit.verdict) == ("inaccurate", "inaccurate")
+    assert r.audit.energy == pytest.approx(gained, rel=1e-3)
+    assert 3.0 <= r.outcome.time <= 3.2
+
+
+def test_friction_that_drives_is_told_with_its_joint() -> None:
+    """At 0.1 s the coefficient of friction becomes negative behind the run's back."""
+    model = Model(load_scene("spherical_pendulum"), ["*.q[*]"])
+    place = int(np.flatnonzero(model.block.parameters == 0.6)[0])
+
+    def turn(block: Block) -> None:
+        block.parameters[place] = -0.6
+        block.prepare()
+
+    r = disturbed(model, 0.3, 0.1, turn)
+    drives = r.audit.laws[Law.DRIVES.name.lower()]
+    assert r.audit.verdict == "note"
+    assert drives.joint == "ball"
+    assert drives.size > 0.5
+    assert drives.time is not None
+    assert 0.1 <= drives.time <= 0.3
+    assert any("joint ball: friction drives" in n for n in r.notes)
+
+
+# -- everywhere -------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_sweep_says_of_each_case_what_its_own_run_says() -> None:
+    over = {"joints.ball.friction.mu": [0.0, 0.3]}
+    table = sweep("spherical_pendulum", over=over, reductions=["final:ball.qd[2]"], until=10.0, rtol=0.1).table
+    for k, mu in enumerate((0.0, 0.3)):
+        r = simulate("spherical_pendulum", until=10.0, rtol=0.1, outputs="ball.qd[2]", overrides={"joints.ball.friction.mu": mu})
+        assert table["outcome"][k].as_py() == r.outcome.name
+        assert table["audit"][k].as_py() == r.audit.verdict
+        assert table["audit.energy"][k].as_py() == r.audit.share
+        assert table["audit.note"][k].as_py() == "; ".join(r.audit.notes)
+    assert "inaccurate" in table["outcome"].to_pylist()
