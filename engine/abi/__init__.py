@@ -3,6 +3,7 @@ and the C header generated from them (``header``). No other file may know a numb
 
 from engine.abi.choices import (
     Array,
+    Breaks,
     Coordinate,
     EventKind,
     Law,
@@ -19,6 +20,6 @@ from engine.abi.choices import (
 )
 
 __all__ = [
-    "Array", "Coordinate", "EventKind", "Law", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState", "TableKind",
-    "Verdict", "Wants", "Why",
+    "Array", "Breaks", "Coordinate", "EventKind", "Law", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState",
+    "TableKind", "Verdict", "Wants", "Why",
 ]  # fmt: skip

@@ -155,7 +155,20 @@ class Law(Named, prefix="TR_LAW_"):
     FRICTION = 5, "what the equations of friction leave open (of the largest friction)"
 
 
+class Breaks(Named, prefix="TR_BREAKS_"):
+    """Bits for the laws that an answer breaks."""
+
+    LOOP = 1, "the equations of the loops"
+    REST = 2, "a held pair moves"
+    CONE = 4, "a held pair carries more than it can"
+    LAW = 8, "friction is not what its law says"
+    BRANCH = 16, "a pair is on the other branch of its law than its mode says"
+    POWER = 32, "friction drives"
+    START = 64, "a pair starts against its friction's sense"
+    STOP = 128, "a stop presses with nothing in it, or does not with something"
+
+
 ENUMERATIONS: tuple[type[Named], ...] = (
     Status, EventKind, PairState, PairKind, StopState, Coordinate, RowKind, TableKind, Post, Wants, Array, Why, Verdict,
-    Law,
+    Law, Breaks,
 )  # fmt: skip

@@ -86,6 +86,7 @@ int through_jams : whether a jammed pair stops by an impact and the run goes on
 STATS = Record("tr_stats", "What a run has cost so far.", f"""
 long steps : accepted steps
 long rejected : refused trial steps
+long refused : answers that broke a law, so that others were sought
 long rhs_evaluations : evaluations of the right-hand side
 long jacobians : of the Jacobian
 long newton_iterations : of the complement equations

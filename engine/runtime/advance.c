@@ -98,8 +98,10 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
     trial->err = NAN;
   else {
     tr_note_end(s);
+    const int broken = tr_broken(s, ynew, 0, 0);
     tr_audit_look(s);
     if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
+    if (broken && trial->found == TR_NO_EVENT && !tr_another_end(s, broken, trial->end, ynew, slope)) trial->err = NAN;
   }
   if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
 }
@@ -173,10 +175,11 @@ static int tr_attempt(tr_sim *s, double limit) {
   }
 }
 
-/* After a failure of friction: whether the run goes on from the state in place, a ball spinning or a jammed pair stopped. */
+/* After a failure of friction: whether the run goes on from the state in place, with other modes, a ball spinning or a jammed pair
+ * stopped. */
 static int tr_goes_on(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
-  if (!tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_passes_fold(s) && !tr_through_jam(s)) return 0;
+  if (!tr_decides_anew(s) && !tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_passes_fold(s) && !tr_through_jam(s)) return 0;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;
 }

@@ -14,6 +14,7 @@ static void tr_certify(tr_sim *s);
 #include "manifold.c"
 #include "coulomb.c"
 #include "groups.c"
+#include "verify.c"
 TR_RARE
 #include "onset.c"
 #include "rest.c"

@@ -65,7 +65,7 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
       double v = tr_misfit(s, rest[q]);
       if (!(v <= most)) most = v, worst = rest[q];
     }
-    if (worst < 0) return 1;
+    if (worst < 0) return tr_holds(s, rest, n);
     if (!tr_slides(s, worst)) tr_let_slip(s, worst); else tr_mode_of(s, worst)->flag = TR_STUCK;
   }
   return 0;
@@ -91,7 +91,7 @@ static int tr_enumerate(tr_sim *s, const int *rest, int n) {
       memset(TR_A(s, z) + s->k->active, 0, sizeof(double) * s->k->neta);
       if (!ok || !tr_solve_onsets(s, rest, n)) continue;
       for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
-      if (!ok) continue;
+      if (!ok || !tr_holds(s, rest, n)) continue;
       if (pass == 1) return found;
       double gap = 0.0;
       for (int i = 0; i < s->k->neta; ++i) {
@@ -112,7 +112,7 @@ static int tr_hold_anew(tr_sim *s, const int *rest, int n) {
   if (!tr_solve_modes(s) || !tr_solve_modes(s)) return 0; /* shares follow from the loads of the first solution */
   for (int q = 0; q < n; ++q)
     if (!(tr_misfit(s, rest[q]) < -SHARE_GAIN)) return 0;
-  return 1;
+  return tr_holds(s, rest, n);
 }
 
 /* Modes of the pairs at rest at the state whose maps are in place. ``released``: the pair that has just been let go (its mode says

@@ -53,6 +53,8 @@ static int tr_impact(tr_sim *s, double *y, int pair) {
   int rest[k->nsliders + 1], n = tr_at_rest(s, pair, rest);
   tr_bring_to_rest(s, y, rest, n);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  for (int i = 0; i < k->nsliders; ++i) /* what slides on may have been turned round */
+    if (tr_is_set(s, i) && !tr_is_one_of(rest, n, i)) tr_freeze(s, i);
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
   return tr_decide(s, rest, n, -1);
 }
@@ -64,6 +66,7 @@ static int tr_blame(tr_sim *s, const double *y, int *pair) {
   double copy[tr_width(s)];
   tr_keep_modes(s, modes);
   memcpy(copy, y, sizeof copy);
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta)); /* the root that was followed, not what was tried since */
   *pair = tr_solve_modes(s) ? tr_weakest_pair(s) : tr_stumbling_pair(s);
   int why = TR_WHY_UNKNOWN;
   if (*pair >= 0) why = tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
@@ -104,6 +107,32 @@ static int tr_lets_spin(tr_sim *s) {
     tr_mode_of(s, i)->flag = TR_SLIPS;
   }
   return 0;
+}
+
+/* Where an answer was refused and no shorter step has another: the modes are chosen again from the state in place, as at a start. 1 when
+ * they are others then. */
+static int tr_decides_anew(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y), old[tr_width(s)];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->sets || s->step.trouble != TR_FAIL_MODES) return 0;
+  s->step.watch = 0, s->step.trouble = TR_OK;
+  tr_maps_at(s, y);
+  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  for (int i = 0; i < k->nsliders; ++i) {
+    tr_mode *m = tr_mode_of(s, i);
+    if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) continue;
+    if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
+    tr_freeze(s, i);
+  }
+  int changed = tr_settle(s, s->clock.t, y, -1) == TR_OK && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * k->nsliders) != 0;
+  if (!changed) {
+    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
+    return 0;
+  }
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
+  return 1;
 }
 
 /* The slowest of the pairs whose speed is below the tolerance of velocities, of those that slide; −1: there is none. Maps in place. */

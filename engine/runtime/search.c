@@ -13,6 +13,8 @@
 #define TOP_NEAR 1e-9   /* of the step: tops nearer to a point looked at are that point */
 #define TOP_SURE 0.01   /* of its distance from release: a top that changes by less with another parabola stays below */
 #define DIP 0.05        /* of what a sliding speed varies over the stages: by so much it may fall between them, to rest and up again */
+#define TURN_DIP 0.5    /* the same where it falls at the start and rises at the end: it may come so far below the stages, the two next to its
+                         least being up to half a step apart */
 #define SWING 0.5       /* of what a margin varies over the stages: by so much it may rise between them (a quarter period between two) */
 
 /* Worst violation at a dense point, relative to tolerance; which one in *worst. NaN when the state cannot be evaluated. */
@@ -71,6 +73,14 @@ static int tr_event_at(tr_sim *s, double theta, int which) {
   return TR_TOO_LARGE;
 }
 
+/* Whether the sliding speed of pair i (one component) falls at the start of the step just made and rises at its end: it has a least value
+ * inside. A pair whose rate is none of the state's counts as one whose speed does. */
+static int tr_turns_inside(const tr_sim *s, int i) {
+  int v0 = tr_pair_of(s, i)->v0, n = tr_width(s);
+  const double *start = TR_A(s, K) + s->k->nq, *end = start + tr_method_of(s)->end * n, side = tr_mode_of(s, i)->direction[0];
+  return v0 < 0 || (start[v0] * side < 0.0 && end[v0] * side > 0.0);
+}
+
 /* Whether the stages of the step just made (end evaluated) give reason to look at it more closely for pair i. */
 static int tr_suspect(const tr_sim *s, int i) {
   double most = TR_A(s, smax)[i], least = TR_A(s, smin)[i], kink = tr_sliding_of(s, i)->border;
@@ -79,7 +89,10 @@ static int tr_suspect(const tr_sim *s, int i) {
     case TR_KIND_TURN: return most > 1.0;
     case TR_KIND_KINK: return tr_slides(s, i) ? least < -TOL_KINK * kink : most > TOL_KINK * kink;
   }
-  if (!tr_is_stuck(s, i)) return most > (tr_pair_of(s, i)->nrates == 1 && least < most ? -DIP * (most - least) : 1.0);
+  if (!tr_is_stuck(s, i)) {
+    if (tr_pair_of(s, i)->nrates > 1 || !(least < most)) return most > 1.0;
+    return most > -(tr_turns_inside(s, i) ? TURN_DIP : DIP) * (most - least);
+  }
   double swing = least < most ? SWING * fmin(most - least, 1.0 / TOL_RELEASE) : 0.0;
   return most + swing > -NEAR_RELEASE / TOL_RELEASE;
 }

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.abi import Array, Status
+from engine.abi import Array, Breaks, Status
 from engine.abi.kernels import OUTPUTS
 from engine.abi.runs import CERTIFICATE, EVENT, HELD, JUDGEMENT, SETTINGS, STATS
 from engine.basics.problems import Problem, SceneError
@@ -72,6 +72,7 @@ def _library() -> ctypes.CDLL:
     lib.tr_why.argtypes, lib.tr_why.restype = [p, p], i
     lib.tr_gap.argtypes, lib.tr_gap.restype = [p, p], None
     lib.tr_fail_row.argtypes, lib.tr_fail_row.restype = [p, p], i
+    lib.tr_verify.argtypes, lib.tr_verify.restype = [p, i], i
     lib.tr_roots.argtypes, lib.tr_roots.restype = [p], i
     lib.tr_certify_run.argtypes, lib.tr_certify_run.restype = [p, p], None
     lib.tr_audit_end.argtypes, lib.tr_audit_end.restype = [p], None
@@ -235,6 +236,12 @@ class Block:
         flat = np.zeros(2 * rows + 1)
         self.lib.tr_gap(self.at, flat.ctypes.data)
         return flat[:rows], flat[rows : 2 * rows]
+
+    def broken(self, deciding: bool = False) -> set[Breaks]:
+        """The laws that the present state, modes and multipliers break: as the end of a step, or as a decision about the pairs that
+        are at rest."""
+        bits = self.lib.tr_verify(self.at, int(deciding))
+        return {law for law in Breaks if bits & law}
 
     def roots(self) -> int:
         """How many roots of the complement equations were found at the present state."""

@@ -102,6 +102,16 @@ def test_a_block_slips_once_in_every_period_at_every_tolerance(duty: float) -> N
             assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=1e-9 + 100 * rtol * duty)
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_periods(seed: int) -> None:
+    """Pushed for 49.9 % of each period it rests for a thirtieth of one: its speed comes down to nothing between the stages of a step."""
+    for rtol in (1e-4, 1e-6):
+        r = simulate(ratchet(0.499, seed), until=1000.0, every=1000.0, method="rk5", rtol=rtol)
+        slips = [e.time for e in r.events if e.kind == "slip"]
+        assert len(slips) in (999, 1000), rtol
+        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=1e-9 + 100 * rtol * 0.499)
+
+
 # -- roots that are followed, and that fold away -----------------------------------------------------------------------------------
 
 

@@ -1,0 +1,218 @@
+/* Whether what is taken for an answer is one: the modes in force and the multipliers in place, held against what the kernel says about the
+ * state and nothing else. No residual, no rank, no eliminated map of the code that found the answer is used here, so that a mistake there
+ * is seen. Asked of every decision and of the end of every accepted step (METHOD, "Answers are checked"). */
+#include "modes.h"
+
+/* By how much a law may be broken. Equations are measured against the sum of the sizes of what cancels in them: round-off of a solution
+ * is 1e-14 of it, but near a singular position of a loop a pivot p is given up, which leaves its root, at most 3e-5 (``loops.c``). */
+#define LOOP_OPENS 1e-4
+#define FAINT_OPENING 1e-7 /* of length · rate² (rate²): a row of nothing else has no size of its own to be measured by */
+#define REST_MOVES 1e-4
+#define LAW_MISSED 1e-6    /* of what a law's answer is made of: near a ball's cone half of the digits are left */
+#define CONE_BROKEN 1e-7   /* of the friction ratio; pairs are let go at 1e-10 */
+#define BRANCH_MISSED 1e-6 /* of a kink's speed, of (sine)² of a ball's tilt */
+#define POWER_GIVEN 1e-6   /* of friction times speed: so much may be against the others of a pair's components */
+#define AT_REST_SPEED 1e-11 /* of the speed unit: has no direction */
+#define CREEPS 1e-7        /* of the speed unit: what a held pair on a cut joint, whose rate is none of the state's, gathers in a step, */
+#define CREEPS_PART 10.0   /* and of the tolerance */
+#define START_BACKWARDS 1e-6 /* of the accelerations that cancel: a pair that starts may be so near to not starting */
+#define SLOW_TURNS 1e-10   /* of the speed unit: slower sliding of several components may turn by more than a right angle (as NEAR_MISS) */
+#define FAINT_START 1e-5   /* of what cancels: less acceleration has no direction (as FAINT_RATIO) */
+#define NOTHING_HELD 1e-290 /* N: friction of nothing */
+#define STOP_MISSED 1e-9   /* of the length, or rad: how deep an open stop, or how far off a pressed one, may be */
+
+/* The answer as it follows from the maps alone. */
+typedef struct tr_answer {
+  double *acc, *acc_size; /* accelerations of the frictional freedoms and the sum of the sizes of what makes them up (neta) */
+  double *N, *N_size;     /* reaction components, likewise (nn) */
+  double *law, *dn;       /* η that the laws ask for, and its derivative */
+  tr_sliding *sliding;
+} tr_answer;
+
+/* out (m) = first + A x, and in size the sum of the sizes of what is added; A m×n. */
+static inline void tr_sum_up(int m, int n, const double *A, const double *x, double *out, double *size) {
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < m; ++i) {
+      double part = A[i + (size_t)j * m] * x[j];
+      out[i] += part, size[i] += fabs(part);
+    }
+}
+
+static inline void tr_begin_sum(int m, const double *first, double *out, double *size) {
+  for (int i = 0; i < m; ++i) out[i] = first[i], size[i] = fabs(first[i]);
+}
+
+/* The loops' equations S λ + Se η + g0 = 0. */
+static int tr_loops_open(const tr_sim *s, const double *maps, const double *z) {
+  const tr_kernel *k = s->k;
+  int a = k->active;
+  double r[a + 1], size[a + 1];
+  tr_begin_sum(a, map_g0(k, maps), r, size);
+  tr_sum_up(a, a, maps, z, r, size);
+  tr_sum_up(a, k->neta, map_Se(k, maps), z + a, r, size);
+  for (int i = 0; i < a; ++i)
+    if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + FAINT_OPENING * tr_row_unit(s, k->active_rows[i]) * s->set.rate * s->set.rate)) return TR_BREAKS_LOOP;
+  return 0;
+}
+
+/* Friction of pair i against its law, of which it is a part of element el's. */
+static int tr_law_missed(const tr_sim *s, int i, const tr_answer *it) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const tr_element *el = s->k->element + pair->element;
+  const double *eta = TR_A(s, z) + s->k->active;
+  double gap = 0.0, size = 0.0;
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
+    gap = fmax(gap, fabs(eta[e] - it->law[e])), size += fabs(it->law[e]);
+    for (int q = 0; q < el->needs; ++q) size += fabs(it->dn[el->dn0 + e - el->eta0 + q * el->neta]) * it->N_size[el->n0 + q];
+  }
+  return gap <= LAW_MISSED * size ? 0 : TR_BREAKS_LAW;
+}
+
+/* A pair whose mode is a branch of its law has to be on it. */
+static int tr_branch_missed(const tr_sim *s, int i, const tr_sliding *v) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  int flag = tr_flag(tr_mode_of(s, i));
+  double over = pair->kind == TR_KIND_KINK ? fabs(v->speed) / v->border - 1.0 : pair->kind == TR_KIND_SET && pair->cone ? v->cone : 0.0;
+  if (over == 0.0) return 0;
+  int beyond = pair->kind == TR_KIND_KINK ? flag == TR_SATURATED : flag != TR_CONE;
+  return (beyond ? -over : over) <= BRANCH_MISSED ? 0 : TR_BREAKS_BRANCH;
+}
+
+/* Sliding friction takes energy: its power on pair i with its rates, or (starts) with the accelerations with which it is about to slide. */
+static int tr_drives(const tr_sim *s, int i, const tr_answer *it, int starts) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *arm = TR_A(s, arm) + pair->eta0;
+  const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
+  double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = tr_speed_unit(s) * (pair->nrates == 1 ? AT_REST_SPEED : SLOW_TURNS);
+  for (int j = 0; j < pair->nrates; ++j) {
+    double v = (starts ? it->acc[pair->eta0 + j] : rates[j]) * arm[j], f = eta[j] / arm[j];
+    power += f * v, size += fabs(f * v), fast += v * v;
+    if (starts) cancel += it->acc_size[pair->eta0 + j] * arm[j], size += fabs(f) * it->acc_size[pair->eta0 + j] * arm[j];
+  }
+  if (sqrt(fast) <= (starts ? FAINT_START * cancel : slow)) return 0;
+  return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
+}
+
+/* A held pair does not move, and carries no more than it can. */
+static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hold *hold) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  int broken = 0;
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
+    if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e])) broken = TR_BREAKS_REST;
+  if (!(tr_pair_speed(s, i) <= (pair->v0 >= 0 ? AT_REST_SPEED : fmax(CREEPS, CREEPS_PART * s->set.rtol)) * tr_speed_unit(s))) broken = TR_BREAKS_REST;
+  double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);
+  return over <= CONE_BROKEN * hold->capacity + NOTHING_HELD ? broken : broken | TR_BREAKS_CONE;
+}
+
+/* A stop presses while something is in it, and only then. depth: of every stop. */
+static int tr_stops_missed(const tr_sim *s, const double *y) {
+  const tr_kernel *k = s->k;
+  double depth[k->nstops + 1];
+  k->events(TR_A(s, x), y, TR_A(s, c) + k->c_events, depth);
+  for (int i = 0; i < k->nstops; ++i)
+    if (!((tr_pressed(s, i) ? -depth[i] : depth[i]) <= STOP_MISSED * fmax(1.0, s->set.length))) return TR_BREAKS_STOP;
+  return 0;
+}
+
+/* Whether pair i is one of `rest`. */
+static int tr_is_one_of(const int *rest, int n, int i) {
+  for (int q = 0; q < n; ++q)
+    if (rest[q] == i) return 1;
+  return 0;
+}
+
+/* The friction of every pair. `rest`: those that have just been decided, which start from rest (0: none, and branches are asked for). */
+static int tr_pairs_broken(tr_sim *s, const tr_answer *it, const int *rest, int n) {
+  const tr_kernel *k = s->k;
+  tr_hold hold[k->nsliders + 1];
+  double dhold[3 * k->nn + 1];
+  int broken = 0, held = 0;
+  for (int i = 0; i < k->nsliders; ++i) held |= tr_is_stuck(s, i);
+  if (held) k->held(it->N, TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold, dhold);
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (i == s->friction.freed) continue;
+    if (tr_is_stuck(s, i)) {
+      broken |= tr_not_held(s, i, it, hold + i);
+      continue;
+    }
+    int starts = s->moreau.h > 0.0 || tr_is_one_of(rest, n, i);
+    broken |= tr_law_missed(s, i, it);
+    if (!rest) broken |= tr_branch_missed(s, i, it->sliding + i);
+    if (tr_is_set(s, i)) broken |= tr_drives(s, i, it, starts);
+  }
+  return broken;
+}
+
+/* Rates at the end of a step of impulses, over its length, in the place of accelerations. */
+static void tr_end_rates(const tr_sim *s, const tr_answer *it) {
+  const double *rates = map_rates(s->k, TR_A(s, maps));
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    for (int j = 0; j < pair->nrates; ++j) {
+      double now = rates[pair->rate0 + j] / s->moreau.h;
+      it->acc[pair->eta0 + j] += now, it->acc_size[pair->eta0 + j] += fabs(now);
+    }
+  }
+}
+
+/* Which laws the answer in place breaks (bits TR_BREAKS_…): at the state y whose maps are in place, with the modes in force and the
+ * multipliers in z. `rest` (n): pairs that are just being decided; 0: the end of a step, where branches and stops are looked at, too. */
+static int tr_broken(tr_sim *s, const double *y, const int *rest, int n) {
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps), *z = TR_A(s, z), *eta = z + k->active;
+  int a = k->active, e = k->neta, m = k->nn, broken = tr_loops_open(s, maps, z);
+  if (k->nstops && !rest) broken |= tr_stops_missed(s, y);
+  if (!e) return broken;
+  double acc[2 * e], N[2 * m], law[e], dn[k->ndn + 1];
+  tr_sliding sliding[k->nsliders + 1];
+  tr_answer it = {acc, acc + e, N, N + m, law, dn, sliding};
+  tr_begin_sum(m, map_N0(k, maps), it.N, it.N_size);
+  tr_sum_up(m, a, map_Nl(k, maps), z, it.N, it.N_size);
+  tr_sum_up(m, e, map_Ne(k, maps), eta, it.N, it.N_size);
+  if (k->sets) {
+    tr_begin_sum(e, map_Q0(k, maps), it.acc, it.acc_size);
+    tr_sum_up(e, a, map_Ql(k, maps), z, it.acc, it.acc_size);
+    tr_sum_up(e, e, map_Qe(k, maps), eta, it.acc, it.acc_size);
+    if (s->moreau.h > 0.0) tr_end_rates(s, &it);
+  }
+  k->laws(it.N, map_rates(k, maps), TR_A(s, x), TR_A(s, c) + k->c_laws, law, dn, (double *)sliding);
+  return broken | tr_pairs_broken(s, &it, rest, n);
+}
+
+static int tr_at_rest(tr_sim *s, int also, int *rest);
+
+/* The same of the block's own state, modes and multipliers, for hosts: as the end of a step, or (deciding) as a decision about the pairs
+ * that are at rest. */
+int tr_verify(tr_sim *s, int deciding) {
+  int rest[s->k->nsliders + 1], n = 0;
+  tr_set_time(s, s->clock.t);
+  s->k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  if (deciding) n = tr_at_rest(s, -1, rest);
+  return tr_broken(s, TR_A(s, y), deciding ? rest : 0, n);
+}
+
+/* The end of a step (t, y), just evaluated there, breaks laws: whether Newton's iteration finds an answer that holds from another start,
+ * that of the step or none. Its ẏ is in `slope` then. */
+static int tr_another_end(tr_sim *s, int broken, double t, const double *y, double *slope) {
+  const tr_kernel *k = s->k;
+  const int asked = s->set.locate ? ~0 : TR_BREAKS_LOOP | TR_BREAKS_REST | TR_BREAKS_LAW;
+  double *eta = TR_A(s, z) + k->active;
+  if (!(broken & asked)) return 1;
+  s->stats.refused++;
+  for (int start = 0; start < 2; ++start) {
+    if (start == 0) memcpy(eta, TR_A(s, zstart) + k->active, sizeof(double) * k->neta);
+    else memset(eta, 0, sizeof(double) * k->neta);
+    if (!tr_rhs(s, t, y, slope) || (tr_broken(s, y, 0, 0) & asked)) continue;
+    tr_note_end(s);
+    return 1;
+  }
+  s->step.trouble = TR_FAIL_MODES;
+  return 0;
+}
+
+/* Whether a decision about the pairs `rest`, at the state whose maps are in place, holds; one that does not is counted. */
+static int tr_holds(tr_sim *s, const int *rest, int n) {
+  int ok = !tr_broken(s, 0, rest, n);
+  s->stats.refused += !ok;
+  return ok;
+}
