@@ -109,32 +109,6 @@ static int tr_lets_spin(tr_sim *s) {
   return 0;
 }
 
-/* Where an answer was refused and no shorter step has another: the modes are chosen again from the state in place, as at a start. 1 when
- * they are others then. */
-static int tr_decides_anew(tr_sim *s) {
-  const tr_kernel *k = s->k;
-  double *y = TR_A(s, y), old[tr_width(s)];
-  tr_mode modes[k->nsliders + 1];
-  if (!k->sets || s->step.trouble != TR_FAIL_MODES) return 0;
-  s->step.watch = 0, s->step.trouble = TR_OK;
-  tr_maps_at(s, y);
-  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
-  for (int i = 0; i < k->nsliders; ++i) {
-    tr_mode *m = tr_mode_of(s, i);
-    if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) continue;
-    if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
-    tr_freeze(s, i);
-  }
-  int changed = tr_settle(s, s->clock.t, y, -1) == TR_OK && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * k->nsliders) != 0;
-  if (!changed) {
-    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
-    return 0;
-  }
-  s->step.have_k1 = s->step.have_jac = 0;
-  s->step.h = s->set.hfixed;
-  return 1;
-}
-
 /* The slowest of the pairs whose speed is below the tolerance of velocities, of those that slide; −1: there is none. Maps in place. */
 static int tr_slowest(const tr_sim *s) {
   double least = s->set.rtol * tr_speed_unit(s);

@@ -1,4 +1,5 @@
-/* The modes of stops and pairs at the start of a run, or when parameters have changed in the middle of one. */
+/* The modes of stops and pairs at the start of a run, when parameters have changed in the middle of one, or when those in force have led to
+ * an answer that was refused. */
 #include "modes.h"
 
 /* Pairs with a set-valued law at the start: sliding, or at rest and then decided. Maps in place. */
@@ -53,4 +54,31 @@ static int tr_start_modes(tr_sim *s) {
     if (tr_pair_of(s, i)->kind == TR_KIND_SET && now[i].cone < 0.0) m->flag = TR_CONE;
   }
   return tr_rhs(s, s->clock.t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+}
+
+/* Where an answer was refused and no shorter step has another: the modes are chosen again from the state in place, as at a start. 1 when
+ * they are others then. */
+static int tr_decides_anew(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y), old[tr_width(s)];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->sets || s->step.trouble != TR_FAIL_MODES) return 0;
+  s->step.watch = 0, s->step.trouble = TR_OK;
+  tr_set_time(s, s->clock.t);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  for (int i = 0; i < k->nsliders; ++i) {
+    tr_mode *m = tr_mode_of(s, i);
+    if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) continue;
+    if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
+    tr_freeze(s, i);
+  }
+  int changed = tr_settle(s, s->clock.t, y, -1) == TR_OK && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * k->nsliders) != 0;
+  if (!changed) {
+    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
+    return 0;
+  }
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
+  return 1;
 }
