@@ -1,5 +1,5 @@
-"""What a run takes for an answer is checked by code that shares nothing with what found it: each law can be seen broken, right answers
-pass, and a run that is given a wrong one goes on rightly or says so."""
+"""What a run takes for an answer is checked by code that shares nothing with what found it: each law can be seen broken, right
+answers pass, and a run that is given a wrong one goes on rightly or says so."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def begun(scene: sm.Scene, method: str = "auto") -> bl.Block:
     return model.block
 
 
-# -- each law can be seen broken ----------------------------------------------------------------------------------------------------
+# -- each law can be seen broken --------------------------------------------------------------------------------------------------
 
 
 def test_a_held_block_that_is_given_other_friction_moves() -> None:
@@ -127,16 +127,19 @@ def test_loops_that_do_not_stay_closed_are_seen(seed: int) -> None:
     assert Breaks.LOOP in block.broken()
 
 
-# -- right answers pass, in any mechanism -------------------------------------------------------------------------------------------
+# -- right answers pass, in any mechanism -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("tree", 0), ("tree", 1), ("tree", 2), ("tree", 3), ("loop", 0), ("loop", 1), ("loop", 3)])
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("tree", 0), ("tree", 1), ("tree", 2), ("tree", 3), ("loop", 0), ("loop", 1), ("loop", 3)]
+)
 def test_what_a_random_mechanism_comes_to_is_an_answer_and_no_neighbour_of_it_is(kind: str, seed: int) -> None:
     """In any size. Any one friction that is off by a hundredth breaks a law: its own, or rest."""
     scene = rubbing(kind, seed).scene
     block = block_after(scene, 1.0 / rate_scale(scene, np.zeros(1), length_scale(scene)), 1e-6)
     block.evaluate()
-    assert block.broken() == set() and block.statistics()["refused"] == 0
+    assert block.broken() == set()
+    assert block.statistics()["refused"] == 0
     z, a = solution(block), block.kernel.sizes["active"]
     for i in range(a, len(z)):
         right = z[i]
@@ -146,7 +149,7 @@ def test_what_a_random_mechanism_comes_to_is_an_answer_and_no_neighbour_of_it_is
             z[i] = right
 
 
-# -- a wrong one is not gone on with -------------------------------------------------------------------------------------------------
+# -- a wrong one is not gone on with ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])

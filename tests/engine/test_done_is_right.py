@@ -104,7 +104,7 @@ def test_a_block_slips_once_in_every_period_at_every_tolerance(duty: float) -> N
 
 @pytest.mark.parametrize("seed", range(2))
 def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_periods(seed: int) -> None:
-    """Pushed for 49.9 % of each period it rests for a thirtieth of one: its speed comes down to nothing between the stages of a step."""
+    """Pushed for 49.9 % of each period it rests for a thirtieth of one: its speed comes down to nothing between two stages."""
     for rtol in (1e-4, 1e-6):
         r = simulate(ratchet(0.499, seed), until=1000.0, every=1000.0, method="rk5", rtol=rtol)
         slips = [e.time for e in r.events if e.kind == "slip"]
