@@ -18,6 +18,7 @@ from engine.contact.registry import registered as registered_elements
 from engine.friction import Law, Rest
 from engine.friction.registry import registered as registered_laws
 from engine.friction.registry import table
+from engine.simulation import events, outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = {"engine/friction", "engine/contact", "engine/joints"}
@@ -68,6 +69,25 @@ def test_the_scan_finds_a_name_where_there_is_one(tmp_path: Path) -> None:
 def test_the_notation_lists_the_laws_as_they_declare_themselves() -> None:
     text = (ROOT / "engine" / "NOTATION.md").read_text(encoding="utf-8")
     assert table() in text, "put engine.friction.registry.table() under NOTATION's “Friction laws”"
+
+
+def test_the_notation_lists_the_events_that_the_runtime_tells() -> None:
+    """Each kind that the C code logs, and no other, is a row of the table under “Events”."""
+    code = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "engine" / "runtime").glob("*.c"))
+    told = {name.lower() for name in re.findall(r"\bTR_EV_(\w+)", code)}
+    assert rows_under("Events") == told
+    assert told <= set(events.KINDS.values())
+
+
+def test_the_notation_lists_the_ways_in_which_a_run_ends() -> None:
+    """Every outcome a user may see; a method of no number cannot be asked for from a scene."""
+    assert rows_under("How a run ends") == {outcome.DONE, *outcome.ADVICE} - {"unknown_method"}
+
+
+def rows_under(heading: str) -> set[str]:
+    """Names in the first column of the table under a heading of NOTATION."""
+    text = (ROOT / "engine" / "NOTATION.md").read_text(encoding="utf-8").split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    return {name for row in re.findall(r"^\| (`.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
 
 
 def test_a_joints_freedoms_are_those_its_contact_element_rubs_along() -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
+from tests.pages.environments import Home
+
 
 @pytest.fixture(scope="module")
-def homes() -> Iterator[dict[str, Path]]:
+def homes() -> Iterator[dict[str, Home]]:
     """A copy of the checkout for every group, with an environment of its own; gone afterwards."""
-    made: dict[str, Path] = {}
+    made: dict[str, Home] = {}
     yield made
     for home in made.values():
-        shutil.rmtree(home, ignore_errors=True)
+        shutil.rmtree(home.path, ignore_errors=True)

@@ -1,32 +1,38 @@
 """Which pages share an environment, and a page read from its first block to its last.
 
 Pages are grouped by what they install: the pages of a group share an environment, in an order in which it only grows by what
-the next page asks for itself.
+the next page asks for itself. After every page it is compared with what was typed into it.
 """
 
 from __future__ import annotations
 
+import os
 import socket
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.pages.reader import PRINTED_PORT, Reader, copied
+from tests.pages.environments import Home, copied
+from tests.pages.reader import PRINTED_PORT, Reader
 from tests.pages.reading import Step, steps
 
 ROOT = Path(__file__).resolve().parents[2]
 INSTALLED = "python3 -m venv .venv && . .venv/bin/activate && pip install -q ."
 GROUPS = {
-    "plain, cad": [
+    "plain": [
         *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "models").glob("*/README.md") if p.parent.name != "cookbook"),
-        "models/cookbook/designer.md",
+        "models/cookbook/designer.md",  # it installs cad itself, after which nobody else may come
     ],
-    "fmu": ["fmu/README.md"],
+    "pandas": ["engine/README.md", "models/cookbook/data.md"],
     "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
-    "pandas, service": ["engine/README.md", "models/cookbook/data.md", "service/README.md"],
+    "service, pandas": ["service/README.md"],
+    "fmu": ["fmu/README.md"],
 }
-"""Pages by group; a group is named for the extras that its environment has in the end."""
+"""Pages by group; a group is named for what its pages install, in the order in which they do."""
+TOGETHER = {"plain": "models", "pandas": "models"}
+"""The process that reads a group. All others are read by a second one, for pages that serve do so at one port. They take about as
+long."""
 
 
 def begins(page: str) -> list[Step]:
@@ -36,22 +42,20 @@ def begins(page: str) -> list[Step]:
     return [Step("bash", 0, INSTALLED), *found] if model and found else found
 
 
-def cases(serving: bool) -> list[object]:
-    """(group, page) of the groups whose pages serve, all at one port, or of the others."""
-    return [
-        pytest.param(group, page, id=page.removesuffix(".md"), marks=pytest.mark.pages)
-        for group, its in GROUPS.items()
-        if ("service" in group) is serving
-        for page in its
-        if steps(ROOT / page)
-    ]
+def cases() -> list[object]:
+    """(group, page) of all pages, marked with the process that reads them."""
+    found = []
+    for group, its in GROUPS.items():
+        marks = [pytest.mark.pages, pytest.mark.xdist_group(TOGETHER.get(group, "serves"))]
+        found += [pytest.param(group, page, id=page.removesuffix(".md"), marks=marks) for page in its if steps(ROOT / page)]
+    return found
 
 
-def read_through(group: str, page: str, homes: dict[str, Path], folders: pytest.TempPathFactory) -> None:
+def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.TempPathFactory) -> None:
     """Everything the page prints, in a copy of the checkout that its group shares."""
     if group not in homes:
-        homes[group] = copied(ROOT, folders.mktemp("page") / "checkout")
-        drawings(homes[group])
+        homes[group] = Home(copied(ROOT, folders.mktemp("page") / "checkout"), in_common(folders))
+        drawings(homes[group].path)
     todo = begins(page)
     serves = any("trunnion serve" in s.text or PRINTED_PORT in s.text for s in todo)
     if serves:
@@ -60,6 +64,18 @@ def read_through(group: str, page: str, homes: dict[str, Path], folders: pytest.
     with Reader(homes[group]) as reader:
         for step in todo:
             reader.does(step, page)
+    surplus, lacking = homes[group].surplus()
+    assert not surplus, f"the environment of {page} has what no line typed into it asks for: {sorted(surplus)}"
+    assert not lacking, f"the environment of {page} lacks {sorted(lacking)}"
+
+
+def in_common(folders: pytest.TempPathFactory) -> Path:
+    """A folder that the processes of one test session have in common: pages have one kernel cache, as one user has, empty at first,
+    and one copy of the packages that all of them install."""
+    mine = folders.getbasetemp()
+    shared = (mine.parent if "PYTEST_XDIST_WORKER" in os.environ else mine) / "pages"
+    shared.mkdir(exist_ok=True)
+    return shared
 
 
 def drawings(home: Path) -> None:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import time
 import urllib.error
 import urllib.request
-from pathlib import Path
 from typing import Any
 
-from tests.pages.reading import PLAIN, Step
+from tests.pages.environments import Home
+from tests.pages.reading import Step
 
 LISTENER = """
 import json, sys, traceback
@@ -39,8 +38,8 @@ PATIENCE = 240.0
 class Reader:
     """Works in one copy of the checkout, whose ``.venv`` grows with what is installed into it. Use it as a context for one page."""
 
-    def __init__(self, home: Path):
-        self.home, self.job, self.active = home, "", False
+    def __init__(self, place: Home):
+        self.place, self.home, self.job, self.active = place, place.path, "", False
         self.servers: list[subprocess.Popen[str]] = []
         self.python: subprocess.Popen[str] | None = None
 
@@ -78,16 +77,22 @@ class Reader:
         """Environment variables for what a page runs: nothing in them leads back to the packages of the tests' own environment."""
         left = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV", "PYTEST", "COV_"))}
         scripts = [str(self.home / ".venv" / "bin")] if self.active else []
-        return left | {"PATH": os.pathsep.join([*scripts, left["PATH"]]), "PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg"}
+        ours = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg", "TRUNNION_CACHE": str(self.place.shared / "cache")}
+        if self.place.copied:
+            ours["PIP_COMPILE"] = "0"  # what is imported is compiled then; pip compiles everything in the environment copied from
+        return left | ours | {"PATH": os.pathsep.join([*scripts, left["PATH"]])}
 
     def _type(self, line: str, place: str) -> None:
         """Type a line into the shell; a server it starts is left running until the page ends."""
         if not line or line.endswith("-m pytest"):
             return  # that is the command that runs these tests
         if "activate" in line:
-            line, self.active = line.replace(". .venv/bin/activate && ", ""), True
-            self._type(line.replace(" && pip ", " && .venv/bin/pip "), place)
-        elif re.search(r"trunnion serve\b(?!.*--database)", line):
+            line, self.active = line.replace(". .venv/bin/activate && ", "").replace(" && pip ", " && .venv/bin/pip "), True
+        if line in self.place.typed and "&&" not in line.partition("pip install")[2]:
+            return  # an installation that another page had typed here, and nothing else
+        if "-m venv" in line:
+            self.place.begin()
+        if re.search(r"trunnion serve\b(?!.*--database)", line):
             self._serve(line.rstrip("& "), place)
         else:
             if "trunnion serve" in line:
@@ -97,6 +102,8 @@ class Reader:
             wrong = next((text for mark, text in FAILS.items() if mark in line), "")
             assert done.returncode == (1 if wrong else 0), told
             assert wrong in done.stdout + done.stderr, told
+            if "pip install" in line:
+                self.place.typed_now(line)
             self.job = (JOB.findall(done.stdout) or [self.job])[0]
             if "/v1/jobs" in line and '"id"' in done.stdout:
                 self._ended(json.loads(done.stdout)["id"])
@@ -114,6 +121,8 @@ class Reader:
             assert server.poll() is None, f"{place}: {line} ended: {log.read()[-4000:]}"
             assert time.monotonic() < end, f"{place}: {line} does not answer: {log.read()[-4000:]}"
             time.sleep(0.2)
+        if "pip install" in line:
+            self.place.typed_now(line)
 
     def _ended(self, job: str) -> None:
         """Wait for a job as its submitter would before fetching its results."""
@@ -143,9 +152,3 @@ def asked(path: str) -> Any:
             return json.loads(answer.read())
     except (urllib.error.URLError, OSError):
         return None
-
-
-def copied(root: Path, home: Path) -> Path:
-    """A copy of the checkout without files that are not part of it, such as environments and caches."""
-    ignore = shutil.ignore_patterns(*PLAIN, ".*_cache", ".hypothesis", "trunnion-data", "node_modules")
-    return Path(shutil.copytree(root, home, ignore=ignore))

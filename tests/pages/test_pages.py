@@ -1,11 +1,10 @@
-"""Every block of every page runs as printed: the pages without a server. Run with ``python -m pytest -m pages -n 2``."""
+"""Every block of every page runs as printed. Run with ``python -m pytest -m pages -n 2 --dist loadgroup``."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
+from tests.pages.environments import Home
 from tests.pages.groups import GROUPS, ROOT, begins, cases, read_through
 from tests.pages.reading import pages, steps
 
@@ -23,6 +22,6 @@ def test_every_page_begins_with_what_it_installs() -> None:
     assert "[README](../README.md)" in (ROOT / "models" / "README.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(("group", "page"), cases(serving=False))
-def test_the_page_runs_as_printed(group: str, page: str, homes: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> None:
+@pytest.mark.parametrize(("group", "page"), cases())
+def test_the_page_runs_as_printed(group: str, page: str, homes: dict[str, Home], tmp_path_factory: pytest.TempPathFactory) -> None:
     read_through(group, page, homes, tmp_path_factory)
