@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound, Order
+from engine.basics.settings import RTOL
 from engine.contact import sizes
 from engine.friction import numbers as law_numbers
 from engine.kernel.columns import Column
 from engine.scene.contexts import bound_of, order_of
 from engine.scene.finding import Path, dotted, parse_path
-from engine.scene.model import RTOL
 from engine.scene.overrides import list_parameters
 from engine.simulation.run import Model
 from engine.system.curves import Outside

@@ -13,6 +13,7 @@ import typer
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.cli.running import DONE, FAILED, print_json
+from engine.cli.settings import Words, with_settings
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Submit, follow and fetch jobs of a server (trunnion serve).")
 URL = typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="The server.")
@@ -86,7 +87,9 @@ def checked(answer: httpx.Response) -> httpx.Response:
 
 
 @app.command()
+@with_settings("trunnion jobs submit")
 def submit(
+    settings: Words,
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, a folder with a scene.yaml, or a bundled model.")],
     over: Annotated[list[str] | None, typer.Option(metavar="PATH=VALUES", help="first:last:count, or a,b,c (repeatable).")] = None,
     sample: Annotated[list[str] | None, typer.Option(metavar="PATH=LOW:HIGH", help="Range to sample from (repeatable).")] = None,
@@ -95,8 +98,6 @@ def submit(
     sampling: Annotated[str, typer.Option(metavar="HOW", help="latin or random.")] = "latin",
     reduce: Annotated[list[str] | None, typer.Option(metavar="KIND:WHAT", help="What to keep of each case (repeatable).")] = None,
     changes: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number (repeatable).")] = None,
-    until: Annotated[str | None, typer.Option(metavar="T", help="End time.")] = None,
-    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows that are reduced.")] = None,
     label: Annotated[str, typer.Option(metavar="TEXT", help="Words of your own.")] = "",
     idempotency_key: Annotated[str, typer.Option(metavar="KEY", help="Sent again, makes no second job.")] = "",
     wait: Annotated[bool, typer.Option("--wait", help="Wait until it has ended.")] = False,
@@ -113,10 +114,7 @@ def submit(
 
     found = Findings()
     axes, sampled = spans(over or (), "--over", found), ranges(sample or (), found)
-    body: dict[str, Any] = {
-        "until": options.time(until, "--until", found),
-        "every": options.time(every, "--every", found, zero=True),
-    }
+    body = options.settings("trunnion jobs submit", settings, found)
     read = loaded(scene, options.assignments(changes or (), found), None, found)
     found.end()
     assert read is not None

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import hashlib
 import json
+from math import isfinite
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, WithJsonSchema, create_model, model_validator
 
+from engine.basics.numbers import Bound
 from engine.basics.problems import Problem, SceneError
+from engine.basics.settings import offered
 from engine.batch.plan import Plan, Run, plan
-from engine.integrators import METHODS
 from engine.scene.dump import scene_to_dict
 from engine.scene.library import model_file, model_names
 from engine.scene.load import load_scene, scene_from_dict, scene_from_text
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
+from engine.simulation.settings import settings_given, settings_read, told
 from service.settings import Limits
 
 Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
 Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
-Number = float | Annotated[str, StringConstraints(max_length=100)]
+Text = Annotated[str, StringConstraints(max_length=100)]
+Number = float | Text
+JOBS = "POST /v1/jobs"
 
 
 DEEPEST = 60
@@ -77,7 +82,23 @@ class Sample(Asked):
     method: Annotated[str, StringConstraints(pattern="^(latin|random)$")] = "latin"
 
 
-class JobRequest(SceneSource):
+def with_settings(who: str) -> Any:
+    """A scene and the settings of its run that ``who`` offers, as fields; their bounds are in the schema, and are checked where
+    those of everybody are."""
+    fields: dict[str, Any] = {}
+    for s in offered(who):
+        kind = Plain if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
+        fields[s.name] = (kind | None, Field(None, description=told(s, who)))
+    return create_model("WithSettings", __base__=SceneSource, **fields)
+
+
+def _schema(bound: Bound) -> dict[str, Any]:
+    """A number within a bound, as JSON Schema."""
+    least = {"exclusiveMinimum" if bound.open else "minimum": bound.least} if isfinite(bound.least) else {}
+    return {"type": "number"} | least | ({"maximum": bound.most} if isfinite(bound.most) else {})
+
+
+class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list) and ``sample``, and what to keep of each case."""
 
     over: dict[Path, list[Number] | Number] | None = Field(
@@ -92,10 +113,6 @@ class JobRequest(SceneSource):
         max_length=500,
         description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
     )
-    until: float | None = Field(None, description="End time, s (default: the scene's).")
-    every: float | None = Field(None, description="Spacing of the rows that are reduced, s; 0: the solver's own steps.")
-    rtol: float | None = Field(None, description="Relative tolerance.")
-    method: Plain | None = Field(None, description=f"{', '.join(METHODS)}.")
     budget: float | None = Field(None, gt=0, description="Stepping seconds after which the job is stopped.")
     label: Plain = Field("", description="Words of your own.")
 
@@ -127,9 +144,12 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
 def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     """The plan; SceneError with every problem, those of limits included."""
     scene = scene_of(request, limits)
-    problems = _too_long(request, scene, limits)
+    asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
+    values, problems = settings_read(JOBS, asked)
+    run = Run(**values)
+    problems += _too_long(run, scene, limits)
     try:
-        made = _planned(scene, request.model_dump(exclude={"scene", "scene_text", "overrides"}), limits.cases)
+        made = _planned(scene, asked, run, limits.cases)
     except SceneError as e:
         told = {p.where for p in problems}
         raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
@@ -146,9 +166,9 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     return made
 
 
-def _too_long(request: JobRequest, scene: Scene, limits: Limits) -> list[Problem]:
+def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
     """What of a case's time and rows exceeds what this server allows."""
-    until, every, _ = Run(request.until, request.every, request.rtol, request.method).of(scene)
+    until, every, _ = run.of(scene)
     problems = []
     if until > limits.duration:
         problems.append(
@@ -161,10 +181,9 @@ def _too_long(request: JobRequest, scene: Scene, limits: Limits) -> list[Problem
     return problems
 
 
-def _planned(scene: Scene, asked: dict[str, Any], most: int | None) -> Plan:
+def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
     """The plan of a scene and of the request's other fields."""
     sample = asked["sample"] or {}
-    run = Run(asked["until"], asked["every"], asked["rtol"], asked["method"])
     return plan(
         scene,
         asked["over"],
@@ -186,7 +205,7 @@ def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
 
 def plan_of_document(document: dict[str, Any]) -> Plan:
     """The plan of a document that was kept."""
-    return _planned(scene_from_dict(document["scene"]), document, None)
+    return _planned(scene_from_dict(document["scene"]), document, Run(**settings_given(JOBS, document)), None)
 
 
 def digest(value: Any) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases, grid, listed, sampled
 from engine.batch.loop import Loop, invalid
-from engine.batch.preparing import Preparer, Rows, Run, same_tables
+from engine.batch.preparing import Preparer, Rows, same_tables
 from engine.batch.reductions import Reduction, reductions
 from engine.batch.table import schema, table
 from engine.kernel.columns import columns
@@ -23,6 +23,7 @@ from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
 from engine.simulation.audit import Audit
 from engine.simulation.outcome import Outcome
+from engine.simulation.settings import Run
 from engine.system.build import build
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def _check_run(scene: Scene, run: Run) -> None:
     ]
     if unlimited:
         raise SceneError(unlimited)
-    check_settings(until, every, bl.Settings(rtol=rtol, method=run.method or scene.simulation.method), scene)
+    check_settings(until, every, bl.Settings(rtol=rtol, method=run.method_of(scene)), scene)
 
 
 class Stopped(Exception):

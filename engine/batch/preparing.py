@@ -19,6 +19,7 @@ from engine.basics.problems import SceneError
 from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
+from engine.simulation.settings import Run
 from engine.system.build import Built, build
 from engine.system.curves import Curve, Outside
 
@@ -28,25 +29,6 @@ MOST_CORNERS = 64
 """Corners of the box of a group's values at which the scene is checked; above, every value is built."""
 MOST_KEPT = 20_000
 """Built values kept for later chunks, each a few hundred bytes."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """The settings that the caller gives for all cases; None where each case has its scene's own."""
-
-    until: float | None = None
-    every: float | None = None
-    rtol: float | None = None
-    method: str | None = None
-
-    def of(self, scene: Scene) -> tuple[float, float, float]:
-        """(until, s; every, s; rtol) of a scene, by the rules of ``engine.simulate``."""
-        sim = scene.simulation
-        until = float(sim.until if self.until is None else self.until)
-        every = self.every
-        if every is None:
-            every = float(sim.every) if sim.every is not None else until / 1000.0
-        return until, float(every), float(self.rtol or sim.rtol)
 
 
 @dataclass(frozen=True)

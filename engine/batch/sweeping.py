@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.interrupts import Held, held
-from engine.batch.plan import Plan, Run, Runner, Stopped, plan
-from engine.scene.given import Amount, Amounts, Names, names_given
+from engine.batch.plan import Plan, Runner, Stopped, plan
+from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.result import Result
+from engine.simulation.settings import Run, described, settings_given
 
 if TYPE_CHECKING:
     import pandas
@@ -85,6 +86,7 @@ def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Res
     return simulate(of.scene, r.until, r.every, r.rtol, r.method, overrides=of.cases.changes(case), outputs=outputs)
 
 
+@described("engine.sweep")
 def sweep(
     scene: Given,
     over: Mapping[str, Any] | None = None,
@@ -108,14 +110,12 @@ def sweep(
     scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
     combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
     or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
-    until, every, rtol, method: as in ``simulate``; reductions are over its output rows. workers: threads (default: one a core).
+    Reductions are over the rows that ``simulate`` would give with the same settings. workers: threads (default: one a core).
     A case that fails is a row with its outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by
     then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
     """
-    loaded, read = scene_given(scene, overrides), Amounts()
-    times = read.wanted(until, "until"), read.wanted(every, "every")
-    run = Run(*times, None if rtol is None else read.number(rtol, "rtol"), method)
-    read.end()
+    loaded = scene_given(scene, overrides)
+    run = Run(**settings_given("engine.sweep", {"until": until, "every": every, "rtol": rtol, "method": method}))
     keep = names_given(reductions)
     chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=keep, run=run)
     return run_plan(chosen, workers, progress)

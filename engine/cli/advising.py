@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from engine.cli import options
 from engine.cli.options import Findings
@@ -20,9 +20,9 @@ class AdviseWish:
     """The words and options of the command as they were written."""
 
     scene: list[str]
+    settings: Mapping[str, Any]
     error: str | None = None
     outputs: Sequence[str] = ()
-    until: str | None = None
     changes: Sequence[str] = ()
     norm: str | None = None
     repeats: int = 7
@@ -44,7 +44,7 @@ def advise_command(wish: AdviseWish) -> int:
     found = Findings()
     source = options.one_scene(wish.scene, found)
     error = _error(wish.error, found)
-    until = options.time(wish.until, "--until", found)
+    until = options.settings("trunnion advise", wish.settings, found)["until"]
     norm = options.choice(wish.norm, NORMS, "--norm", found) or "rms"
     path = options.destination(wish.save, (".yaml", ".yml"), "-o", found)
     scene = loaded(source, options.assignments(wish.changes, found), None, found)

@@ -10,6 +10,7 @@ from engine.cli import helping
 from engine.cli.extensions import Commands
 from engine.cli.helping import Listed
 from engine.cli.options import words_of
+from engine.cli.settings import Words, with_settings
 
 app = typer.Typer(
     name="trunnion",
@@ -36,8 +37,6 @@ CHANGES = typer.Option(
 OUTPUTS = typer.Option(
     "--outputs", metavar="PATTERN", help="Columns wanted, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
 )
-LAW = typer.Option("--law", metavar="L", help="Friction law of all joints: {laws}.", autocompletion=helping.laws)
-METHOD = typer.Option("--method", metavar="M", help="{methods}.", autocompletion=helping.methods)
 TABLE = typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")
 JSON = typer.Option("--json", help="Print one JSON document instead of text.")
 VERBOSE = typer.Option("-v", "--verbose", help="Tell what is being done, and details of defects, on standard error.")
@@ -62,15 +61,12 @@ def top(
 
 
 @app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion simulate")
 def simulate(
     ctx: typer.Context,
+    settings: Words,
     scene: Annotated[str | None, SCENE] = None,
-    until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
-    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows; 0: the solver's own steps.")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
-    law: Annotated[str | None, LAW] = None,
-    method: Annotated[str | None, METHOD] = None,
-    rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
     outputs: Annotated[list[str] | None, OUTPUTS] = None,
     save: Annotated[str | None, TABLE] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="Draw the curves: .png, .svg or .pdf.")] = None,
@@ -78,21 +74,22 @@ def simulate(
     linear: Annotated[
         str | None, typer.Option("--linearize", metavar="FILE", help="Write A, B, C, D at the end of the run: .json or .npz.")
     ] = None,
-    step: Annotated[str | None, typer.Option(metavar="H", help="Fixed step instead of error control.")] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
     """Run a scene: curves, tables, moving pictures."""
     from engine.cli.simulating import Wish, simulate_command
 
-    words, sets = words_of(scene, ctx), changes or []
-    wish = Wish(words, until, every, sets, law, method, rtol, outputs, save, plot, animate, step, as_json, verbose, linear)
+    words = words_of(scene, ctx)
+    wish = Wish(words, settings, changes or [], outputs, save, plot, animate, as_json, verbose, linear)
     raise typer.Exit(simulate_command(wish))
 
 
 @app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion sweep")
 def sweep(
     ctx: typer.Context,
+    settings: Words,
     scene: Annotated[str | None, SCENE] = None,
     over: Annotated[
         list[str] | None,
@@ -114,11 +111,6 @@ def sweep(
         typer.Option(metavar="KIND:WHAT", help="max, min, mean, final of a column pattern; first, count of an event (repeatable)."),
     ] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
-    until: Annotated[str | None, typer.Option(metavar="T", help="End time: 10, 500 ms, 2 min.")] = None,
-    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows that are reduced.")] = None,
-    rtol: Annotated[str | None, typer.Option(metavar="R", help="Relative tolerance.")] = None,
-    method: Annotated[str | None, METHOD] = None,
-    law: Annotated[str | None, LAW] = None,
     save: Annotated[str | None, TABLE] = None,
     workers: Annotated[int | None, typer.Option(metavar="N", help="Threads (default: one a core).")] = None,
     as_json: Annotated[bool, JSON] = False,
@@ -129,8 +121,8 @@ def sweep(
 
     words = words_of(scene, ctx)
     wish = SweepWish(
-        words, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), until, every, rtol, method, law, save,
-        workers, as_json, verbose,
+        words, settings, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), save, workers, as_json,
+        verbose,
     )  # fmt: skip
     raise typer.Exit(sweep_command(wish))
 

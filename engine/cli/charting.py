@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,13 +19,10 @@ class ChartWish:
     """The words and options of the command as they were written."""
 
     scene: list[str]
+    settings: Mapping[str, Any]
     folder: str | None = None
-    until: str | None = None
     changes: Sequence[str] = ()
-    laws: Sequence[str] = ()
     v_eps: Sequence[str] = ()
-    methods: Sequence[str] = ()
-    rtols: Sequence[str] = ()
     outputs: Sequence[str] = ()
     norm: str | None = None
     repeats: int = 7
@@ -87,7 +84,6 @@ def understood(wish: ChartWish):
     """(scene, arguments of Choice) of the options; SceneError with every problem among them."""
     from engine.chart.measures import NORMS
     from engine.cli.simulating import loaded, unknown_outputs
-    from engine.simulation.block import METHODS
 
     found = Findings()
     source = options.one_scene(wish.scene, found)
@@ -100,14 +96,12 @@ def understood(wish: ChartWish):
         found.add("--repeat", f"{wish.repeats} repeats cannot be measured", "at least 1; 7 is a good start")
     if wish.samples < 1:
         found.add("--samples", f"{wish.samples} samples cannot be compared", "at least 1; 100 is a good start")
+    chosen = options.settings("trunnion chart", wish.settings, found)
     arguments = {
-        "methods": tuple(m for m in wish.methods if options.choice(m, tuple(METHODS), "--method", found)),
-        "rtols": tuple(r for t in wish.rtols if (r := options.tolerance(t, found)) is not None),
-        "laws": tuple(w for w in wish.laws if options.choice(w, options.laws(), "--law", found)),
+        "methods": chosen["method"], "rtols": chosen["rtol"], "laws": chosen["law"], "until": chosen["until"],
         "v_eps": tuple(v for t in wish.v_eps if (v := _speed(t, found)) is not None),
         "outputs": tuple(wish.outputs),
         "norm": options.choice(wish.norm, NORMS, "--norm", found) or "max",
-        "until": options.time(wish.until, "--until", found),
         "samples": wish.samples, "repeats": wish.repeats, "fixed": wish.fixed, "peers": wish.peers,
     }  # fmt: skip
     scene = loaded(source, changes, None, found)

@@ -21,10 +21,9 @@ FILES = (".yaml", ".yml", ".json")
 
 def named() -> dict[str, str]:
     """What the placeholders in help texts stand for."""
-    from engine.cli.options import laws
-    from engine.integrators import METHODS
+    from engine.simulation.settings import known_words
 
-    return {"methods": ", ".join(METHODS), "laws": ", ".join(laws())}
+    return {k: ", ".join(v) for k, v in known_words().items()}
 
 
 class Listed(TyperCommand):

@@ -7,9 +7,10 @@ from typing import Annotated
 import typer
 
 from engine.cli import helping
-from engine.cli.app import CHANGES, JSON, LAW, OPEN, SCENE, VERBOSE, app
+from engine.cli.app import CHANGES, JSON, OPEN, SCENE, VERBOSE, app
 from engine.cli.helping import Listed
 from engine.cli.options import words_of
+from engine.cli.settings import Words, with_settings
 
 FOLDER = typer.Option("-o", "--output", metavar="DIR", help="Folder to write to.", show_default=False)
 OLD_FILE = typer.Option("--file", hidden=True)
@@ -18,23 +19,15 @@ OLD_FOLDER = typer.Option("--output-dir", hidden=True)
 
 
 @app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion chart")
 def chart(
     ctx: typer.Context,
+    settings: Words,
     scene: Annotated[str | None, SCENE] = None,
     folder: Annotated[str | None, FOLDER] = None,
     old_folder: Annotated[str | None, OLD_FOLDER] = None,
-    until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
-    law: Annotated[
-        list[str] | None,
-        typer.Option(metavar="L", help="Friction laws (repeatable; default: all): {laws}.", autocompletion=helping.laws),
-    ] = None,
     v_eps: Annotated[list[str] | None, typer.Option("--v-eps", metavar="V", help="Values of v_eps (repeatable).")] = None,
-    method: Annotated[
-        list[str] | None,
-        typer.Option(metavar="M", help="Methods (repeatable; default: all): {methods}.", autocompletion=helping.methods),
-    ] = None,
-    rtol: Annotated[list[str] | None, typer.Option(metavar="R", help="Tolerances (repeatable; default 1e-2 … 1e-12).")] = None,
     outputs: Annotated[
         list[str] | None,
         typer.Option(
@@ -53,15 +46,16 @@ def chart(
     """Chart accuracy against cost: every method, tolerance, step and friction law."""
     from engine.cli.charting import ChartWish, chart_command
 
-    wish = ChartWish(words_of(scene, ctx), folder or old_folder,
-                     until, changes or [], law or [], v_eps or [], method or [], rtol or [],
+    wish = ChartWish(words_of(scene, ctx), settings, folder or old_folder, changes or [], v_eps or [],
                      outputs or [], norm, repeat, samples, fixed, peers, scaling, as_json, verbose)  # fmt: skip
     raise typer.Exit(chart_command(wish))
 
 
 @app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion sensitivity")
 def sensitivity(
     ctx: typer.Context,
+    settings: Words,
     scene: Annotated[str | None, SCENE] = None,
     to: Annotated[
         list[str] | None,
@@ -76,11 +70,7 @@ def sensitivity(
             autocompletion=helping.outputs,
         ),
     ] = None,
-    until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
-    every: Annotated[str | None, typer.Option(metavar="DT", help="Spacing of the rows (default: a hundredth).")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
-    law: Annotated[str | None, LAW] = None,
-    rtol: Annotated[str | None, typer.Option(metavar="R", help="Tolerance of the run underneath (default 1e-9).")] = None,
     save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv.")] = None,
     old_file: Annotated[str | None, OLD_FILE] = None,
     as_json: Annotated[bool, JSON] = False,
@@ -90,22 +80,21 @@ def sensitivity(
     from engine.cli.sensing import SensitivityWish, sensitivity_command
 
     words = words_of(scene, ctx)
-    wish = SensitivityWish(
-        words, to or [], outputs or [], until, every, changes or [], law, rtol, save or old_file, as_json, verbose
-    )
+    wish = SensitivityWish(words, settings, to or [], outputs or [], changes or [], save or old_file, as_json, verbose)
     raise typer.Exit(sensitivity_command(wish))
 
 
 @app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion advise")
 def advise(
     ctx: typer.Context,
+    settings: Words,
     scene: Annotated[str | None, SCENE] = None,
     error: Annotated[str | None, typer.Option(metavar="E", help="Relative error the outputs may have: 1e-3.")] = None,
     outputs: Annotated[
         list[str] | None,
         typer.Option("--outputs", metavar="NAME", help="Columns that must be right (repeatable).", autocompletion=helping.outputs),
     ] = None,
-    until: Annotated[str | None, typer.Option(metavar="T", help="End time (default: the scene's).")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     norm: Annotated[str | None, typer.Option(metavar="N", help="rms, or max.")] = None,
     repeat: Annotated[int, typer.Option(metavar="N", help="Repeats of each timed run.")] = 7,
@@ -118,7 +107,7 @@ def advise(
     from engine.cli.advising import AdviseWish, advise_command
 
     wish = AdviseWish(
-        words_of(scene, ctx), error, outputs or [], until, changes or [], norm, repeat, save or old_file, as_json, verbose
+        words_of(scene, ctx), settings, error, outputs or [], changes or [], norm, repeat, save or old_file, as_json, verbose
     )
     raise typer.Exit(advise_command(wish))
 

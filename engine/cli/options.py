@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import partial
@@ -75,17 +75,13 @@ def quantity(text: str, unit: str, where: str, findings: Findings) -> float | No
         return None
 
 
-def tolerance(text: str | None, findings: Findings) -> float | None:
-    """The relative tolerance a text says; None for a mistake, which is noted."""
-    if text is None:
-        return None
-    value = quantity(text, "1", "--rtol", findings)
-    from engine.scene.model import RTOL
+def settings(who: str, texts: Mapping[str, Any], findings: Findings) -> dict[str, Any]:
+    """SI values of the settings that a command offers; mistakes are noted."""
+    from engine.simulation.settings import settings_read
 
-    if value is not None and not RTOL.holds(value):
-        findings.add("--rtol", RTOL.refusal("rtol", value), RTOL.advice)
-        return None
-    return value
+    values, problems = settings_read(who, texts, lambda name: f"--{name}")
+    findings.problems += problems
+    return values
 
 
 def choice(text: str | None, known: Sequence[str], where: str, findings: Findings) -> str | None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from engine.cli import options
 from engine.cli.options import Findings
@@ -21,13 +21,10 @@ class SensitivityWish:
     """The words and options of the command as they were written."""
 
     scene: list[str]
+    settings: Mapping[str, Any]
     parameters: Sequence[str] = ()
     outputs: Sequence[str] = ()
-    until: str | None = None
-    every: str | None = None
     changes: Sequence[str] = ()
-    law: str | None = None
-    rtol: str | None = None
     save: str | None = None
     as_json: bool = False
     verbose: bool = False
@@ -42,9 +39,8 @@ def sensitivity_command(wish: SensitivityWish) -> int:
     talk(wish.verbose)
     found = Findings()
     source = options.one_scene(wish.scene, found)
-    until, every = options.time(wish.until, "--until", found), options.time(wish.every, "--every", found)
-    rtol = options.tolerance(wish.rtol, found) or 1e-9
-    law = options.choice(wish.law, options.laws(), "--law", found)
+    chosen = options.settings("trunnion sensitivity", wish.settings, found)
+    law = chosen.pop("law")
     path = options.destination(wish.save, (".csv",), "-o", found)
     scene = loaded(source, options.assignments(wish.changes, found), law, found)
     if scene is not None:
@@ -54,7 +50,7 @@ def sensitivity_command(wish: SensitivityWish) -> int:
             found.add(what, "none is given", "for example --to joints.ball.friction.mu --outputs 'ball.qd*'")
     found.end()
     assert scene is not None
-    result = sensitivity(scene, tuple(wish.parameters), tuple(wish.outputs), until, every, rtol)
+    result = sensitivity(scene, tuple(wish.parameters), tuple(wish.outputs), **chosen)
     if path:
         write_table(result, path)
     if wish.as_json:

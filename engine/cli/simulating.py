@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,17 +27,12 @@ class Wish:
     """The words and options of the command as they were written."""
 
     scene: list[str]
-    until: str | None = None
-    every: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
     changes: Sequence[str] = ()
-    law: str | None = None
-    method: str | None = None
-    rtol: str | None = None
     outputs: list[str] | None = None
     save: str | None = None
     plot: str | None = None
     animate: str | None = None
-    step: str | None = None
     as_json: bool = False
     verbose: bool = False
     linearize: str | None = None
@@ -80,18 +75,10 @@ def talk(verbose: bool) -> None:
 
 def understood(wish: Wish) -> Job:
     """The job that the options ask for; SceneError with every problem among them."""
-    from engine.simulation.block import METHODS
-
     found = Findings()
     source = options.one_scene(wish.scene, found)
-    arguments = {
-        "until": options.time(wish.until, "--until", found),
-        "every": options.time(wish.every, "--every", found, zero=True),
-        "rtol": options.tolerance(wish.rtol, found),
-        "method": options.choice(wish.method, tuple(METHODS), "--method", found),
-        "step": options.time(wish.step, "--step", found) or 0.0,
-    }
-    law = options.choice(wish.law, options.laws(), "--law", found)
+    arguments = options.settings("trunnion simulate", wish.settings, found)
+    law = arguments.pop("law")
     places = {
         "table": options.destination(wish.save, TABLES, "-o", found),
         "plot": options.destination(wish.plot, PICTURES, "--plot", found),

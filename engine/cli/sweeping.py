@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ class SweepWish:
     """The words and options of the command as they were written."""
 
     scene: list[str]
+    settings: Mapping[str, Any] = field(default_factory=dict)
     over: Sequence[str] = ()
     sample: Sequence[str] = ()
     count: int = 0
@@ -32,11 +33,6 @@ class SweepWish:
     sampling: str = "latin"
     reduce: Sequence[str] = ()
     changes: Sequence[str] = ()
-    until: str | None = None
-    every: str | None = None
-    rtol: str | None = None
-    method: str | None = None
-    law: str | None = None
     save: str | None = None
     workers: int | None = None
     as_json: bool = False
@@ -70,21 +66,16 @@ def sweep_command(wish: SweepWish) -> int:
 def planned(wish: SweepWish, found: Findings) -> Plan | None:
     """The plan of the cases; None when there are problems, which are kept in ``found``."""
     from engine.batch.plan import Run, plan
-    from engine.simulation.block import METHODS
 
-    run = Run(
-        options.time(wish.until, "--until", found),
-        options.time(wish.every, "--every", found, zero=True),
-        options.tolerance(wish.rtol, found),
-        options.choice(wish.method, tuple(METHODS), "--method", found),
-    )
+    chosen = options.settings("trunnion sweep", wish.settings, found)
+    law = chosen.pop("law")
+    run = Run(**chosen)
     source = options.one_scene(wish.scene, found)
     over, sample = spans(wish.over, "--over", found), ranges(wish.sample, found)
     if wish.workers is not None and wish.workers < 1:
         found.add("--workers", f"{wish.workers} workers do nothing", "give a positive number")
     if not wish.over and not wish.sample:
         found.add("--over", "nothing says what varies", "for example --over joints.ball.friction.mu=0.1:0.6:26")
-    law = options.choice(wish.law, options.laws(), "--law", found)
     scene = loaded(source, options.assignments(wish.changes, found), law, found)
     if scene is None or not (over or sample):
         return None

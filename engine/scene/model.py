@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic.dataclasses import dataclass
 
-from engine.basics.numbers import Bound
+from engine.basics.settings import RTOL
 from engine.integrators import METHODS
 from engine.scene.bodies import Body, Cylinder, Ground
 from engine.scene.jointed import (
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 else:
     MethodName = Literal[METHODS]
     """The registered methods: what the schema lists and the reader takes."""
-RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
-"""Relative tolerances: below, steps drown in round-off; above, they are no approximation."""
 
 
 @dataclass(frozen=True, config=STRICT)

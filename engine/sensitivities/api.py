@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel.columns import Column
-from engine.scene.given import Amount, Amounts, Names, names_given
+from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, list_parameters, scene_given
 from engine.sensitivities.asked import checked_request
 from engine.sensitivities.march import EventShift, marched
@@ -20,6 +20,7 @@ from engine.sensitivities.start import start_of
 from engine.sensitivities.unit import Unit
 from engine.simulation.redundancy import redundancy
 from engine.simulation.run import Model
+from engine.simulation.settings import described, settings_given
 
 UNIQUE = 1e-6
 """Agreement of two choices of reactions, relative, that shows a column to be unique."""
@@ -66,34 +67,33 @@ class Sensitivity:
         }  # fmt: skip
 
 
+@described("engine.sensitivity")
 def sensitivity(
     scene: Given,
     parameters: Names,
     outputs: Names,
     until: Amount | None = None,
     every: Amount | None = None,
-    rtol: Amount = 1e-9,
+    rtol: Amount | None = None,
     overrides: Mapping[str, Any] | None = None,
     tick: Tick | None = None,
 ) -> Sensitivity:
     """Differentiate a run by parameters of its scene, exactly along its steps and across its events.
 
     scene: as for ``simulate``. parameters: paths as for ``overrides``, one number each (start values too).
-    outputs: patterns of columns. until, every: as for ``simulate`` (default 100 samples). rtol: of the run underneath; derivatives
-    are about a hundred times less accurate. tick: called at least once a step; what it raises ends the work. Raises SceneError for
-    wrong input, SimulationError when the run does not reach its end.
+    outputs: patterns of columns. rtol is that of the run underneath; derivatives are about a hundred times less accurate.
+    tick: called at least once a step; what it raises ends the work. Raises SceneError for wrong input, SimulationError when the run
+    does not reach its end.
     """
-    loaded, read, tick = scene_given(scene, overrides), Amounts(), tick or _nothing
+    loaded, tick = scene_given(scene, overrides), tick or _nothing
     parameters, outputs = names_given(parameters), names_given(outputs)
-    times = read.wanted(until, "until"), read.wanted(every, "every")
-    rtol = read.number(rtol, "rtol")
-    read.end()
-    chosen, end, every = checked_request(loaded, parameters, outputs, *times, rtol)
+    asked = settings_given("engine.sensitivity", {"until": until, "every": every, "rtol": rtol})
+    chosen, end, every, tolerance = checked_request(loaded, parameters, outputs, **asked)
     model = Model(loaded, outputs)
     start = start_of(model, loaded, parameters, tick)
     count = max(1, math.ceil(end / every - 1e-9))
     samples = [every * k for k in range(count)] + [end]
-    run = record(model, samples, rtol, tick)
+    run = record(model, samples, tolerance, tick)
     if model.kernel.structure[3]:
         raise SimulationError("friction depends on reactions that redundant loops leave open: no derivative")
     unit = Unit(model, chosen)

@@ -7,19 +7,22 @@ from collections.abc import Sequence
 
 from engine.basics.problems import Problem, SceneError
 from engine.kernel.columns import Column, columns, select
-from engine.scene.model import RTOL, Scene
+from engine.scene.model import Scene
 from engine.sensitivities.start import parameter_problems
 from engine.simulation.memory import row_problems
 from engine.simulation.run import pattern_problems
 from engine.system.build import build
 
 SAMPLES = 100
+TOLERANCE = 1e-9
+"""Samples, and relative tolerance of the run underneath, where none are asked for."""
 
 
 def checked_request(
-    scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float
-) -> tuple[list[Column], float, float]:
-    """(columns, end time, s, spacing of samples, s) that a derivative is asked for. SceneError with everything that is wrong."""
+    scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float | None
+) -> tuple[list[Column], float, float, float]:
+    """(columns, end time, s, spacing of samples, s, tolerance) that a derivative is asked for. SceneError with everything that is
+    wrong."""
     everything = columns(build(scene).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_columns(everything, chosen, outputs)]
@@ -29,11 +32,9 @@ def checked_request(
         problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
     else:
         problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
-    if not RTOL.holds(rtol):
-        problems.append(Problem("rtol", RTOL.refusal("rtol", rtol), "1e-9 is a good start"))
     if problems:
         raise SceneError(problems)
-    return chosen, end, spacing
+    return chosen, end, spacing, TOLERANCE if rtol is None else rtol
 
 
 def _columns(everything: list[Column], chosen: list[Column], outputs: Sequence[str]) -> list[Problem]:

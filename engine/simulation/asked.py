@@ -5,30 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.basics.problems import Problem, SceneError
 from engine.friction import REGISTRY as LAWS
 from engine.integrators import REGISTRY as METHODS
 from engine.integrators import Impulses
 from engine.kernel.columns import columns, select
-from engine.scene.model import RTOL, Scene
+from engine.scene.model import Scene
 from engine.simulation import block as bl
 from engine.simulation.memory import NEVER_MANY, expected_rows, row_problems
+from engine.simulation.settings import settings_read
 from engine.system.build import build
 
 
 def check_settings(until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None) -> None:
     """Refuse settings of a run that cannot be carried out: SceneError with everything that is wrong with them for this scene.
     until: end time, s; every: output spacing, s; outputs: patterns of the columns kept of every row, None where no row is kept."""
-    asked = {
-        "until": (until, POSITIVE, "give a positive end time"),
-        "every": (every, NOT_NEGATIVE, "give a positive spacing, or 0 for every step"),
-        "rtol": (s.rtol, RTOL, RTOL.advice),
-        "step": (s.step, NOT_NEGATIVE, "a positive step, or 0 for error control"),
-    }
-    problems = [Problem(k, bound.refusal(k, value), hint) for k, (value, bound, hint) in asked.items() if not bound.holds(value)]
-    if s.method not in bl.METHODS:
-        problems.append(Problem("method", f"{s.method!r} is unknown", f"one of {', '.join(bl.METHODS)}"))
+    asked = {"until": until, "every": every, "rtol": s.rtol, "method": s.method, "step": s.step}
+    _, problems = settings_read("engine.simulate", asked)
     laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
     if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
         problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))

@@ -13,13 +13,14 @@ from engine.basics.patterns import MOST_WILD, is_wild, unmatched
 from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
-from engine.scene.given import Amount, Amounts, Names, names_given
+from engine.scene.given import Amount, Names, names_given
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
 from engine.scene.suggest import shown
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
 from engine.simulation.result import Result
+from engine.simulation.settings import Run, described, settings_given
 from engine.simulation.stepping import OneRun, Progress
 from engine.system.build import Built, build
 from engine.system.structure import System
@@ -82,6 +83,7 @@ def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where:
     return problems
 
 
+@described("engine.simulate")
 def simulate(
     scene: Given,
     until: Amount | None = None,
@@ -90,32 +92,27 @@ def simulate(
     method: str | None = None,
     overrides: Mapping[str, Any] | None = None,
     outputs: Names | None = None,
-    step: Amount = 0.0,
+    step: Amount | None = None,
     max_steps: int = 0,
     progress: Progress | None = None,
 ) -> Result:
     """Run a scene.
 
-    scene: a Scene, a file, a bundled model's name, or a dict as it would stand in a file. until: end time, s or text such as
-    "10 ms". every: output spacing, s (default: 1000 rows; 0: every step). rtol: relative tolerance of positions and velocities
-    (also absolute, in the scene's own scales). method: one of ``engine.integrators.METHODS``. overrides:
-    {"joints.ball.friction.mu": 0.5, …}. outputs: a pattern of columns, or several. step: fixed step instead of error control.
+    scene: a Scene, a file, a bundled model's name, or a dict as it would stand in a file. overrides:
+    {"joints.ball.friction.mu": 0.5, …}. outputs: a pattern of columns, or several. rtol is absolute too, in the scene's own scales.
     max_steps: give up after so many (0: never). Raises SceneError for wrong input; a run that cannot go on returns a Result with
     what it has and a named outcome. Ctrl-C while it steps does the same: every row and event up to then, outcome ``stopped``; a
     script that should end with it raises KeyboardInterrupt when it finds that outcome. Before the first row, while the kernel is
     built, there is nothing to keep, and KeyboardInterrupt is raised.
     """
     loaded = scene_given(scene, overrides)
-    sim, read = loaded.simulation, Amounts()
-    end = read.time(sim.until if until is None else until, "until")
-    if every is None:
-        every = sim.every if sim.every is not None else end / 1000.0
-    spacing = read.time(every, "every")
-    tolerance = read.number(sim.rtol if rtol is None else rtol, "rtol")
-    fixed = read.time(step, "step")
-    read.end()
-    jams = sim.jams == "impact"
-    settings = bl.Settings(tolerance, method or sim.method, fixed, max_steps=max_steps, through_jams=jams)
+    asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step}
+    chosen = settings_given("engine.simulate", asked)
+    fixed = chosen.pop("step") or 0.0
+    own = Run(**chosen)
+    end, spacing, tolerance = own.of(loaded)
+    jams = loaded.simulation.jams == "impact"
+    settings = bl.Settings(tolerance, own.method_of(loaded), fixed, max_steps=max_steps, through_jams=jams)
     patterns = names_given(loaded.outputs if outputs is None else outputs)
     check_settings(end, spacing, settings, loaded, patterns)
     return OneRun(Model(loaded, patterns), end, spacing, settings, progress).result()

@@ -11,11 +11,12 @@ from pydantic import BaseModel, Field
 from engine.basics.problems import Problem, SceneError
 from engine.scene.dump import scene_to_dict
 from engine.sensitivities.asked import checked_request
+from engine.simulation.settings import settings_read
 from service.api.jobs import Here, Submitter
 from service.api.problems import documented
 from service.api.waiting import Call, answered
 from service.executor.differentiate import run_sensitivity
-from service.request import Path, Plain, SceneSource, scene_of
+from service.request import Path, Plain, scene_of, with_settings
 from service.settings import Limits
 
 router = APIRouter(prefix="/v1", tags=["sensitivities"])
@@ -23,7 +24,7 @@ MOST_NUMBERS = 2_000_000
 """Most numbers in one answer; they make about 40 MB of JSON."""
 QUEUE_SECONDS = 60
 """Time a request may wait for its turn, beside its own budget."""
-RTOL = 1e-9
+HERE = "POST /v1/sensitivities"
 EXAMPLES: Any = {
     "friction": {
         "summary": "How a swing depends on friction and on the ball's radius",
@@ -61,14 +62,12 @@ ANSWER: dict[str, Any] = {
 }
 
 
-class SensitivityRequest(SceneSource):
-    """A run to differentiate: the scene, the parameters and the outputs."""
+class SensitivityRequest(with_settings(HERE)):  # type: ignore[misc]
+    """A run to differentiate: the scene, the parameters and the outputs. ``rtol`` is that of the run underneath; derivatives are
+    about a hundred times less accurate."""
 
     parameters: list[Path] = Field(max_length=100, description="Numbers of the scene, by dotted path.")
     outputs: list[Plain] = Field(max_length=100, description="Columns, or patterns of them.")
-    until: float | None = Field(None, description="End time, s (default: the scene's).")
-    every: float | None = Field(None, gt=0, description="Spacing of the samples, s (default: a hundredth of the run).")
-    rtol: float = Field(RTOL, description="Relative tolerance of the run underneath; derivatives have about a hundred times that.")
     budget: float | None = Field(None, gt=0, description="Seconds after which it is given up (default: the server's limit).")
 
 
@@ -113,15 +112,15 @@ async def sensitivities(
 def _plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], float]:
     """(arguments for a worker, its time budget in s). SceneError with every problem, those of limits included."""
     scene = scene_of(asked, limits)
-    problems: list[Problem] = []
+    values, problems = settings_read(HERE, asked.model_dump())
     seconds = asked.budget or limits.answer_seconds
     if seconds > limits.answer_seconds:
         problems.append(_over("budget", f"{seconds:g} s", f"{limits.answer_seconds:g} s", "a smaller budget"))
-    until = scene.simulation.until if asked.until is None else asked.until
+    until = scene.simulation.until if values["until"] is None else values["until"]
     if until > limits.duration:
         problems.append(_over("until", f"{until:g} s", f"{limits.duration:g} s", "a shorter time"))
     try:
-        chosen, end, every = checked_request(scene, asked.parameters, asked.outputs, asked.until, asked.every, asked.rtol)
+        chosen, end, every, _ = checked_request(scene, asked.parameters, asked.outputs, **values)
         rows, width = end / every, len(chosen) * (1 + len(asked.parameters))
         if rows > limits.rows:
             problems.append(_over("every", f"{rows:.3g} samples", str(limits.rows), "a larger spacing"))
@@ -132,8 +131,7 @@ def _plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], f
         problems += e.problems
     if problems:
         raise SceneError(problems)
-    more = asked.model_dump(include={"parameters", "outputs", "until", "every", "rtol"})
-    return {"scene": scene_to_dict(scene), **more}, seconds
+    return {"scene": scene_to_dict(scene), "parameters": asked.parameters, "outputs": asked.outputs, **values}, seconds
 
 
 def _over(where: str, what: str, most: str, hint: str) -> Problem:

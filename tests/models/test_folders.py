@@ -57,7 +57,8 @@ def test_the_commands_of_its_readme_are_understood(name: str, tmp_path: Path, mo
     for model, *words in commands(name):
         changes = [v for f, v in zip(words[::2], words[1::2], strict=True) if f == "--set"]
         options = {FLAGS[f]: v for f, v in zip(words[::2], words[1::2], strict=True) if f != "--set"}
-        understood(Wish([model], changes=changes, **options))
+        settings = {n: options.pop(n) for n in ("law", "method", "rtol", "every") if n in options}
+        understood(Wish([model], settings, changes, **options))
 
 
 @pytest.mark.parametrize("file", READMES, ids=lambda f: f.parent.name)
