@@ -61,18 +61,19 @@ def plan(
     keep: Sequence[str] = (),
     run: Run | None = None,
     most: int | None = None,
+    wrong: Sequence[Problem] = (),
 ) -> Plan:
     """Understand a batch: exactly one of ``over`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and ``seed``).
 
-    keep: the reductions, as text; run: settings for all cases; most: largest number of cases allowed. SceneError with every
-    problem.
+    keep: the reductions, as text; run: settings for all cases; most: largest number of cases allowed; wrong: problems found before,
+    told with the others. SceneError with every problem.
     """
     run = run or Run()
     ways = [w for w in (over, cases, sample) if w is not None]
     if len(ways) != 1:
         what = "nothing says what varies" if not ways else "more than one way of saying what varies"
         raise SceneError([Problem("over", what, "give exactly one of over (grid), cases (list) and sample (ranges)")])
-    problems: list[Problem] = []
+    problems = list(wrong)
     chosen = _found(problems, lambda: reductions(keep, columns(build(scene).system)))
     if over is not None:
         found = _found(problems, partial(grid, scene, over))

@@ -18,7 +18,7 @@ from engine.batch.plan import Plan, Runner, Stopped, plan
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.result import Result
-from engine.simulation.settings import Run, described, settings_given
+from engine.simulation.settings import Run, described, settings_read
 
 if TYPE_CHECKING:
     import pandas
@@ -115,9 +115,11 @@ def sweep(
     then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
     """
     loaded = scene_given(scene, overrides)
-    run = Run(**settings_given("engine.sweep", {"until": until, "every": every, "rtol": rtol, "method": method}))
+    asked = {"until": until, "every": every, "rtol": rtol, "method": method}
+    values, wrong = settings_read("engine.sweep", asked)
+    run = Run(**values)
     keep = names_given(reductions)
-    chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=keep, run=run)
+    chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=keep, run=run, wrong=wrong)
     return run_plan(chosen, workers, progress)
 
 
