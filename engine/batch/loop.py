@@ -20,6 +20,7 @@ from engine.simulation import block as bl
 from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.gaps import open_loop
+from engine.simulation.library import library
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
 
@@ -33,7 +34,7 @@ Tick = Callable[[int], bool]
 
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
-    lib = bl._library()
+    lib = library()
     lib.tr_batch_run.argtypes, lib.tr_batch_run.restype = [ctypes.c_void_p, ctypes.c_long], ctypes.c_int
     lib.tr_batch_size.argtypes, lib.tr_batch_size.restype = [], ctypes.c_size_t
     if lib.tr_batch_size() != ctypes.sizeof(BATCH.ctype):
