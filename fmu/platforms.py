@@ -31,6 +31,12 @@ PLATFORMS = {
     "darwin64": Platform(".dylib", (("x86_64-macos.10.15", "x86_64"), ("aarch64-macos.11.0", "apple_m1"))),
     "aarch64-darwin": Platform(".dylib", (("aarch64-macos.11.0", "apple_m1"),)),
 }
+SYSTEM_LIBRARIES = {
+    "linux": ("-nostdlib", "-lm", "-lc"),
+    "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
+}
+"""How the system's C library is linked, by system: without the compiler's own start files and libraries, which it would build first
+(for Windows from some 800 files, more than a minute). What they hold that is needed is in ``native/windows.c``."""
 HOSTS = {("Linux", "x86_64"): "linux64", ("Windows", "AMD64"): "win64", ("Darwin", "x86_64"): "darwin64",
          ("Darwin", "arm64"): "darwin64"}
 
@@ -74,19 +80,15 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
     def make(folder: Path) -> None:
         constant = _constant(target, cpu)
-        objects = sorted(constant.glob("*.o"))
-        files = [folder / f"{file}.c" for file in sources]
-        for file, text in zip(files, sources.values(), strict=True):
-            file.write_text(text)
-        for unit, flags in [(f, compiler.unit_flags(f.stem, f.read_text())) for f in files]:
-            if flags:
-                _compile(target, cpu, constant, ["-c", *flags, str(unit), "-o", str(unit.with_suffix(".o"))])
-                files[files.index(unit)] = unit.with_suffix(".o")
-        link = ["-nostdlib", "-lm", "-lc"] if "linux" in target else []
-        if "macos" in target:
+        for file, text in sources.items():
+            (folder / f"{file}.c").write_text(text)
+            unit = ["-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")]
+            _compile(target, cpu, constant, [*compiler.unit_flags(file, text), *unit])
+        objects = [*sorted(constant.glob("*.o")), *(folder / f"{file}.o" for file in sources)]
+        link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
+        if _system(target) == "macos":
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
-        arguments = ["-shared", *map(str, [*objects, *files]), "-o", str(folder / f"library{suffix}"), *link]
-        _compile(target, cpu, constant, arguments)
+        _compile(target, cpu, constant, ["-shared", *map(str, objects), "-o", str(folder / f"library{suffix}"), *link])
 
     folder, _ = cache.entry(f"fmu-{key}", make)
     return (folder / f"library{suffix}").read_bytes()
@@ -98,10 +100,16 @@ def _constant(target: str, cpu: str) -> Path:
 
     def make(folder: Path) -> None:
         write_headers(folder)
-        for source in (RUNTIME / "api.c", NATIVE / "fmi2.c"):
+        own = [NATIVE / "windows.c"] if _system(target) == "windows" else []
+        for source in (RUNTIME / "api.c", NATIVE / "fmi2.c", *own):
             _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
 
     return cache.entry(f"shell-{cache.digest(shell_key(), target, cpu)}", make)[0]
+
+
+def _system(target: str) -> str:
+    """The operating system of a compiler target: "linux" of "x86_64-linux-gnu.2.17"."""
+    return target.split("-")[1].partition(".")[0]
 
 
 def _compile(target: str, cpu: str, generated: Path, arguments: list[str]) -> None:
