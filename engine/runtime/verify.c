@@ -13,7 +13,7 @@
 #define BRANCH_MISSED 1e-6 /* of a kink's speed, of (sine)² of a ball's tilt */
 #define POWER_GIVEN 1e-6   /* of friction times speed: so much may be against the others of a pair's components */
 #define AT_REST_SPEED 1e-11 /* of the speed unit: has no direction */
-#define CREEPS 1e-7        /* of the speed unit: what a held pair on a cut joint, whose rate is none of the state's, gathers in a step, */
+#define CREEPS 1e-7        /* of the speed unit: what closing loops leaves of the speed of a held pair, or lets one on a cut joint gather, */
 #define CREEPS_PART 10.0   /* and of the tolerance */
 #define START_BACKWARDS 1e-6 /* of the accelerations that cancel: a pair that starts may be so near to not starting */
 #define SLOW_TURNS 1e-10   /* of the speed unit: slower sliding of several components may turn by more than a right angle (as NEAR_MISS) */
@@ -99,7 +99,7 @@ static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hol
   int broken = 0;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
     if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e])) broken = TR_BREAKS_REST;
-  if (!(tr_pair_speed(s, i) <= (pair->v0 >= 0 ? AT_REST_SPEED : fmax(CREEPS, CREEPS_PART * s->set.rtol)) * tr_speed_unit(s))) broken = TR_BREAKS_REST;
+  if (!(tr_pair_speed(s, i) <= (pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED : fmax(CREEPS, CREEPS_PART * s->set.rtol)) * tr_speed_unit(s))) broken = TR_BREAKS_REST;
   double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);
   return over <= CONE_BROKEN * hold->capacity + NOTHING_HELD ? broken : broken | TR_BREAKS_CONE;
 }
