@@ -23,6 +23,7 @@ static double tr_limit_time(const tr_sim *s, double target) {
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
   if (!s->step.have_k1) {
+    s->step.margin = NAN;
     const double left = limit - s->clock.t;
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;
@@ -38,6 +39,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   if (!s->set.locate || s->events.chatter > CHATTER_MAX) tr_turn_directions(s);
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_slides(s, i) || tr_pair_of(s, i)->nrates == 1) continue;
+    s->step.margin = NAN;
     if (!tr_is_set(s, i)) tr_freeze(s, i);
     else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i))) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
   }
@@ -97,6 +99,7 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
   else {
+    s->step.margin_end = NAN;
     tr_note_end(s);
     const int broken = tr_broken(s, ynew, 0, 0);
     tr_audit_look(s);

@@ -86,6 +86,7 @@ static void tr_shift(tr_sim *s, double t, const double *y) {
   int n = tr_width(s);
   memmove(TR_A(s, y), y, sizeof(double) * n);
   s->clock.t = t;
+  s->step.margin = NAN;
   while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_same_time(t)) {
     s->clock.next_break++;
     s->step.have_k1 = 0;
@@ -104,6 +105,7 @@ static void tr_finish_whole(tr_sim *s) {
   memcpy(TR_A(s, K), TR_A(s, K) + end * n, sizeof(double) * n);
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
+  s->step.margin = s->step.margin_end;
   double next = s->pending.h * s->pending.grow;
   s->step.h = s->pending.cut && next < s->step.h ? (s->pending.grow < 1.0 ? next : s->step.h) : next;
 }
@@ -127,7 +129,7 @@ static int tr_finish_set(tr_sim *s) {
   tr_note_chatter(s, te);
   tr_shift(s, te, ye);
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
-  s->step.have_k1 = 1, s->step.have_jac = 0;
+  s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
   return TR_OK;
 }

@@ -17,12 +17,10 @@
                          least being up to half a step apart */
 #define SWING 0.5       /* of what a margin varies over the stages: by so much it may rise between them (a quarter period between two) */
 
-/* Worst violation at a dense point, relative to tolerance; which one in *worst. NaN when the state cannot be evaluated. */
-static double tr_probe(tr_sim *s, double theta, int *worst) {
-  double *y = TR_A(s, yout), depth[s->k->nstops + 1], best = -INFINITY;
-  tr_dense_state(s, theta, y);
-  if (s->k->nquat) tr_normalize(s, y);
-  if (!tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return NAN;
+/* By how many tolerances, after the first, the worst pair or stop is beyond its mode at y, which has just been evaluated; which one in
+ * *worst. */
+static double tr_beyond(tr_sim *s, const double *y, int *worst) {
+  double depth[s->k->nstops + 1], best = -INFINITY;
   tr_depths(s, y, depth);
   if (s->friction.still) tr_holding(s);
   for (int i = 0; i < tr_watched(s); ++i) {
@@ -30,6 +28,22 @@ static double tr_probe(tr_sim *s, double theta, int *worst) {
     if (v > best) best = v, *worst = i;
   }
   return best - 1.0;
+}
+
+/* The same at a dense point. NaN when the state cannot be evaluated. */
+static double tr_probe(tr_sim *s, double theta, int *worst) {
+  double *y = TR_A(s, yout);
+  tr_dense_state(s, theta, y);
+  if (s->k->nquat) tr_normalize(s, y);
+  return tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy)) ? tr_beyond(s, y, worst) : NAN;
+}
+
+/* The same at the q-th dense point, for its two ends as it is known from the steps' ends. */
+static double tr_sample(tr_sim *s, int q, int last, int *worst) {
+  if (q == 0 && s->step.margin == s->step.margin) return s->step.margin;
+  if (q < SAMPLES) return tr_probe(s, q / (double)SAMPLES, worst);
+  *worst = last;
+  return s->step.margin_end;
 }
 
 /* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). */
@@ -118,13 +132,14 @@ static int tr_top_above(tr_sim *s, double *x, double *f, int *which) {
   return 0;
 }
 
-/* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end. */
+/* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end, where
+ * *which is the worst. */
 static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
   double x[SAMPLES + 1], g[SAMPLES + 1];
-  int held = closely && s->k->sets, first = closely ? !held : SAMPLES;
+  int held = closely && s->k->sets, first = closely ? !held : SAMPLES, last = *which;
   for (int q = first; q <= SAMPLES; ++q) {
     int w = *which;
-    x[q] = q / (double)SAMPLES, g[q] = tr_probe(s, x[q], &w);
+    x[q] = q / (double)SAMPLES, g[q] = tr_sample(s, q, last, &w);
     if (g[q] != g[q]) return TR_TOO_LARGE;
     if (q == 0) { /* what has just been decided is no event */
       g[0] = fmin(g[0], 0.0);
@@ -148,16 +163,11 @@ static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
 
 /* Look for the first event in the step just made (end state evaluated in ynew, K[end]): what, and at which θ. */
 static int tr_find_event(tr_sim *s, int *which, double *theta) {
-  int n = tr_watched(s), hit = 0, suspect = 0;
-  if (n == 0 || !s->set.locate) return TR_NO_EVENT;
-  double depth[s->k->nstops + 1];
-  tr_depths(s, TR_A(s, ynew), depth);
-  if (s->friction.still) tr_holding(s);
-  for (int i = 0; i < n; ++i) {
-    if (tr_violation(s, i, depth) > 1.0) hit = 1, *which = i;
-    suspect |= i < s->k->nsliders && tr_suspect(s, i);
-  }
-  if (!hit && !suspect) return TR_NO_EVENT;
+  int suspect = 0;
+  if (tr_watched(s) == 0 || !s->set.locate) return TR_NO_EVENT;
+  s->step.margin_end = tr_beyond(s, TR_A(s, ynew), which);
+  for (int i = 0; i < s->k->nsliders; ++i) suspect |= tr_suspect(s, i);
+  if (!(s->step.margin_end > 0.0) && !suspect) return TR_NO_EVENT;
   if (!tr_have_dense(s)) return TR_TOO_LARGE;
   return tr_look_inside(s, suspect, which, theta);
 }

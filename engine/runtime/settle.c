@@ -80,6 +80,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   tr_contact before[nc + 1], after[nc + 1];
   tr_keep_modes(s, modes);
   int contacts = tr_all_contacts(s, y, before);
+  s->step.margin_end = NAN;
   if (own && tr_pair_of(s, which)->cone && !tr_is_stuck(s, which) && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s)) {
     tr_mode *m = tr_mode_of(s, which); /* a ball between sliding and spinning: its law is continuous there */
     m->flag = tr_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
@@ -98,6 +99,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
     tr_note_answers(s, t, rest, n, ANSWERS_LATER);
   }
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  s->step.margin_end = tr_beyond(s, y, &n);
   tr_certify(s);
   if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(tr_contact) * nc);
   if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts); /* else only friction that is not unique is split anew */

@@ -31,6 +31,8 @@ typedef struct tr_stepping {
   int have_dense;      /* the rows of the dense output belong to the last accepted step */
   int dense_rows;      /* how many of them there are */
   int have_jac;        /* the Jacobian in place may be used at jac_t */
+  double margin;       /* of the state in `y`: how far the worst pair or stop is beyond its mode (``tr_beyond``); not a number: not known */
+  double margin_end;   /* the same at the end of the last step that was made, or where modes were last decided */
   int watch;           /* the right-hand side notes how near pairs come to the end of their modes */
   int trouble;         /* why the last evaluation or projection failed: a status */
   int stiff_count, nonstiff_count, kink_count; /* steps in a row that speak for one method or the other (``tr_choose``) */
