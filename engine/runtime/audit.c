@@ -7,6 +7,7 @@
 #define LEAST_RTOL 1e-12 /* tighter tolerances than that are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, of the energy turned over: inaccurate */
 #define AT_MOST 0.1      /* of the energy turned over: inaccurate whatever the tolerance */
+#define SINGULAR 1e-6    /* of the energy turned over: what loops may lose in a singular position at any tolerance */
 #define NOTED 0.1        /* of what is inaccurate: worth a note */
 #define ROUND_OFF_TERMS 1e-11 /* of all terms of the balance: their round-off along a run */
 #define LAW_LEAST 1e-6   /* of a law's unit: smaller figures are no news, */
@@ -24,11 +25,21 @@ static inline void tr_audit_figure(tr_audit *a, int law, double size, int pair) 
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
+/* Acceleration of freedom i over all that cancels in it, from the maps as they are and all multipliers. */
+static double tr_audit_unrest(const tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  const double *z = TR_A(s, z), *maps = TR_A(s, maps), *Ql = map_Ql(k, maps) + i, *Qe = map_Qe(k, maps) + i;
+  double sum = map_Q0(k, maps)[i], size = fabs(sum);
+  for (int q = 0; q < k->active; ++q) sum += Ql[q * k->neta] * z[q], size += fabs(Ql[q * k->neta] * z[q]);
+  for (int q = 0; q < k->neta; ++q) sum += Qe[q * k->neta] * z[k->active + q], size += fabs(Qe[q * k->neta] * z[k->active + q]);
+  return size > 0.0 ? fabs(sum) / size : 0.0;
+}
+
 /* How a pair that is held keeps to rest: its speed, and what is left of the accelerations that cancel. Maps and solution in place. */
 static void tr_audit_rest(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_audit_figure(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
-  for (int j = 0; j < pair->neta && s->friction.still; ++j) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_unrest(s, pair->eta0 + j), i);
+  for (int j = 0; j < pair->neta; ++j) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_audit_unrest(s, pair->eta0 + j), i);
 }
 
 /* Power of a pair's friction, W: positive where it drives. */
@@ -155,9 +166,10 @@ void tr_audit_end(tr_sim *s) {
 void tr_judge(const tr_sim *s, tr_judgement *out) {
   const tr_audit *a = &s->audit;
   *out = a->all;
-  const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s), limit = fmin(FAR_OFF * tolerance, AT_MOST);
+  const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s);
+  const double far = fmin(FAR_OFF * tolerance, AT_MOST), limit = fmax(far, s->k->active ? SINGULAR : 0.0);
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
-  out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * limit;
+  out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * far;
   const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
   out->turned = own + sqrt(own * s->set.energy); /* the tolerance is absolute in the scene's own unit: slow motion is less exact */
   out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
