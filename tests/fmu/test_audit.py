@@ -11,7 +11,7 @@ WARNING = 1
 
 
 def told(host: Host, capfd) -> list[str]:
-    """What the FMU has said of the audit. The python flavour says it on standard error: pythonfmu passes nothing on when logging is off."""
+    """What the FMU has said of the audit; the python flavour on standard error, as pythonfmu passes nothing on without logging."""
     lines = [text for _, text in host.log] + capfd.readouterr().err.splitlines()
     return [line for line in lines if "audit" in line]
 
