@@ -35,11 +35,6 @@ def bodies_energy(r: Result) -> np.ndarray:
     return total
 
 
-def frictionless(**how) -> Result:
-    """Example 8.1 without friction, whose energy stays."""
-    return simulate("spherical_pendulum", until=10.0, every=0.01, overrides={"joints.ball.friction.mu": 0.0}, **how)
-
-
 def disturbed(model: Model, until: float, at: float, change: Callable[[Block], None], **how) -> Result:
     """A run whose block is changed behind its back at a time, s."""
     run = OneRun(model, until, until / 200, Settings(**how), None)
@@ -83,9 +78,9 @@ def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
 # -- broken runs ------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 0.5}], ids=["rtol", "fixed step"])
+@pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 1.0}], ids=["rtol", "fixed step"])
 def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dict) -> None:
-    r = frictionless(**how)
+    r = simulate("simple_pendulum", until=10.0, every=0.01, **how)
     assert (r.outcome.name, r.audit.verdict) == ("inaccurate", "inaccurate")
     energy = bodies_energy(r)
     worst = energy[np.abs(energy - energy[0]).argmax()] - energy[0]
