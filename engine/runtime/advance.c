@@ -104,7 +104,10 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
     const int broken = tr_broken(s, ynew, 0, 0);
     tr_audit_look(s);
     if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
-    if (broken && trial->found == TR_NO_EVENT && !tr_another_end(s, broken, trial->end, ynew, slope)) trial->err = NAN;
+    if (broken && trial->found == TR_NO_EVENT) {
+      if (tr_another_end(s, broken, trial->end, ynew, slope)) tr_audit_look(s);
+      else trial->err = NAN;
+    }
   }
   if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
 }
