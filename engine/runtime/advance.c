@@ -2,13 +2,10 @@
 #include "modes.h"
 
 #define CHATTER_MAX 12       /* events in a row at one time: after that a step is made without looking for more */
-#define GROW_MOST 6.0        /* a step is longer than the one before by no more */
 #define GROW_FIXED 2.0       /* where fixed steps have been made in parts, the parts grow by this */
-#define RETRY_MOST 0.9       /* a refused step is tried again with this part of its length at most */
 #define LEAST_PART 1e-4      /* of a fixed step in which friction cannot be followed (sliding of several components that ends inside
                                 it): it is made in parts not smaller than this */
 #define LEFT_OVER 1e-10         /* of what is left to the limit: no step leaves so little */
-#define TIME_ROUND_OFF 8e-16 /* of the time: a smaller step does not move it */
 
 /* The time up to which the next step may reach: the target, or a break of the signals in front of it. */
 static double tr_limit_time(const tr_sim *s, double target) {
@@ -187,6 +184,10 @@ static int tr_attempt(tr_sim *s, double limit) {
  * stopped. */
 static int tr_goes_on(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
+  if (tr_method_of(s)->kind == TR_IMPULSES) { /* which then fails at the same time again does not go on for ever */
+    if (s->moreau.failed_t == s->clock.t) return 0;
+    s->moreau.failed_t = s->clock.t;
+  }
   if (!tr_decides_anew(s) && !tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_passes_fold(s) && !tr_through_jam(s)) return 0;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;

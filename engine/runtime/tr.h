@@ -74,8 +74,11 @@ typedef struct tr_friction {
 /* Time stepping by impulses, and when to hand over to it. */
 typedef struct tr_moreau {
   double h;            /* step of impulses while they are solved, s; 0 otherwise */
+  double decides;      /* steps up to this length decide anew where the modes in force lead to none that fit, s */
+  int frozen;          /* directions of fast sliding of several components are frozen over a step */
   double burst_t;      /* begin of the window in which events are counted, s */
   double first_t;      /* first hand-over, s; -1: none */
+  double failed_t;     /* where no step could be made, s */
   long burst_events;   /* events before that window */
   int steps, calm;     /* impulse steps since the hand-over, and those of them in a row that changed no mode */
 } tr_moreau;
