@@ -136,9 +136,14 @@ static double tr_first_end(tr_sim *s, double h, const tr_course *course) {
   if ((!held && !hit) || !s->set.locate) return 1.0;
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
   memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), tr_note_end(s);
-  const int found = tr_look_inside(s, held, &which, &theta);
+  int found = TR_NO_EVENT, worst = which;
+  if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
+    s->step.margin = NAN, s->step.margin_end = tr_beyond(s, TR_A(s, ynew), &worst);
+    if (!hit || worst < n) which = worst;
+    found = tr_look_inside(s, held, &which, &theta);
+  }
   memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
-  return found == TR_FOUND && (which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
+  return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
 }
 
 /* Record at time t what pairs do otherwise than in the modes `then`. jolt: one that stopped did so by an impact. Whether any does. */
