@@ -3,7 +3,10 @@
 #include "modes.h"
 
 #define TURN_NOTED 0.017453292519943295 /* rad: contacts of other joints that turn by more at an event are recorded too */
+#define BALL_TURNS 4                    /* decisions that balls may undo by changing their branch */
+#define CONE_NEAR 1e-6                  /* of s²/|ω|²: a ball this near to its cone, once the loops are closed, is at it */
 #define CAPTURE_LENGTH 10.0             /* of rtol · length scale: what is left to slide */
+#define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
 
 
@@ -72,6 +75,50 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
   }
 }
 
+/* Whether the event of pair i, just evaluated, is that of a ball that moves and comes to its cone: not one whose sliding ends. */
+static int tr_at_cone(const tr_sim *s, int i) {
+  if (!tr_pair_of(s, i)->cone || tr_is_stuck(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) return 0;
+  return tr_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
+}
+
+/* A ball that slid turns about its contact from now on, or the other way round. */
+static void tr_change_branch(tr_sim *s, int i) {
+  tr_mode *m = tr_mode_of(s, i);
+  m->flag = tr_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
+  tr_freeze(s, i);
+  if (tr_flag(m) == TR_SLIPS) tr_tilt_of(s, TR_A(s, z) + s->k->active, i), tr_forget_tilts(s);
+}
+
+/* Balls in motion that a jump of the forces has carried across their cones, at the state just evaluated: they change their branch. 1 when
+ * one does. */
+static int tr_balls_cross(tr_sim *s) {
+  int crossed = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const double cone = tr_sliding_of(s, i)->cone;
+    if (!tr_is_set(s, i) || !tr_pair_of(s, i)->cone || tr_is_stuck(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
+    if ((tr_flag(tr_mode_of(s, i)) == TR_CONE ? cone : -cone) <= TOL_CONE) continue;
+    tr_change_branch(s, i);
+    crossed = 1;
+  }
+  return crossed;
+}
+
+/* Decide the modes of the pairs `rest` (n) at (t, y), and evaluate; what balls do follows from the forces that come of it, and these from
+ * what balls do. */
+static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
+  const tr_kernel *k = s->k;
+  for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
+    if (n) {
+      k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+      if (!(*decided = tr_decide(s, rest, n, released))) return TR_FAIL_MODES;
+      tr_note_answers(s, t, rest, n, ANSWERS_LATER);
+    }
+    if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+    if (!tr_balls_cross(s)) return TR_OK;
+  }
+  return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+}
+
 /* At the event of ``which`` (a pair, or −1: something else has jumped) at (t, y), evaluated in the old modes: decide anew. */
 static int tr_settle(tr_sim *s, double t, double *y, int which) {
   const tr_kernel *k = s->k;
@@ -81,24 +128,15 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   tr_keep_modes(s, modes);
   int contacts = tr_all_contacts(s, y, before);
   s->step.margin_end = NAN;
-  if (own && tr_pair_of(s, which)->cone && !tr_is_stuck(s, which) && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s)) {
-    tr_mode *m = tr_mode_of(s, which); /* a ball between sliding and spinning: its law is continuous there */
-    m->flag = tr_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
-    tr_freeze(s, which);
-    if (tr_flag(m) == TR_SLIPS) tr_tilt_of(s, TR_A(s, z) + k->active, which), tr_forget_tilts(s);
+  if (own && tr_at_cone(s, which)) {
+    tr_change_branch(s, which); /* a ball between sliding and spinning: its law is continuous there */
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest), decided = 1;
   if (released >= 0) tr_let_slip(s, released);
-  if (n) {
-    tr_bring_to_rest(s, y, rest, n);
-    k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-    if (!(decided = tr_decide(s, rest, n, released))) {
-      return TR_FAIL_MODES;
-    }
-    tr_note_answers(s, t, rest, n, ANSWERS_LATER);
-  }
-  if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  if (n) tr_bring_to_rest(s, y, rest, n);
+  int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
+  if (code != TR_OK) return code;
   s->step.margin_end = tr_beyond(s, y, &n);
   tr_certify(s);
   if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(tr_contact) * nc);
@@ -133,13 +171,30 @@ static int tr_ends_sliding(tr_sim *s) {
   return -1;
 }
 
-/* Whether rest of the pair at (t, y), a copy of the state, leads anywhere: to sticking, or to slip in another direction. Decided and
- * undone. */
+/* The fastest of rates v (n), with their units (travels: the scene's length). */
+static double tr_fastest_rate(int n, const double *v, const double *unit) {
+  double most = 0.0;
+  for (int q = 0; q < n; ++q) most = fmax(most, fabs(v[q]) / unit[q]);
+  return most;
+}
+
+/* Whether rest of the pair at (t, y), a copy of the state, leads anywhere: to sticking, or to slip in another direction. In a loop it may
+ * be slow without being about to rest, at a dead centre of its own, say: what then stopped it would stop all else. Decided and undone. */
 static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
+  const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
+  const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0}; /* a shaft's first rate is its travel */
   tr_mode modes[s->k->nsliders + 1];
+  double change[nv + 1], unit[nv + 1];
   int events = s->events.count;
   tr_keep_modes(s, modes);
-  int has = tr_rhs(s, t, y, TR_A(s, dy)) && tr_settle(s, t, y, i) == TR_OK;
+  int has = tr_rhs(s, t, y, TR_A(s, dy));
+  if (has) {
+    const double own = tr_fastest_rate(pair_rates, tr_slider_rates(s, i), own_unit);
+    memcpy(change, y + nq, sizeof(double) * nv);
+    has = tr_settle(s, t, y, i) == TR_OK;
+    for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
+    has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
+  }
   tr_put_modes(s, modes);
   s->events.count = events;
   tr_note_modes(s);

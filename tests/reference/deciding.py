@@ -58,10 +58,9 @@ class Decision:
         self.starts, self.rng = starts, np.random.default_rng(seed)
         self.pairs = sliding_pairs(self.eq)
         length = typical_length(state)
-        fastest = max([p.speed for p in self.pairs], default=0.0)
-        fastest = max(fastest, *(float(np.linalg.norm(v)) for v in state.v.values()))
-        fastest = max(fastest, *(length * float(np.linalg.norm(w)) for w in state.omega.values()))
-        still = {p.name for p in self.pairs if p.speed <= STILL * fastest}
+        speeds = [p.speed for p in self.pairs] + [float(np.linalg.norm(v)) for v in state.v.values()]
+        self.fastest = max(speeds + [length * float(np.linalg.norm(w)) for w in state.omega.values()])
+        still = {p.name for p in self.pairs if p.speed <= STILL * self.fastest}
         names = still if rest is None else rest
         self.rest = [p for p in self.pairs if p.name in names]
         self.unit = _units(self.eq, self.pairs)
@@ -83,25 +82,25 @@ class Decision:
         return sorted(made, key=lambda m: -sum(x == STICKS for x in m.values()))
 
     def friction(self, p: Pair, mode: str, eta: np.ndarray, acc: np.ndarray) -> list[float]:
-        """Friction of sliding as the mode says, along the freedoms of p; of one that sticks: the most there is against its load."""
-        if mode == STICKS:
-            way, mu = [eta[i] / a**2 for i, a in zip(p.places, p.arms, strict=True)], p.static
-        elif mode == MOVES:
-            way, mu = [float(self.state.qd[p.joint][k]) for k in p.freedoms], p.mu
+        """Friction of sliding as the mode says, along the freedoms of p."""
+        if mode == MOVES:
+            way = [float(self.state.qd[p.joint][k]) for k in p.freedoms]
         else:
-            way, mu = [float(acc[i]) for i in p.places] if mode == SLIDES else [1.0 if mode == "+" else -1.0], p.mu
-        return p.friction(way, mu, np.r_[1.0, eta]) if any(way) else [0.0] * len(way)
+            way = [float(acc[i]) for i in p.places] if mode == SLIDES else [1.0 if mode == "+" else -1.0]
+        return p.friction(way, p.mu, np.r_[1.0, eta]) if any(way) else [0.0] * len(way)
 
-    def hold(self, p: Pair, eta: np.ndarray, acc: np.ndarray) -> tuple[float, float]:
-        """Size of the friction of a pair that sticks and the most that it can be, N; of a ball a torque about its force counts as
-        one that is too large."""
+    def hold(self, p: Pair, mu: float, eta: np.ndarray) -> tuple[float, float]:
+        """Size of a pair's friction and the most that it can be with this coefficient, N; of a ball a torque about its force counts
+        as one that is too large."""
         load = hypot(*(eta[i] / a for i, a in zip(p.places, p.arms, strict=True)))
         if p.kind != "ball":
-            return load, hypot(*(v / a for v, a in zip(self.friction(p, STICKS, eta, acc), p.arms, strict=True)))
+            way = [eta[i] / a**2 for i, a in zip(p.places, p.arms, strict=True)]
+            most = p.friction(way, mu, np.r_[1.0, eta]) if any(way) else [0.0]
+            return load, hypot(*(v / a for v, a in zip(most, p.arms, strict=False)))
         force = p.sign * (p.load @ np.r_[1.0, eta])[:3]
         size = float(np.linalg.norm(force))
         about = abs(float((p.turned @ eta[list(p.places)]) @ force)) / size / p.arms[0] if size > 0.0 else 0.0
-        return load + about, size * p.static / (1.0 + p.static**2) ** 0.5
+        return load + about, size * mu / (1.0 + mu**2) ** 0.5
 
     def lack(self, y: np.ndarray, modes: dict[str, str]) -> np.ndarray:
         """Residuals of a choice at y = η/unit: of each freedom's equation, then of each pair that sticks what is held beyond the
@@ -113,7 +112,7 @@ class Decision:
             here, mode = list(p.places), modes.get(p.name, MOVES)
             if mode == STICKS:
                 out[here] = acc[here] / self.scale[here]
-                load, most = self.hold(p, eta, acc)
+                load, most = self.hold(p, p.static, eta)
                 beyond.append(max(0.0, load - most) * p.arms[0] / self.unit[here[0]])
             else:
                 out[here] = (eta[here] - self.friction(p, mode, eta, acc)) / self.unit[here]
@@ -125,7 +124,7 @@ class Decision:
         for p in self.rest:
             here, mode = list(p.places), modes[p.name]
             if mode == STICKS:
-                load, most = self.hold(p, eta, acc)
+                load, most = self.hold(p, p.static, eta)
                 if load > most * (1.0 + 10.0 * SLACK) + SLACK * self.unit[here[0]] / p.arms[0] * SOLVED:
                     return False
             elif mode == SLIDES:

@@ -42,10 +42,13 @@ def frictions(result, row: int) -> np.ndarray:
     return np.array([result[f"{n}.friction.{x}"][row] for n, j in joints for x in _frictions(j)])
 
 
-def state_at(result, row: int, ahead: float = 0.0) -> State:
-    """The state of a row, or of what comes ``ahead`` seconds after it if accelerations stay as they are there."""
+def state_at(result, row: int, ahead: float = 0.0, still: frozenset[tuple[str, int]] = frozenset()) -> State:
+    """The state of a row, or of what comes ``ahead`` seconds after it if accelerations stay as they are there. ``still``: joints
+    and numbers of freedoms that are at rest."""
     joints = [n for n, j in result.scene.joints.items() if freedoms(j.type)]
     q, qd, qdd = ({n: column(result, n, what, row) for n in joints} for what in ("q", "qd", "qdd"))
+    for n, k in still:
+        qd[n][k] = qdd[n][k] = 0.0
     for n in joints:
         q[n] = _moved(result.scene.joints[n].type, q[n], ahead * qd[n] + 0.5 * ahead**2 * qdd[n])
         qd[n] = qd[n] + ahead * qdd[n]

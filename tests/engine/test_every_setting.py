@@ -1,0 +1,146 @@
+"""Mechanisms in which deciding and holding stick is hard: what they do is the same at every method and tolerance, turned in space,
+and a hundred times as large."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.scene import load_scene
+from engine.scene import model as sm
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from tests.reference.from_rows import column
+from tests.reference.joint_rows import freedoms, of
+from tests.reference.random_scenes import Case, _started
+from tests.reference.transforms import rotated
+from tests.reference.units import rescaled
+
+CASES = Path(__file__).parent / "cases"
+METHODS = ("auto", "rk5", "rk8", "rosenbrock")
+TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+LARGER, SLOWER = 100.0, 10.0
+"""Lengths are multiplied by LARGER and times by SLOWER, so that gravity stays what it is."""
+TIGHT = 1e-10
+
+
+@dataclass(frozen=True)
+class World:
+    """A case as it is told: its scene, and how many times as long its times and as large its travels are."""
+
+    scene: sm.Scene
+    time: float = 1.0
+    length: float = 1.0
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What a case does until ``until``, s: the changes of modes (kind, joint) whose times are compared, and what else is asked of a
+    run. All are done then."""
+
+    until: float
+    watched: tuple[tuple[str, str], ...] = ()
+    also: Callable[[Result], bool] = lambda r: True
+
+
+CLAIMS = {
+    "sliders_in_series": Claim(1.0, (("reversal", "j1"),)),
+    "ratchet": Claim(20.0, (("slip", "p"), ("stop", "p")), lambda r: sum(e.kind == "slip" for e in r.events) == 20),
+    "late_slip": Claim(0.377, (("stop", "j2"), ("stop", "j0"), ("slip", "j0"))),
+    "stop_among_roots": Claim(0.3, (("stop", "j2"),)),
+    "big_ball": Claim(1.0),
+    "universal_at_dead_centre": Claim(1.0, (("reversal", "k"),)),
+    "slow_pair_turns": Claim(1.0, (("stop", "j3"), ("slip", "j3"))),
+    "two_answers_at_the_start": Claim(1.0, (), lambda r: r.certificate.indeterminate is not None),
+    "loop_at_rest": Claim(2.0, (("stop", "j0"), ("stop", "j1")), lambda r: r.stats.steps < 200),
+}
+"""Changes that are not watched need not be there: a pair of two components that all but stops may be seen to turn round, and what
+turns by round-off alone may slip at a dead centre."""
+
+
+def coordinates(scene: sm.Scene) -> list[str]:
+    """Columns of the coordinates and rates of all joints."""
+    sizes = {n: (freedoms(j.type) + of(j.type).ball, freedoms(j.type)) for n, j in scene.joints.items()}
+    return [f"{n}.{x}[{k + 1}]" for n, size in sizes.items() for x, m in zip(("q", "qd"), size, strict=True) for k in range(m)]
+
+
+def assembled(scene: sm.Scene) -> Case:
+    """The scene as it starts, with all that the loops leave open found, written into it."""
+    r = simulate(scene, until=1e-9, every=1e-9, outputs=coordinates(scene))
+    q, qd = ({n: column(r, n, x, 0) for n in scene.joints} for x in ("q", "qd"))
+    joints = {n: _started(j, q[n], qd[n]) for n, j in scene.joints.items()}
+    return Case(replace(scene, joints=joints), q, qd, tree=tuple(q))
+
+
+def worlds(name: str) -> dict[str, World]:
+    """A case as it is, turned in space, and larger."""
+    case = assembled(load_scene(str(CASES / f"{name}.yaml")))
+    larger = rescaled(case, LARGER, 1.0, SLOWER).case.scene
+    return {"as it is": World(case.scene), "turned": World(rotated(case, 7).case.scene), "larger": World(larger, SLOWER, LARGER)}
+
+
+def run(name: str, world: World, method: str, rtol: float) -> Result:
+    """Run a case in a world; its rows are its ends."""
+    until = CLAIMS[name].until * world.time
+    return simulate(
+        world.scene, until=until, every=until, method=method, rtol=rtol, outputs=["energy.*", *coordinates(world.scene)]
+    )
+
+
+def times(r: Result, world: World, change: tuple[str, str]) -> list[float]:
+    """When a change of modes happens, in the case's own time."""
+    return [e.time / world.time for e in r.events if (e.kind, e.joint) == change]
+
+
+def ends(r: Result, world: World) -> np.ndarray:
+    """Where all joints are at the end: angles, travels over the case's lengths, and quaternions with their first sign."""
+    out = []
+    for n, j in r.scene.joints.items():
+        q, kind = column(r, n, "q", -1), of(j.type)
+        lengths = [world.length if d < 3 else 1.0 for d in kind.free[: kind.scalars]]
+        ball = q[kind.scalars :]
+        out += [q[: kind.scalars] / lengths, ball * np.sign(ball[np.argmax(np.abs(ball))]) if len(ball) else ball]
+    return np.concatenate(out)
+
+
+def complaints(name: str, world: World, method: str, rtol: float, exact: Result, own: World) -> list[str]:
+    """What is wrong with a run, held against a tight one in its own world."""
+    claim, r = CLAIMS[name], run(name, world, method, rtol)
+    if not r.outcome.ok:
+        return [str(r.outcome)]
+    out = [] if claim.also(r) else ["what is claimed of it does not hold"]
+    for change in claim.watched:
+        got, known = times(r, world, change), times(exact, own, change)
+        if len(got) != len(known):
+            out.append(f"{change} {np.round(got, 6)} for {np.round(known, 6)}")
+        elif known and np.abs(np.subtract(got, known)).max() > 100 * rtol * claim.until:
+            out.append(f"{change} off by {np.abs(np.subtract(got, known)).max() / rtol / claim.until:.0f} x rtol x duration")
+    off = np.abs(ends(r, world) - ends(exact, own)).max()
+    return out + [f"ends {off:.1e} off"] * bool(off > 100 * rtol)
+
+
+def check(name: str, world: str, settings) -> None:
+    """Hold a case in a world against its claim at these settings; against a tight tolerance as it is."""
+    told = worlds(name)
+    own = told["as it is"]
+    exact = run(name, own, "rk8", TIGHT)
+    assert exact.outcome.ok, exact.outcome
+    wrong = {(m, t): c for m, t in settings if (c := complaints(name, told[world], m, t, exact, own))}
+    assert not wrong, "\n".join(f"{k}: {v}" for k, v in wrong.items())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("world", ["as it is", "turned", "larger"])
+@pytest.mark.parametrize("name", CLAIMS)
+def test_a_hard_case_is_the_same_at_every_setting_in_every_world(name: str, world: str) -> None:
+    check(name, world, [(m, t) for m in METHODS for t in TOLERANCES])
+
+
+@pytest.mark.parametrize("world", ["as it is", "larger"])
+@pytest.mark.parametrize("name", ["late_slip", "two_answers_at_the_start"])
+def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None:
+    check(name, world, [("auto", 1e-4), ("auto", 1e-6), ("rk5", 1e-8)])

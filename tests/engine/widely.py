@@ -1,0 +1,93 @@
+"""Runs of random mechanisms that rub, held against what must hold whatever the settings: the balance of energy, friction within its
+cones, one outcome, and no end by name where there is a way on. Cones and ways on are looked at without the engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from engine.system.numbers import length_scale, rate_scale
+from tests.reference.deciding import Decision
+from tests.reference.from_rows import frictions, state_at, wanted
+from tests.reference.random_scenes import Case
+
+SETTINGS = (("auto", 1e-4), ("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6), ("rk8", 1e-8))
+"""The method that runs choose by themselves at a loose and at its usual tolerance, and each method by itself: they differ in where
+steps end, what stages pass through and how well the state is known. Fixed steps and Moreau's impulses locate nothing."""
+JAMS = ("jammed", "no_solution", "inconsistent")
+MOST_PAIRS = 8
+"""Pairs at rest up to which all their choices are tried."""
+INSTANT = 1e-6
+"""Part of the time scale after the last row at which a way on is sought: two answers that meet and vanish are both still there at
+the row itself."""
+SLOW = 1e-8
+"""Part of the fastest speed below which a pair is at rest where a run ends."""
+ROWS = 40
+"""Rows of a run whose cones are looked at."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run: what became of it, its energy error over what has been turned over, and by how much a cone was broken at most."""
+
+    setting: tuple[str, float]
+    result: Result
+    energy: float
+    cone: float
+
+
+def time_scale(case: Case) -> float:
+    """Seconds: √(length/gravity) of the mechanism."""
+    scene = case.scene
+    return 1.0 / rate_scale(scene, np.zeros(1), length_scale(scene))
+
+
+def made(case: Case, setting: tuple[str, float]) -> Run:
+    """Run a case for three of its time scales; a row for each step."""
+    method, rtol = setting
+    span = 3.0 * time_scale(case)
+    r = simulate(case.scene, until=span, every=0, method=method, rtol=rtol, max_steps=40000, outputs=wanted(case.scene))
+    return Run(setting, r, energy_error(r), broken_cone(r, rtol))
+
+
+def energy_error(r: Result) -> float:
+    """Largest residual of the energy, over what has been turned over."""
+    if not len(r.time):
+        return 0.0
+    turned = np.ptp(r["energy.kinetic"]) + np.ptp(r["energy.potential"]) + r["energy.dissipated"][-1]
+    return float(np.abs(r["energy.residual"]).max() / turned) if turned > 0.0 else 0.0
+
+
+def broken_cone(r: Result, rtol: float) -> float:
+    """By how much, relative, a pair's friction exceeds what it may be, in the worst of some rows. Pairs slower than the tolerance
+    may be at rest, where the static coefficient counts."""
+    worst = 0.0
+    for row in np.unique(np.linspace(0, len(r.time) - 1, min(ROWS, len(r.time))).astype(int)):
+        decision, eta = Decision(state_at(r, row)), frictions(r, row)
+        for p in decision.pairs:
+            if np.abs(eta[list(p.places)] / decision.unit[list(p.places)]).max() < 1e-9:
+                continue
+            slow = p.speed <= 10.0 * rtol * decision.fastest
+            load, most = decision.hold(p, p.static if slow else p.mu, eta)
+            worst = max(worst, load / most - 1.0)
+    return worst
+
+
+def way_on(case: Case, r: Result) -> dict[str, str] | None:
+    """A consistent choice where the run ended, if there is one an instant later too; None where there is none, or too much to
+    try."""
+    last = len(r.time) - 1
+    here = Decision(case.state() if last < 0 else state_at(r, last))
+    rest = [p for p in here.pairs if p.speed <= SLOW * here.fastest]
+    if len(rest) > MOST_PAIRS:
+        return None
+    names = {p.name for p in rest}
+    found = Decision(here.state, names).answers(1)
+    if found and last >= 0:
+        still = frozenset((p.joint, k) for p in rest for k in p.freedoms)
+        later = Decision(state_at(r, last, INSTANT * time_scale(case), still), names)
+        found = later.answers(1)
+    return found[0].modes if found else None
