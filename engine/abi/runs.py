@@ -130,6 +130,7 @@ double complement : relative residual of the complement equations
 double contraction : of their fixed-point iteration
 double events : how many so far
 double step : size of the last step, s
+double verdict : what the audit says so far, TR_VERDICT_…
 tr_last last : the last event
 """)
 

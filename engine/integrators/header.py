@@ -14,8 +14,12 @@ ROWS = "const tr_vec*restrict K"
 
 def header() -> str:
     """Text of the generated header ``tr_tables.h``."""
-    texts = [_explicit(m) if isinstance(m, Tableau) else _rosenbrock(m) for m in REGISTRY if not isinstance(m, Impulses)]
-    return '#include "methods.h"\n' + "\n".join([*texts, _table(), _choices()])
+    return '#include "methods.h"\n' + "\n".join([*map(_numbers_of, REGISTRY), _table(), _choices()])
+
+
+def _numbers_of(m: Method) -> str:
+    """C text of a method's coefficients."""
+    return _explicit(m) if isinstance(m, Tableau) else _rosenbrock(m) if isinstance(m, Rosenbrock) else _impulses(m)
 
 
 def _sum(coefficients: Sequence[float]) -> str:
@@ -67,6 +71,12 @@ def _rosenbrock(t: Rosenbrock) -> str:
     return "\n".join([*texts, f"static const tr_rosenbrock {name}_method={{.stages={n},.gamma={t.gamma!r},{fields}}};\n"])
 
 
+def _impulses(t: Impulses) -> str:
+    """C weights of time stepping: of the step made whole and of the two halves."""
+    whole, halves = t.weights
+    return f"static const tr_impulses {t.name}_method={{.whole={float(whole)!r},.halves={float(halves)!r}}};\n"
+
+
 def _numbers(values: Sequence[float]) -> str:
     return "{" + ",".join(repr(float(v)) for v in values) + "}"
 
@@ -76,7 +86,7 @@ def _kind(m: Method) -> str:
         return f".kind=TR_EXPLICIT,.order={m.order},.end={m.end},.explicit=&{m.name}_method"
     if isinstance(m, Rosenbrock):
         return f".kind=TR_IMPLICIT,.order={m.order},.end={m.end},.rosenbrock=&{m.name}_method"
-    return f".kind=TR_IMPULSES,.order={m.order}"
+    return f".kind=TR_IMPULSES,.order={m.order},.impulses=&{m.name}_method"
 
 
 def _table() -> str:

@@ -7,11 +7,26 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Impulses:
-    """A method that treats friction and loops as impulses over a fixed step, so that events need not be located. Its order is 1."""
+    """A method that treats friction and loops as impulses over a step, so that events need not be located. ``fixed_order``: its
+    order with steps of a fixed size; ``order``: under error control, where each step is made whole and in two halves and both are
+    extrapolated. ``weights``: of the step made whole and of the two halves. What the weights do not bear out is refused."""
 
     name: str
     about: str
-    order: int = 1
+    weights: tuple[float, float]
+    fixed_order: int
+    order: int
+
+    def __post_init__(self) -> None:
+        whole, halves = self.weights
+        if whole + halves != 1:
+            raise ValueError(f"{self.name}: weights {self.weights} do not add up to 1")
+        cancels = whole + halves / 2**self.fixed_order == 0
+        if self.order != self.fixed_order + cancels:
+            raise ValueError(f"{self.name}: its coefficients say order = {self.fixed_order + cancels}, it says {self.order}")
 
 
-MOREAU = Impulses("moreau", "Moreau's time stepping, order 1, for events that accumulate")
+MOREAU = Impulses(
+    "moreau", "Moreau's time stepping, order 1 with fixed steps, 2 under error control, for events that accumulate",
+    weights=(-1.0, 2.0), fixed_order=1, order=2,
+)  # fmt: skip

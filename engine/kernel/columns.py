@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from engine.abi import EventKind
+from engine.abi import EventKind, Verdict
 from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound
 from engine.basics.patterns import matcher
 from engine.contact import REGISTRY as CONTACTS
@@ -137,6 +137,8 @@ def _whole(system: System) -> Iterator[Column]:
     yield Column("audit.complement", "1", "relative residual of the complement equations", ("extra", "complement"))
     text = "contraction of fixed-point iteration of the complement equations"
     yield Column("audit.contraction", "1", text, ("extra", "contraction"))
+    text = f"what the audit says so far: {', '.join(f'{v.value} {v.name.lower()}' for v in Verdict)}"
+    yield Column("audit.verdict", "1", text, ("extra", "verdict"), bound=NOT_NEGATIVE)
     yield Column("events.count", "1", "events so far", ("extra", "events"), bound=NOT_NEGATIVE)
     for name, field, unit, text in LAST:
         yield Column(f"events.last.{name}", unit, text, ("last", field))

@@ -58,6 +58,7 @@ ALL = (
     Quantity(name="residual", integral=True, smooth=False),
     Quantity(name="extra", direct=True, smooth=False, runtime=True),
     Quantity(name="extra.events", direct=True, steps=True, smooth=False, runtime=True),
+    Quantity(name="extra.verdict", direct=True, steps=True, smooth=False, runtime=True),
     Quantity(name="last", direct=True, steps=True, smooth=False, runtime=True),
 )
 QUANTITIES = {q.name: q for q in ALL}

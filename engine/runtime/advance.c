@@ -2,13 +2,10 @@
 #include "modes.h"
 
 #define CHATTER_MAX 12       /* events in a row at one time: after that a step is made without looking for more */
-#define GROW_MOST 6.0        /* a step is longer than the one before by no more */
 #define GROW_FIXED 2.0       /* where fixed steps have been made in parts, the parts grow by this */
-#define RETRY_MOST 0.9       /* a refused step is tried again with this part of its length at most */
 #define LEAST_PART 1e-4      /* of a fixed step in which friction cannot be followed (sliding of several components that ends inside
                                 it): it is made in parts not smaller than this */
 #define LEFT_OVER 1e-10         /* of what is left to the limit: no step leaves so little */
-#define TIME_ROUND_OFF 8e-16 /* of the time: a smaller step does not move it */
 
 /* The time up to which the next step may reach: the target, or a break of the signals in front of it. */
 static double tr_limit_time(const tr_sim *s, double target) {
@@ -23,7 +20,7 @@ static double tr_limit_time(const tr_sim *s, double target) {
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
   if (!s->step.have_k1) {
-    s->step.margin = NAN;
+    s->step.margin = NAN, s->audit.before = 0;
     const double left = limit - s->clock.t;
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;
@@ -104,7 +101,10 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
     const int broken = tr_broken(s, ynew, 0, 0);
     tr_audit_look(s);
     if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
-    if (broken && trial->found == TR_NO_EVENT && !tr_another_end(s, broken, trial->end, ynew, slope)) trial->err = NAN;
+    if (broken && trial->found == TR_NO_EVENT) {
+      if (tr_another_end(s, broken, trial->end, ynew, slope)) tr_audit_look(s);
+      else trial->err = NAN;
+    }
   }
   if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
 }
@@ -124,7 +124,7 @@ TR_INLINE int tr_try(tr_sim *s, const tr_method *m, tr_trial *trial) {
 /* An accepted trial step waits to be completed. `most`: by how much the next one may be longer. */
 TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, double most) {
   const tr_kernel *k = s->k;
-  const int event = trial->found == TR_FOUND;
+  const int event = trial->found == TR_FOUND, stiff = m->kind == TR_IMPLICIT && k->naudit && s->audit.known;
   tr_waiting *wait = &s->pending;
   s->stats.steps++;
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
@@ -133,12 +133,14 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);
   if (event) {
     tr_sharpen_pending(s);
+    if (stiff) tr_audit_works(s, wait->theta);
     return;
   }
-  tr_audit_step(s, trial->end, TR_A(s, ynew));
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
+  if (stiff) tr_audit_works(s, 1.0);
+  tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 
 /* Go back to the start of the step after a refused trial, for a smaller one: TR_OK, or why there is none. */
@@ -182,6 +184,10 @@ static int tr_attempt(tr_sim *s, double limit) {
  * stopped. */
 static int tr_goes_on(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
+  if (tr_method_of(s)->kind == TR_IMPULSES) { /* which then fails at the same time again does not go on for ever */
+    if (s->moreau.failed_t == s->clock.t) return 0;
+    s->moreau.failed_t = s->clock.t;
+  }
   if (!tr_decides_anew(s) && !tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_passes_fold(s) && !tr_through_jam(s)) return 0;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;

@@ -35,9 +35,12 @@ TR_RARE
 #include "diagnose.c"
 #include "fold.c"
 #include "limit.c"
-#include "moreau.c"
 TR_OFTEN
 #include "stepsize.c"
+TR_RARE
+#include "moreau.c"
+#include "impulses.c"
+TR_OFTEN
 #include "finish.c"
 #include "advance.c"
 
@@ -87,7 +90,7 @@ static void tr_reset(tr_sim *s, double t, double t_stop, double every) {
   s->step = (tr_stepping){.h = s->set.hfixed, .method = method};
   s->pending = (tr_waiting){.kind = TR_NOTHING};
   s->loops = (tr_loops){0};
-  s->moreau = (tr_moreau){.burst_t = t, .first_t = -1.0};
+  s->moreau = (tr_moreau){.burst_t = t, .first_t = -1.0, .failed_t = -INFINITY};
   s->events = (tr_events){.capacity = capacity, .chatter_t = -INFINITY};
   s->audit = (tr_audit){.open_t = -1.0, .open_pair = -1, .fail_detail = -1, .fail_number = -1.0};
   s->stats = (tr_stats){0};

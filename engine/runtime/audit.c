@@ -7,6 +7,7 @@
 #define LEAST_RTOL 1e-12 /* tighter tolerances than that are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, of the energy turned over: inaccurate */
 #define AT_MOST 0.1      /* of the energy turned over: inaccurate whatever the tolerance */
+#define SINGULAR 1e-6    /* of the energy turned over: what loops may lose in a singular position at any tolerance */
 #define NOTED 0.1        /* of what is inaccurate: worth a note */
 #define ROUND_OFF_TERMS 1e-11 /* of all terms of the balance: their round-off along a run */
 #define LAW_LEAST 1e-6   /* of a law's unit: smaller figures are no news, */
@@ -24,11 +25,21 @@ static inline void tr_audit_figure(tr_audit *a, int law, double size, int pair) 
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
+/* Acceleration of freedom i over all that cancels in it, from the maps as they are and all multipliers. */
+static double tr_audit_unrest(const tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  const double *z = TR_A(s, z), *maps = TR_A(s, maps), *Ql = map_Ql(k, maps) + i, *Qe = map_Qe(k, maps) + i;
+  double sum = map_Q0(k, maps)[i], size = fabs(sum);
+  for (int q = 0; q < k->active; ++q) sum += Ql[q * k->neta] * z[q], size += fabs(Ql[q * k->neta] * z[q]);
+  for (int q = 0; q < k->neta; ++q) sum += Qe[q * k->neta] * z[k->active + q], size += fabs(Qe[q * k->neta] * z[k->active + q]);
+  return size > 0.0 ? fabs(sum) / size : 0.0;
+}
+
 /* How a pair that is held keeps to rest: its speed, and what is left of the accelerations that cancel. Maps and solution in place. */
 static void tr_audit_rest(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_audit_figure(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
-  for (int j = 0; j < pair->neta && s->friction.still; ++j) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_unrest(s, pair->eta0 + j), i);
+  for (int j = 0; j < pair->neta; ++j) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_audit_unrest(s, pair->eta0 + j), i);
 }
 
 /* Power of a pair's friction, W: positive where it drives. */
@@ -58,6 +69,59 @@ static void tr_audit_friction(tr_sim *s) {
   }
 }
 
+/* Integral over [t[1], t[0]] of the polynomial through the values f at the times t (it destroys f); `doubt` grows by what its two highest
+ * terms say. */
+static double tr_audit_integral(const double *t, double *f, double *doubt) {
+  static const double node[3] = {-0.7745966692414834, 0.0, 0.7745966692414834}, weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+  const double middle = 0.5 * (t[0] + t[1]), half = 0.5 * (t[0] - t[1]);
+  double sum = 0.0, rough = 0.0;
+  for (int k = 1; k < TR_THEN + 2; ++k) /* divided differences */
+    for (int i = TR_THEN + 1; i >= k; --i) f[i] = (f[i] - f[i - 1]) / (t[i] - t[i - k]);
+  for (int g = 0; g < 3; ++g) { /* Gauss: exact for the polynomial */
+    const double x = middle + half * node[g];
+    double term = weight[g];
+    for (int k = 0; k < TR_THEN + 2; ++k) {
+      sum += term * f[k], rough += k < TR_THEN ? term * f[k] : 0.0;
+      term *= x - t[k];
+    }
+  }
+  *doubt += fabs(half * (sum - rough));
+  return half * sum;
+}
+
+/* Powers at θ of the step just made. 0 when they cannot be had. */
+static int tr_audit_powers(tr_sim *s, double theta, double *power) {
+  double *y = TR_A(s, yout);
+  if (!tr_have_dense(s)) return 0;
+  tr_dense_state(s, theta, y);
+  if (!tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, ytmp))) return 0;
+  memcpy(power, TR_A(s, ytmp) + s->ny + s->k->nquad, sizeof(double) * 2);
+  return 1;
+}
+
+/* Add the works of a step of the stiff method, which does not integrate them, up to θ of it: by the polynomial through the powers at the
+ * ends of this step and at the begin of those before; after a break, and up to an event, by Simpson's rule on its dense output. */
+static void tr_audit_works(tr_sim *s, double theta) {
+  tr_audit *a = &s->audit;
+  const double t0 = s->step.t0, h = theta * s->step.size, *first = TR_A(s, K) + s->ny + s->k->nquad;
+  const double *last = first + tr_method_of(s)->end * tr_width(s);
+  double z[s->k->active + s->k->neta + 1], middle[2] = {0.0, 0.0}, end[2] = {last[0], last[1]};
+  const int smooth = theta == 1.0 && a->before == TR_THEN, watch = s->step.watch;
+  if (!smooth) {
+    memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = 0;
+    if (!tr_audit_powers(s, 0.5 * theta, middle) || (theta < 1.0 && !tr_audit_powers(s, theta, end))) a->known = 0;
+    memcpy(TR_A(s, z), z, sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = watch;
+  }
+  for (int i = 0; i < 2; ++i) {
+    double t[TR_THEN + 2] = {t0 + h, t0}, f[TR_THEN + 2] = {end[i], first[i]}, *then = a->power_then[i];
+    memcpy(t + 2, a->begun, sizeof a->begun), memcpy(f + 2, then, sizeof a->begun);
+    a->work[i] += smooth ? tr_audit_integral(t, f, &a->doubt) : h / 6.0 * (first[i] + 4.0 * middle[i] + end[i]);
+    memmove(then + 1, then, sizeof a->begun - sizeof *then), then[0] = first[i];
+  }
+  memmove(a->begun + 1, a->begun, sizeof a->begun - sizeof *a->begun), a->begun[0] = t0;
+  a->before = theta < 1.0 ? 0 : a->before < TR_THEN ? a->before + 1 : TR_THEN;
+}
+
 /* Look at the step just made. */
 static void tr_audit_look(tr_sim *s) {
   tr_audit *a = &s->audit;
@@ -71,7 +135,7 @@ static void tr_audit_energies(tr_sim *s, const double *y, double *kinetic, doubl
   const tr_kernel *k = s->k;
   double out[2];
   k->energy(TR_A(s, x), y, TR_A(s, c) + k->c_energy, out);
-  *kinetic = out[0], *potential = out[1], *taken = *given = 0.0;
+  *kinetic = out[0], *potential = out[1], *taken = s->audit.work[0], *given = s->audit.work[1];
   for (int i = 0; i < k->nquad + k->naudit; ++i) *(i < k->ntaken ? taken : given) += y[s->ny + i];
 }
 
@@ -100,7 +164,6 @@ static void tr_audit_step(tr_sim *s, double t, const double *y) {
     if (a->size[i] > worst->size)
       *worst = (tr_worst){a->size[i], t, a->pair[i] < 0.0 ? 0.0 : 1.0 + tr_pair_of(s, (int)a->pair[i])->element};
   }
-  if (tr_method_of(s)->kind == TR_IMPLICIT && s->k->naudit) a->known = 0; /* it does not integrate these works */
   if (a->known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
 }
 
@@ -155,10 +218,11 @@ void tr_audit_end(tr_sim *s) {
 void tr_judge(const tr_sim *s, tr_judgement *out) {
   const tr_audit *a = &s->audit;
   *out = a->all;
-  const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s), limit = fmin(FAR_OFF * tolerance, AT_MOST);
+  const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s);
+  const double far = fmin(FAR_OFF * tolerance, AT_MOST), limit = fmax(far, s->k->active ? SINGULAR : 0.0);
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
-  out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * limit;
-  const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
+  out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * far;
+  const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms - a->doubt;
   out->turned = own + sqrt(own * s->set.energy); /* the tolerance is absolute in the scene's own unit: slow motion is less exact */
   out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
   for (int i = 0; i < TR_LAWS; ++i)

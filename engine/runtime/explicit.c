@@ -43,7 +43,7 @@ static double tr_work_unit(const tr_sim *s, double h, const double *y) {
 /* Squared error `e` of a step between y and ynew relative to the tolerance, over the number of positions and velocities (works only
  * tighten it). Multipliers show in the velocities as far as they move anything; the others (a driven joint's effort, the force in a
  * damper) in the works. */
-static double tr_norm2(const tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
+static double tr_size2(const tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
   const double *unit = TR_A(s, scale);
   double sum = 0.0;
   for (int i = 0; i < s->ny; ++i) {
@@ -56,7 +56,12 @@ static double tr_norm2(const tr_sim *s, const double *e, const double *y, const 
       sum += q * q;
     }
   int count = s->ny ? s->ny : s->k->nquad + 1;
-  sum /= s->set.rtol * s->set.rtol * count;
+  return sum / (s->set.rtol * s->set.rtol * count);
+}
+
+/* The same with the error of the direction of slow sliding, where that is frozen over a step. */
+static double tr_norm2(const tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
+  double sum = tr_size2(s, e, y, ynew, work);
   return s->k->sets ? sum + tr_direction_error(s, e, ynew) : sum;
 }
 

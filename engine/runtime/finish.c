@@ -76,11 +76,6 @@ static void tr_note_reversals(tr_sim *s, double theta_end) {
   }
 }
 
-/* Nothing is known yet of how near pairs come to the end of their modes in the step that begins. */
-static void tr_forget_extremes(tr_sim *s) {
-  for (int i = 0; i < s->k->nsliders; ++i) TR_A(s, smin)[i] = INFINITY, TR_A(s, smax)[i] = -INFINITY;
-}
-
 /* Make (t, y) the state the run is at. */
 static void tr_shift(tr_sim *s, double t, const double *y) {
   int n = tr_width(s);
@@ -106,8 +101,16 @@ static void tr_finish_whole(tr_sim *s) {
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
   s->step.margin = s->step.margin_end;
-  double next = s->pending.h * s->pending.grow;
-  s->step.h = s->pending.cut && next < s->step.h ? (s->pending.grow < 1.0 ? next : s->step.h) : next;
+  tr_size_next(s);
+}
+
+/* Complete a step of impulses; the next one starts from its own multipliers, whatever rows were written. */
+static void tr_finish_impulses(tr_sim *s) {
+  if (s->set.hfixed <= 0.0) memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
+  tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
+  tr_shift(s, s->pending.t, TR_A(s, ynew));
+  tr_size_next(s);
+  s->step.have_k1 = 0;
 }
 
 /* Complete a step that ends where a pair with a set-valued law changes its mode. */
@@ -174,7 +177,7 @@ static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
   code = tr_rows(s, s->pending.t, pending != TR_STEP_TO_EVENT, rows, capacity, count);
   if (code != TR_OK) return code;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
-  if (pending == TR_IMPULSE_STEP) tr_audit_impulses(s, s->pending.t, TR_A(s, ynew)), tr_shift(s, s->pending.t, TR_A(s, ynew)), s->step.have_k1 = 0;
+  if (pending == TR_IMPULSE_STEP) tr_finish_impulses(s);
   if (pending == TR_WHOLE_STEP) tr_finish_whole(s);
   code = pending == TR_STEP_TO_EVENT ? tr_finish_event(s) : TR_OK;
   tr_hand_over(s);

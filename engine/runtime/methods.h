@@ -30,6 +30,11 @@ typedef struct tr_rosenbrock {
   const double *H;     /* 3 × stages */
 } tr_rosenbrock;
 
+/* Time stepping by impulses: the weights by which a step made whole and made in two halves are extrapolated. */
+typedef struct tr_impulses {
+  double whole, halves;
+} tr_impulses;
+
 /* TR_CHOSEN: the runtime chooses among the others (method auto). */
 enum { TR_CHOSEN, TR_EXPLICIT, TR_IMPLICIT, TR_IMPULSES };
 typedef struct tr_method {
@@ -37,5 +42,6 @@ typedef struct tr_method {
   int end; /* row of K with the derivative at the end of the step */
   const tr_explicit *explicit;
   const tr_rosenbrock *rosenbrock;
+  const tr_impulses *impulses;
 } tr_method;
 #endif

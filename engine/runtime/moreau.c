@@ -1,15 +1,15 @@
-/* Moreau's time stepping: friction and loops as impulses over a fixed step, at the level of velocities. No event is located, so that
- * any number of them may fall into a step; first order. For scenes whose events accumulate, and for hosts that want a fixed cost.
+/* A step of Moreau's time stepping: friction and loops as impulses over it, at the level of velocities. No event of friction is located;
+ * first order. With fixed steps any number of events may fall into one: for hosts that want a fixed cost. Under error control
+ * (``impulses.c``) the error follows the tolerance.
  *
  * With the maps at the middle position, v⁺ = v + h (a + A η): a pair sticks when its rate vanishes at the end of the step, and slips
  * along its rate there. That is what ``decide.c`` decides at rest, with the accelerations of the freedoms replaced by v⁺/h
  * (``tr_held_maps``). */
 #include "modes.h"
 
-#define MOREAU_STEP 0.03   /* of √rtol / rate, where no step is given */
-#define MOREAU_EVENTS 40   /* events in as many steps of that size: they accumulate */
+#define MOREAU_STEP 0.03   /* of √rtol / rate: the first step, and the unit of time in which events accumulate */
+#define FROZEN_TURN 0.5    /* rad: a direction of sliding that turns by more in a step is found at the step's end instead */
 #define SLIVER 1e-9        /* of a step: what is left of the way at the end is taken with it */
-#define MOREAU_STAY 400    /* steps before locating events is tried again */
 
 static double tr_moreau_step(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
 
@@ -22,72 +22,94 @@ static void tr_drift(const tr_sim *s, double *y, const double *v, double h) {
   if (k->nquat) tr_normalize(s, y);
 }
 
+/* Whether pair i, of several components, slides so fast that its direction may be frozen over a step: a ball may have to go over to
+ * turning without sliding, and one that has just started finds its direction at the end of the step. Maps in place. */
+static int tr_runs(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
+}
+
+/* Modes from the rates alone, those in force having led to none that fit: what moves slips the way it does, what does not sticks. Maps in
+ * place. */
+static int tr_settle_as_moving(tr_sim *s, const int *rest, int n) {
+  if (s->moreau.decides == INFINITY) return 0;
+  for (int q = 0; q < n; ++q) {
+    tr_mode *m = tr_mode_of(s, rest[q]);
+    m->flag = tr_pair_speed(s, rest[q]) > REST_SPEED * tr_speed_unit(s) ? TR_SLIPS : TR_STUCK;
+    if (tr_flag(m) == TR_SLIPS) tr_freeze(s, rest[q]);
+  }
+  memset(TR_A(s, z) + s->k->active, 0, sizeof(double) * s->k->neta);
+  return tr_settle_from(s, rest, n);
+}
+
 /* Modes and friction of the step from the state `mid` (middle position, old rates), whose maps are put in place. */
 static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
   const tr_kernel *k = s->k;
-  int rest[k->nsliders + 1], n = 0;
+  int rest[k->nsliders + 1], n = 0, runs = 0;
   tr_set_time(s, t);
   k->stage1(TR_A(s, x), mid, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
   if (k->active + k->neta == 0) return 1;
-  for (int i = 0; i < k->nsliders; ++i)
-    if (tr_is_set(s, i)) rest[n++] = i;
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (!tr_is_set(s, i)) continue;
+    if (tr_runs(s, i)) tr_freeze(s, i), runs = 1;
+    else rest[n++] = i;
+  }
   s->moreau.h = h;
-  int ok = n ? tr_settle_from(s, rest, n) || tr_decide(s, rest, n, -1) : tr_multipliers(s);
+  int ok = n ? tr_settle_from(s, rest, n) || tr_settle_as_moving(s, rest, n) || (h <= s->moreau.decides && tr_decide(s, rest, n, -1)) : runs ? tr_solve_modes(s) : tr_multipliers(s);
   s->moreau.h = 0.0;
   if (ok) k->stage2(TR_A(s, x), mid, TR_A(s, c), TR_A(s, w), TR_A(s, z), TR_A(s, dy));
   return ok;
 }
 
-/* One step to at most `limit`; waits as pending. */
-static int tr_attempt_moreau(tr_sim *s, double limit) {
+/* Whether a direction that was frozen over the step to (t, y) has turned by more than FROZEN_TURN. */
+static int tr_has_turned(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
-  int n = tr_width(s), kinds[k->nsliders + 1];
-  double left = limit - s->clock.t, h = fmin(tr_moreau_step(s), left), *y = TR_A(s, y), *mid = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
-  double *R = TR_A(s, kstep);
-  tr_mode modes[k->nsliders + 1];
-  if (left - h < SLIVER * h) h = left;
-  tr_moment_of(s)->inside = s->clock.t + 0.5 * h, s->step.watch = 0;
-  tr_keep_modes(s, modes);
-  tr_turn_directions(s);
-  memcpy(mid, y, sizeof(double) * n);
-  tr_drift(s, mid, y + k->nq, 0.5 * h);
-  if (!tr_moreau_solve(s, s->clock.t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
+  int turned = 0;
+  for (int i = 0; i < k->nsliders && s->moreau.frozen && !turned; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (!tr_is_set(s, i) || pair->nrates == 1 || pair->cone || tr_is_stuck(s, i) || tr_starts_sliding(s, i)) continue;
+    tr_set_time(s, t);
+    k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    const double *r = tr_slider_rates(s, i), *d = tr_mode_of(s, i)->direction, *arm = TR_A(s, arm) + pair->eta0;
+    double along = 0.0, size = 0.0;
+    for (int j = 0; j < pair->nrates; ++j) along += r[j] * d[j] * arm[j] * arm[j], size += d[j] * d[j] * arm[j] * arm[j];
+    turned = !(along > cos(FROZEN_TURN) * sqrt(size) * tr_pair_speed(s, i));
+  }
+  return turned;
+}
+
+/* Which stops are engaged in a step: those that are at the state y, its middle or (under error control, where steps end where stops are
+ * reached and left) its start. What changes is recorded at time t. */
+static void tr_moreau_stops(tr_sim *s, double t, const double *y) {
+  double depth[s->k->nstops + 1];
+  tr_depths(s, y, depth);
+  for (int i = 0; i < s->k->nstops; ++i) {
+    if (tr_pressed(s, i) == depth[i] > 0.0) continue;
+    *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
+    tr_log(s, t, depth[i] > 0.0 ? TR_EV_STOP_ON : TR_EV_STOP_OFF, i, 0, 0, 0);
+    s->stats.events++;
+  }
+}
+
+/* One step of impulses from (t, y) over h: ynew, and the modes at its end. TR_OK, TR_MORE where a direction that was frozen turns too far, or
+ * why there is no step. */
+static int tr_moreau_part(tr_sim *s, double t, const double *y, double h, double *ynew) {
+  const tr_kernel *k = s->k;
+  double *mid = TR_A(s, ytmp);
   const double *f = TR_A(s, dy);
-  memcpy(ynew, mid, sizeof(double) * n);
+  memcpy(mid, y, sizeof(double) * tr_width(s));
+  tr_drift(s, mid, y + k->nq, 0.5 * h);
+  tr_set_time(s, t + 0.5 * h);
+  if (s->set.hfixed > 0.0) tr_moreau_stops(s, t + 0.5 * h, mid);
+  if (!tr_moreau_solve(s, t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
+  memcpy(ynew, mid, sizeof(double) * tr_width(s));
   for (int i = k->nq; i < s->ny + k->nquad + k->naudit; ++i) ynew[i] = y[i] + h * f[i];
   tr_keep_still(s, ynew);
   tr_drift(s, ynew, ynew + k->nq, 0.5 * h);
   if (!tr_finite(s->ny + k->nquad, ynew)) return TR_FAIL_NOT_FINITE;
-  if (!tr_project(s, s->clock.t + h, ynew)) return s->step.trouble;
-  int changed = 0;
-  for (int i = 0; i < k->nsliders; ++i) {
-    kinds[i] = tr_is_set(s, i) ? tr_change(s, i, modes + i) : 0;
-    changed += kinds[i] != 0;
-    if (kinds[i]) tr_log(s, s->clock.t + h, kinds[i], i, 0, 0, 0), s->stats.events++;
-  }
-  s->moreau.calm = changed ? 0 : s->moreau.calm + 1;
-  memcpy(TR_A(s, yold), y, sizeof(double) * n);
-  for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
-  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (k->active + k->neta)), tr_note_end(s);
-  s->step.t0 = s->clock.t, s->step.size = h, s->step.dense_rows = 1, s->step.have_dense = 1;
-  s->pending.t = h == left ? limit : s->clock.t + h, s->pending.theta = 1.0, s->pending.h = h, s->pending.grow = 1.0, s->pending.kind = TR_IMPULSE_STEP;
-  s->stats.steps++, s->stats.of_method[s->step.method]++;
-  return TR_OK;
+  if (!tr_project(s, t + h, ynew)) return s->step.trouble;
+  if (s->friction.still) tr_watch(s);
+  return tr_has_turned(s, t + h, ynew) ? TR_MORE : TR_OK;
 }
-
-/* Hand over to time stepping when events accumulate, and back when nothing has changed for a while. Only with method auto. */
-static void tr_hand_over(tr_sim *s) {
-  if (!tr_chooses(s) || !s->k->sets) return;
-  for (int i = 0; i < s->k->nsliders; ++i) /* laws that are stiff near rest are not for impulses */
-    if (!tr_is_set(s, i) && tr_pair_of(s, i)->kind != TR_KIND_SMOOTH) return;
-  if (tr_method_of(s)->kind == TR_IMPULSES) {
-    if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_AUTO_TIGHT, s->step.have_k1 = s->step.have_jac = 0;
-    return;
-  }
-  if (s->stats.events - s->moreau.burst_events < MOREAU_EVENTS) return;
-  if (s->clock.t - s->moreau.burst_t < MOREAU_EVENTS * tr_moreau_step(s)) {
-    s->step.method = TR_AUTO_ACCUMULATING, s->moreau.steps = s->moreau.calm = s->step.aside = 0;
-    if (s->moreau.first_t < 0.0) s->moreau.first_t = s->clock.t;
-  }
-  s->moreau.burst_events = s->stats.events, s->moreau.burst_t = s->clock.t;
-}
+/* Numbers that say in which modes stops and pairs are. */
+static int tr_switches(const tr_sim *s) { return s->k->nstops + (int)TR_DOUBLES(tr_mode) * s->k->nsliders; }

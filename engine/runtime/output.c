@@ -72,6 +72,7 @@ static double tr_complement(tr_sim *s) {
 static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   double worst = 0.0, *h = TR_A(s, h_res);
+  tr_judgement said;
   if (k->rows) {
     k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
     for (int i = 0; i < k->rows; ++i) worst = fmax(worst, fabs(h[i]) / tr_row_unit(s, i));
@@ -82,6 +83,8 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   extra->contraction = s->o->wants & TR_WANTS_CONTRACTION ? tr_contraction(s) : 0.0;
   extra->events = (double)s->stats.events;
   extra->step = s->step.size;
+  tr_judge(s, &said);
+  extra->verdict = said.verdict;
   extra->last = s->events.last;
   double *state = (double *)(extra + 1);
   for (int i = 0; i < k->nsliders; ++i) {

@@ -113,6 +113,11 @@ static void tr_watch(tr_sim *s) {
   }
 }
 
+/* Nothing is known yet of how near pairs come to the end of their modes in the step that begins. */
+static void tr_forget_extremes(tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) TR_A(s, smin)[i] = INFINITY, TR_A(s, smax)[i] = -INFINITY;
+}
+
 /* Whether all n numbers are finite. */
 static int tr_finite(int n, const double *a) {
   double sum = 0.0;

@@ -5,6 +5,9 @@
 #define SAFETY 0.9       /* of the size that would just meet the tolerance: the estimate is one of leading order */
 #define PI_NOW 0.8       /* weights of this and the last error: a third fewer rejections than 1 and 0 at the same accuracy */
 #define PI_OLD 0.3
+#define GROW_MOST 6.0    /* a step is longer than the one before by no more */
+#define RETRY_MOST 0.9   /* a refused step is tried again with this part of its length at most */
+#define TIME_ROUND_OFF 8e-16 /* of the time: a smaller step does not move it */
 #define SHRINK_MOST 0.2  /* a step shrinks to no less of its size at once; to this where it could not be evaluated at all */
 #define ERROR_LEAST 1e-12      /* an error below says no more of the next size than this one */
 #define ERROR_LEAST_KEPT 1e-4  /* the same where two errors are compared: an accidental zero must not count twice */
@@ -54,4 +57,10 @@ static double tr_grow(tr_sim *s, double err, int order, double most) {
   double e = fmax(err, ERROR_LEAST_KEPT), old = s->step.err_old > 0.0 ? s->step.err_old : e;
   s->step.err_old = e;
   return fmin(most, fmax(SHRINK_MOST, SAFETY * pow(e, -PI_NOW / order) * pow(old, PI_OLD / order)));
+}
+
+/* The size of the next step, behind the one that waits. */
+static void tr_size_next(tr_sim *s) {
+  double next = s->pending.h * s->pending.grow;
+  s->step.h = s->pending.cut && next < s->step.h ? (s->pending.grow < 1.0 ? next : s->step.h) : next;
 }

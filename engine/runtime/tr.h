@@ -74,8 +74,11 @@ typedef struct tr_friction {
 /* Time stepping by impulses, and when to hand over to it. */
 typedef struct tr_moreau {
   double h;            /* step of impulses while they are solved, s; 0 otherwise */
+  double decides;      /* steps up to this length decide anew where the modes in force lead to none that fit, s */
+  int frozen;          /* directions of fast sliding of several components are frozen over a step */
   double burst_t;      /* begin of the window in which events are counted, s */
   double first_t;      /* first hand-over, s; -1: none */
+  double failed_t;     /* where no step could be made, s */
   long burst_events;   /* events before that window */
   int steps, calm;     /* impulse steps since the hand-over, and those of them in a row that changed no mode */
 } tr_moreau;
@@ -88,6 +91,7 @@ typedef struct tr_events {
   tr_last last;
 } tr_events;
 
+enum { TR_THEN = 4 };
 /* What certifies the run, and why it failed. */
 typedef struct tr_audit {
   double contraction, complement; /* largest so far */
@@ -96,6 +100,10 @@ typedef struct tr_audit {
   int fail_detail;     /* component or constraint row the failure is about; -1: none */
   double fail_number;  /* how independent the rows still were; -1: not the reason */
   double energy0;      /* energy.residual at the start, J */
+  double work[2];      /* taken and given in steps of the stiff method, J */
+  double doubt;        /* what these works may be off by, J */
+  int before;          /* how many steps of it went before without a break, at most TR_THEN */
+  double begun[TR_THEN], power_then[2][TR_THEN]; /* when these began, s, the last one first, and the powers then, W */
   int known;           /* the works of every step so far are integrated */
   double begin;        /* kinetic + potential energy − works at the start, J; moved where the energy changes with reason */
   double kinetic, potential, taken, given; /* energies and works at the last look, J */

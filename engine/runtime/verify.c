@@ -93,13 +93,14 @@ static int tr_drives(const tr_sim *s, int i, const tr_answer *it, int starts) {
   return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
 }
 
-/* A held pair does not move, and carries no more than it can. */
+/* A held pair does not move (at the end of a step of impulses), and carries no more than it can. */
 static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
     if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e])) broken = TR_BREAKS_REST;
-  if (!(tr_pair_speed(s, i) <= (pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED : fmax(CREEPS, CREEPS_PART * s->set.rtol)) * tr_speed_unit(s))) broken = TR_BREAKS_REST;
+  const double crawl = pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED : fmax(CREEPS, CREEPS_PART * s->set.rtol);
+  if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl * tr_speed_unit(s))) broken = TR_BREAKS_REST;
   double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);
   return over <= CONE_BROKEN * hold->capacity + NOTHING_HELD ? broken : broken | TR_BREAKS_CONE;
 }

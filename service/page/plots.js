@@ -65,7 +65,7 @@ function choices() {
   const paths = columns.slice(1, columns.findIndex((c) => c.name === "outcome"));
   const option = (c) => make("option", { value: c.name }, c.unit && c.unit !== "1" ? `${c.name} (${c.unit})` : c.name);
   keep($("across"), [...paths, columns[0]].map(option));
-  keep($("up"), [...columns.slice(firstKept), columns.find((c) => c.name === "outcome.time"), columns.find((c) => c.name === "steps")].map(option));
+  keep($("up"), [...columns.slice(firstKept), ...["outcome.time", "audit.energy", "steps"].map((name) => columns.find((c) => c.name === name)).filter(Boolean)].map(option));
 }
 
 function keep(select, options) {
@@ -87,7 +87,7 @@ async function sweep() {
     good.length < table.rows.length ? `${many(table.rows.length - good.length)} of ${many(table.rows.length)} have no such number.` : "",
   ];
   $("sweepnote").textContent = notes.filter(Boolean).join(" ");
-  const hover = good.map((r) => `case ${r[0]}: ${r[place("outcome")]}` + columns.slice(1, place("outcome")).map((c, i) => `<br>${c.name} = ${number(r[i + 1])}`).join(""));
+  const hover = good.map((r) => `case ${r[0]}: ${r[place("outcome")]}${r[place("audit")] === "note" ? ", with a note" : ""}` + columns.slice(1, place("outcome")).map((c, i) => `<br>${c.name} = ${number(r[i + 1])}`).join(""));
   const marker = { size: good.length > 500 ? 4 : 7, color: COLORS[0] };
   if (other > 0) Object.assign(marker, { color: good.map((r) => r[other]), colorscale: "Viridis", colorbar: { title: { text: columns[other].name, side: "right" }, thickness: 12 } });
   const trace = {
@@ -113,8 +113,9 @@ async function aCase(signal) {
   const row = table.rows.find((r) => r[0] === n) ?? (await ask("GET", `/v1/jobs/${id}/results?format=json&first=${n}&count=1`, undefined, signal)).rows[0];
   const said = row ? columns.slice(1, place("outcome")).map((c, i) => `${c.name} = ${number(row[i + 1])} ${c.unit === "1" ? "" : c.unit}`.trim()).join(", ") : "";
   const of = (name) => row[place(`outcome.${name}`)];
+  const noted = row && row[place("audit.note")] ? `; ${row[place("audit.note")]}` : "";
   $("casevalues").textContent = row
-    ? `${said} — ${row[place("outcome")].replace(/_/g, " ")}${of("joint") ? ` in ${of("joint")}` : ""}${of("advice") ? `: ${of("advice")}` : ""}`
+    ? `${said} — ${row[place("outcome")].replace(/_/g, " ")}${of("joint") ? ` in ${of("joint")}` : ""}${of("advice") ? `: ${of("advice")}` : ""}${noted}`
     : "this case is not there (yet)";
   const run = row && row[place("outcome")] !== "invalid";
   $("casedownloads").replaceChildren(...(run ? ["Download this case:", ...downloads(there)] : []));

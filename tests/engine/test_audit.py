@@ -35,11 +35,6 @@ def bodies_energy(r: Result) -> np.ndarray:
     return total
 
 
-def frictionless(**how) -> Result:
-    """Example 8.1 without friction, whose energy stays."""
-    return simulate("spherical_pendulum", until=10.0, every=0.01, overrides={"joints.ball.friction.mu": 0.0}, **how)
-
-
 def disturbed(model: Model, until: float, at: float, change: Callable[[Block], None], **how) -> Result:
     """A run whose block is changed behind its back at a time, s."""
     run = OneRun(model, until, until / 200, Settings(**how), None)
@@ -83,15 +78,16 @@ def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
 # -- broken runs ------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 0.5}], ids=["rtol", "fixed step"])
+@pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 1.0}], ids=["rtol", "fixed step"])
 def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dict) -> None:
-    r = frictionless(**how)
+    r = simulate("simple_pendulum", until=10.0, every=0, **how)
     assert (r.outcome.name, r.audit.verdict) == ("inaccurate", "inaccurate")
     energy = bodies_energy(r)
-    worst = energy[np.abs(energy - energy[0]).argmax()] - energy[0]
-    assert r.audit.energy == pytest.approx(worst, rel=0.3)
+    then = int(np.abs(r.time - r.audit.energy_time).argmin())
+    assert r.audit.energy == pytest.approx(energy[then] - energy[0], rel=1e-9)
+    assert abs(r.audit.energy) > 0.1 * np.ptp(energy)
     assert r.outcome.numbers["energy"] == r.audit.energy
-    assert len(r) == 1001
+    assert len(r) == r.stats.steps + 1
     assert any(n.startswith("audit at t = ") and "J" in n for n in r.notes)
 
 
@@ -124,7 +120,7 @@ def test_friction_that_drives_is_told_with_its_joint() -> None:
     drives = r.audit.laws[Law.DRIVES.name.lower()]
     assert r.audit.verdict == "note"
     assert drives.joint == "ball"
-    assert drives.size > 0.5
+    assert drives.size > 0.1
     assert drives.time is not None
     assert 0.1 <= drives.time <= 0.3
     assert any("joint ball: friction drives" in n for n in r.notes)

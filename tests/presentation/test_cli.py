@@ -48,6 +48,24 @@ def test_json_is_one_document_and_nothing_else(tmp_path: Path, capsys: pytest.Ca
     assert data["problems"] == []
 
 
+def test_a_run_tells_what_the_audit_says_and_an_inaccurate_one_fails_with_its_files_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(SHORT) == 0
+    assert "audit within: energy within" in capsys.readouterr().out
+    file = tmp_path / "r.csv"
+    words = ["simulate", "spherical_pendulum", "--rtol", "0.1", "--set", "joints.ball.friction.mu=0", "-o", str(file)]
+    assert main(words) == 1
+    out, err = capsys.readouterr()
+    assert "audit inaccurate: energy within" in out
+    assert "note: audit at t = " in out
+    assert "inaccurate" in err
+    assert "try a tighter rtol" in err
+    assert load_result_table(file).outcome.name == load_result_table(file).metadata["audit"]["verdict"] == "inaccurate"
+    assert main([*words, "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["audit"]["verdict"] == "inaccurate"
+
+
 def test_all_wrong_options_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "bad.yaml"
     scene.write_text("bodies: {a: {box: [1, 1, 1], densty: 5}}\njoints: {j: {type: revolut, inboard: ground, outboard: a}}\n")
