@@ -112,7 +112,8 @@ async def sensitivities(
 def _plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], float]:
     """(arguments for a worker, its time budget in s). SceneError with every problem, those of limits included."""
     scene = scene_of(asked, limits)
-    values, problems = settings_read(HERE, asked.model_dump())
+    values, wrong = settings_read(HERE, asked.model_dump())
+    problems: list[Problem] = []
     seconds = asked.budget or limits.answer_seconds
     if seconds > limits.answer_seconds:
         problems.append(_over("budget", f"{seconds:g} s", f"{limits.answer_seconds:g} s", "a smaller budget"))
@@ -129,6 +130,7 @@ def _plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], f
             problems.append(_over("outputs", what, str(MOST_NUMBERS), hint))
     except SceneError as e:
         problems += e.problems
+    problems += wrong
     if problems:
         raise SceneError(problems)
     return {"scene": scene_to_dict(scene), "parameters": asked.parameters, "outputs": asked.outputs, **values}, seconds
