@@ -10,7 +10,8 @@ import numpy as np
 from engine.basics.problems import SimulationError
 from engine.integrators import RK8
 from engine.simulation import block as bl
-from engine.simulation.outcome import from_status
+from engine.simulation.audit import audit_of, judged
+from engine.simulation.outcome import DONE, Outcome, from_status
 from engine.simulation.run import Model
 
 Tick = Callable[[], None]
@@ -52,7 +53,8 @@ class Record:
 
 
 def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> Record:
-    """Run from the assembled start through all sample times with the explicit method of order 8. SimulationError when it fails."""
+    """Run from the assembled start through all sample times with the explicit method of order 8. SimulationError when it fails or
+    is inaccurate."""
     settings = bl.Settings(rtol=rtol, method=RK8.name, max_step=samples[-1] / LEAST_STEPS)
     model.block.configure(settings)
     row = np.zeros(model.block.width)
@@ -86,7 +88,16 @@ def record(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> R
         if code != bl.OK:
             raise SimulationError(f"the run ends early: {from_status(code, block.time, '')}")
         rows.append(row.copy())
+    _judge(model, samples[-1])
     return Record(tuple(legs), np.array(rows), *first)
+
+
+def _judge(model: Model, until: float) -> None:
+    """SimulationError when the audit finds the run that has come to its end, ``until`` s, inaccurate."""
+    audit = audit_of(model.block.judgement(), [j.name for j in model.system.frictional])
+    ended = judged(Outcome(DONE, until), audit)
+    if not ended.ok:
+        raise SimulationError(f"a run to be differentiated has to be right: {ended}")
 
 
 def _same_flags(a: np.ndarray, b: np.ndarray) -> bool:
