@@ -20,7 +20,7 @@ static double tr_limit_time(const tr_sim *s, double target) {
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
   if (!s->step.have_k1) {
-    s->step.margin = NAN, s->audit.before = 0;
+    s->step.margin = NAN, s->audit.points = 0;
     const double left = limit - s->clock.t;
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;

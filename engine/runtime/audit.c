@@ -69,24 +69,32 @@ static void tr_audit_friction(tr_sim *s) {
   }
 }
 
-/* Integral over [t[1], t[0]] of the polynomial through the values f at the times t (it destroys f); `doubt` grows by what its two highest
- * terms say. */
-static double tr_audit_integral(const double *t, double *f, double *doubt) {
-  static const double node[3] = {-0.7745966692414834, 0.0, 0.7745966692414834}, weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
-  const double middle = 0.5 * (t[0] + t[1]), half = 0.5 * (t[0] - t[1]);
-  double sum = 0.0, rough = 0.0;
-  for (int k = 1; k < TR_THEN + 2; ++k) /* divided differences */
-    for (int i = TR_THEN + 1; i >= k; --i) f[i] = (f[i] - f[i - 1]) / (t[i] - t[i - k]);
-  for (int g = 0; g < 3; ++g) { /* Gauss: exact for the polynomial */
-    const double x = middle + half * node[g];
-    double term = weight[g];
-    for (int k = 0; k < TR_THEN + 2; ++k) {
-      sum += term * f[k], rough += k < TR_THEN ? term * f[k] : 0.0;
-      term *= x - t[k];
-    }
+/* One more point of the powers of the stiff method: the divided differences from it backwards. */
+static void tr_audit_point(tr_audit *a, double t, const double *power) {
+  double now[TR_POINTS][2] = {{power[0], power[1]}};
+  if (a->points < TR_POINTS) a->points++;
+  for (int k = 1; k < a->points; ++k) {
+    const double inverse = 1.0 / (t - a->then[k - 1]);
+    for (int j = 0; j < 2; ++j) now[k][j] = (now[k - 1][j] - a->difference[k - 1][j]) * inverse;
   }
-  *doubt += fabs(half * (sum - rough));
-  return half * sum;
+  memcpy(a->difference, now, sizeof now);
+  memmove(a->then + 1, a->then, sizeof a->then - sizeof *a->then), a->then[0] = t;
+}
+
+/* Add the integral of the polynomial through all points over the last of their intervals; `doubt` grows by what its two highest terms say. */
+static void tr_audit_integrate(tr_audit *a) {
+  static const double node[3] = {-0.7745966692414834, 0.0, 0.7745966692414834}, weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+  const double *t = a->then, middle = 0.5 * (t[0] + t[1]), half = 0.5 * (t[0] - t[1]);
+  double fine[2] = {0.0, 0.0};
+  for (int g = 0; g < 3; ++g) { /* Gauss: exact for the polynomial */
+    double x = middle + half * node[g], term = half * weight[g];
+    for (int k = 0; k < TR_POINTS; term *= x - t[k++])
+      for (int j = 0; j < 2; ++j) {
+        const double part = term * a->difference[k][j];
+        a->work[j] += part, fine[j] += k < TR_POINTS - 2 ? 0.0 : part;
+      }
+  }
+  a->doubt += fabs(fine[0]) + fabs(fine[1]);
 }
 
 /* Powers at θ of the step just made. 0 when they cannot be had. */
@@ -106,20 +114,22 @@ static void tr_audit_works(tr_sim *s, double theta) {
   const double t0 = s->step.t0, h = theta * s->step.size, *first = TR_A(s, K) + s->ny + s->k->nquad;
   const double *last = first + tr_method_of(s)->end * tr_width(s);
   double z[s->k->active + s->k->neta + 1], middle[2] = {0.0, 0.0}, end[2] = {last[0], last[1]};
-  const int smooth = theta == 1.0 && a->before == TR_THEN, watch = s->step.watch;
-  if (!smooth) {
-    memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = 0;
-    if (!tr_audit_powers(s, 0.5 * theta, middle) || (theta < 1.0 && !tr_audit_powers(s, theta, end))) a->known = 0;
-    memcpy(TR_A(s, z), z, sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = watch;
+  const int none = first[0] == 0.0 && first[1] == 0.0 && end[0] == 0.0 && end[1] == 0.0, watch = s->step.watch;
+  if (none) { /* nothing takes or gives energy */
+    a->points = 0;
+    return;
   }
-  for (int i = 0; i < 2; ++i) {
-    double t[TR_THEN + 2] = {t0 + h, t0}, f[TR_THEN + 2] = {end[i], first[i]}, *then = a->power_then[i];
-    memcpy(t + 2, a->begun, sizeof a->begun), memcpy(f + 2, then, sizeof a->begun);
-    a->work[i] += smooth ? tr_audit_integral(t, f, &a->doubt) : h / 6.0 * (first[i] + 4.0 * middle[i] + end[i]);
-    memmove(then + 1, then, sizeof a->begun - sizeof *then), then[0] = first[i];
+  if (a->points == 0) tr_audit_point(a, t0, first);
+  if (theta == 1.0) tr_audit_point(a, t0 + h, last);
+  if (theta == 1.0 && a->points == TR_POINTS) {
+    tr_audit_integrate(a);
+    return;
   }
-  memmove(a->begun + 1, a->begun, sizeof a->begun - sizeof *a->begun), a->begun[0] = t0;
-  a->before = theta < 1.0 ? 0 : a->before < TR_THEN ? a->before + 1 : TR_THEN;
+  memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = 0;
+  if (!tr_audit_powers(s, 0.5 * theta, middle) || (theta < 1.0 && !tr_audit_powers(s, theta, end))) a->known = 0;
+  memcpy(TR_A(s, z), z, sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = watch;
+  for (int i = 0; i < 2; ++i) a->work[i] += h / 6.0 * (first[i] + 4.0 * middle[i] + end[i]);
+  if (theta < 1.0) a->points = 0;
 }
 
 /* Look at the step just made. */

@@ -91,7 +91,9 @@ typedef struct tr_events {
   tr_last last;
 } tr_events;
 
-enum { TR_THEN = 4 };
+/* Powers by which the audit integrates the works of the stiff method. */
+enum { TR_POINTS = 6 };
+
 /* What certifies the run, and why it failed. */
 typedef struct tr_audit {
   double contraction, complement; /* largest so far */
@@ -102,8 +104,8 @@ typedef struct tr_audit {
   double energy0;      /* energy.residual at the start, J */
   double work[2];      /* taken and given in steps of the stiff method, J */
   double doubt;        /* what these works may be off by, J */
-  int before;          /* how many steps of it went before without a break, at most TR_THEN */
-  double begun[TR_THEN], power_then[2][TR_THEN]; /* when these began, s, the last one first, and the powers then, W */
+  int points;          /* how many powers of it are known without a break, at most TR_POINTS */
+  double then[TR_POINTS], difference[TR_POINTS][2]; /* when, s, the last one first; their divided differences from the last one backwards */
   int known;           /* the works of every step so far are integrated */
   double begin;        /* kinetic + potential energy − works at the start, J; moved where the energy changes with reason */
   double kinetic, potential, taken, given; /* energies and works at the last look, J */
