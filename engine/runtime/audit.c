@@ -119,8 +119,9 @@ static void tr_audit_works(tr_sim *s, double theta) {
     a->points = 0;
     return;
   }
+  if (a->points && a->then[0] != t0) a->points = 0; /* another method has made steps meanwhile */
   if (a->points == 0) tr_audit_point(a, t0, first);
-  if (theta == 1.0) tr_audit_point(a, t0 + h, last);
+  if (theta == 1.0) tr_audit_point(a, s->pending.t, last);
   if (theta == 1.0 && a->points == TR_POINTS) {
     tr_audit_integrate(a);
     return;
