@@ -29,8 +29,8 @@ FLAGS = (
 """Loops are short and of lengths known late: unrolled and vectorised by the compiler the runtime takes twice as long to compile and
 is 3 to 14 percent slower. What is worth vectors is written with them (``vec.h``)."""
 STRAIGHT = ("-fno-slp-vectorize",)
-LONG_TEXT = {"outputs": 40_000, "linear": 0}
-"""Characters from which the code of a unit that no step waits for is compiled without a search for vectors in its straight-line
+LONG_TEXT = {"outputs": 40_000, "linear": 0, "jacobian": 20_000}
+"""Characters from which the code of a unit that few steps wait for is compiled without a search for vectors in its straight-line
 code: that takes a third of the time. Stepping units keep the search, they are up to 12 percent faster with it, and so do short
 output units, which take a tenth of a second more: rows of redundant loops are up to 10 percent of a run faster with it."""
 TARGETS = {
