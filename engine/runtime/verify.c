@@ -6,7 +6,7 @@
 /* By how much a law may be broken. Equations are measured against the sum of the sizes of what cancels in them: round-off of a solution
  * is 1e-14 of it, but near a singular position of a loop a pivot p is given up, which leaves its root, at most 3e-5 (``loops.c``). */
 #define LOOP_OPENS 1e-4
-#define FAINT_OPENING 1e-7 /* of length · rate² (rate²): a row of nothing else has no size of its own to be measured by */
+#define FAINT_OPENING 3e-5 /* of length · rate² (rate²): what a pivot that is given up leaves where its row holds nothing to be measured by */
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* of what a law's answer is made of: near a ball's cone half of the digits are left */
 #define CONE_BROKEN 1e-7   /* of the friction ratio; pairs are let go at 1e-10 */
