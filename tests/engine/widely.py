@@ -23,6 +23,8 @@ MOST_PAIRS = 8
 INSTANT = 1e-6
 """Part of the time scale after the last row at which a way on is sought: two answers that meet and vanish are both still there at
 the row itself."""
+STEPS = 40000
+"""Steps a run may take: explicit methods need many where a pair of several components creeps at a speed near nothing."""
 SLOW = 1e-8
 """Part of the fastest speed below which a pair is at rest where a run ends."""
 ROWS = 40
@@ -49,7 +51,7 @@ def made(case: Case, setting: tuple[str, float]) -> Run:
     """Run a case for three of its time scales; a row for each step."""
     method, rtol = setting
     span = 3.0 * time_scale(case)
-    r = simulate(case.scene, until=span, every=0, method=method, rtol=rtol, max_steps=40000, outputs=wanted(case.scene))
+    r = simulate(case.scene, until=span, every=0, method=method, rtol=rtol, max_steps=STEPS, outputs=wanted(case.scene))
     return Run(setting, r, energy_error(r), broken_cone(r, rtol))
 
 
