@@ -46,7 +46,8 @@ static double tr_sample(tr_sim *s, int q, int last, int *worst) {
   return s->step.margin_end;
 }
 
-/* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). */
+/* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). NaN where what turns there is whether
+ * there is an answer at all. */
 static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, int *which) {
   int side = 0;
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
@@ -65,7 +66,7 @@ static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb,
       side = -1;
     }
   }
-  return b;
+  return gb == gb ? b : NAN;
 }
 
 /* What an event search in a step has found. */
@@ -73,6 +74,7 @@ enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
 
 /* Whether what was found at θ is an event; a pair of several components that has merely turned fast asks for a smaller step. */
 static int tr_event_at(tr_sim *s, double theta, int which) {
+  if (!(theta == theta)) return TR_TOO_LARGE;
   if (which >= s->k->nsliders || !tr_is_set(s, which) || tr_pair_of(s, which)->nrates == 1 || !tr_slides(s, which)) return TR_FOUND;
   double *y = TR_A(s, yout);
   tr_dense_eval(s, theta, y);

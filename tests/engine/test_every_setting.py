@@ -25,7 +25,7 @@ METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 LARGER, SLOWER = 100.0, 10.0
 """Lengths are multiplied by LARGER and times by SLOWER, so that gravity stays what it is."""
-TIGHT = 1e-10
+TIGHT = 1e-9
 
 
 @dataclass(frozen=True)
