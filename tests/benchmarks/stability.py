@@ -18,8 +18,9 @@ from tests.stability.rows import ROWS
 PEERS = {"SciPy": "scipy", "MuJoCo": "mujoco"}
 HEAD = """# Stability gallery
 
-Nineteen places where methods for mechanisms with friction fail, each with a scene to run:
+Twenty-two places where methods for mechanisms with friction fail, each with a scene to run:
 
+    python3 -m venv .venv && . .venv/bin/activate && pip install -q .
     trunnion simulate models/stability/01_zero_speed.yaml
 
 Most places have a threshold known in closed form, such as the steepest angle at which a pendulum still holds. There the scene is

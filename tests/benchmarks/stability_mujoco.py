@@ -18,6 +18,8 @@ from engine.scene import model as sm
 from engine.simulation.run import simulate
 from tests.benchmarks.pendulum import MU, G, L, M, R
 from tests.stability.loops import bricard, hanging
+from tests.stability.rests import MASS, SWING, TURNS
+from tests.stability.rests import MU as MU_TABLE
 from tests.stability.row import EDGE
 from tests.stability.solids import governor
 from tests.stability.verdicts import bundled
@@ -219,6 +221,16 @@ def step_over_event() -> str:
     return f"angle of 8.1 with friction loss at 1 s depends on the step: {words}"
 
 
+def ratchet() -> str:
+    """Row 21, one part in a million below the threshold: the friction loss is the most that the table holds."""
+    most = MU_TABLE * MASS * G
+    model, data = one(f'<joint type="slide" axis="1 0 0" frictionloss="{most}"/>', lump(MASS))
+    for k in range(1000 * TURNS):
+        data.qfrc_applied[0] = most * (1 - EDGE - SWING + SWING * math.sin(2e-3 * math.pi * k))
+        mujoco.mj_step(model, data)
+    return f"below the threshold the block is {1e6 * data.qpos[0]:.0f} µm from its place after {TURNS} periods"
+
+
 def not_finite() -> str:
     """Row 19: a mass and an inertia that no body can have."""
     out = []
@@ -237,4 +249,5 @@ def not_finite() -> str:
 STATEMENTS = {
     1: zero_speed, 2: small_v_eps, 3: no_reaction, 4: spin_about_force, 5: parallel_cross, 8: wedge, 9: light_cart, 10: loop_drift,
     11: bifurcation, 12: redundant, 13: stiff_springs, 15: fast_spin, 17: axial_thrust, 18: step_over_event, 19: not_finite,
+    21: ratchet,
 }  # fmt: skip

@@ -20,6 +20,8 @@ from tests.engine.plane_loops import FOUR_BAR
 from tests.stability.journals import GRIP, overhung
 from tests.stability.loops import bricard
 from tests.stability.pendulums import PAINLEVE
+from tests.stability.rests import MU as MU_TABLE
+from tests.stability.rests import SWING, TURNS
 from tests.stability.row import EDGE
 from tests.stability.solids import governor
 from tests.stability.verdicts import bundled
@@ -231,9 +233,22 @@ def axial_thrust() -> str:
     return f"regularised at 1e-4 m/s, 0.9 of the torque: creeps {math.degrees(crept):.1f}° in 10 s"
 
 
+def ratchet() -> str:
+    """Row 21, one part in a million below the threshold."""
+
+    def rate(t: float, y) -> list[float]:
+        load = 1 - EDGE - SWING + SWING * math.sin(2 * math.pi * t)
+        return [y[1], MU_TABLE * G * (load - float(np.clip(y[1] / 1e-4, -1, 1)))]
+
+    s = solve_ivp(rate, (0.0, TURNS), [0.0, 0.0], "Radau", rtol=1e-8, atol=1e-12)
+    away = f"{1e6 * s.y[0, -1]:.0f} µm"
+    return f"regularised at 1e-4 m/s: below the threshold the block is {away} from its place after {TURNS} periods"
+
+
 BY_ITSELF = (6, 12, 14)
 """Rows for which none of SciPy's own methods is asked."""
 STATEMENTS = {
     1: zero_speed, 2: small_v_eps, 6: short_journal, 7: painleve, 8: wedge, 9: light_cart, 10: loop_drift, 12: redundant,
     13: stiff_springs, 14: sticking_loop, 15: fast_spin, 16: contact_jumps, 17: axial_thrust,
+    21: ratchet,
 }  # fmt: skip
