@@ -129,7 +129,10 @@ static void tr_audit_works(tr_sim *s, double theta) {
   memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = 0;
   if (!tr_audit_powers(s, 0.5 * theta, middle) || (theta < 1.0 && !tr_audit_powers(s, theta, end))) a->known = 0;
   memcpy(TR_A(s, z), z, sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = watch;
-  for (int i = 0; i < 2; ++i) a->work[i] += h / 6.0 * (first[i] + 4.0 * middle[i] + end[i]);
+  for (int i = 0; i < 2; ++i) {
+    a->work[i] += h / 6.0 * (first[i] + 4.0 * middle[i] + end[i]);
+    a->doubt += fabs(h / 3.0 * (2.0 * middle[i] - first[i] - end[i])); /* by so much the trapezium differs */
+  }
   if (theta < 1.0) a->points = 0;
 }
 
