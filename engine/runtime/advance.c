@@ -20,7 +20,7 @@ static double tr_limit_time(const tr_sim *s, double target) {
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
   if (!s->step.have_k1) {
-    s->step.margin = NAN, s->audit.points = 0;
+    s->step.margin = NAN;
     const double left = limit - s->clock.t;
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;
@@ -124,7 +124,7 @@ TR_INLINE int tr_try(tr_sim *s, const tr_method *m, tr_trial *trial) {
 /* An accepted trial step waits to be completed. `most`: by how much the next one may be longer. */
 TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, double most) {
   const tr_kernel *k = s->k;
-  const int event = trial->found == TR_FOUND, stiff = m->kind == TR_IMPLICIT && k->naudit && s->audit.known;
+  const int event = trial->found == TR_FOUND;
   tr_waiting *wait = &s->pending;
   s->stats.steps++;
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
@@ -133,13 +133,11 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);
   if (event) {
     tr_sharpen_pending(s);
-    if (stiff) tr_audit_works(s, wait->theta);
     return;
   }
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
-  if (stiff) tr_audit_works(s, 1.0);
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 

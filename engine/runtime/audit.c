@@ -69,73 +69,6 @@ static void tr_audit_friction(tr_sim *s) {
   }
 }
 
-/* One more point of the powers of the stiff method: the divided differences from it backwards. */
-static void tr_audit_point(tr_audit *a, double t, const double *power) {
-  double now[TR_POINTS][2] = {{power[0], power[1]}};
-  if (a->points < TR_POINTS) a->points++;
-  for (int k = 1; k < a->points; ++k) {
-    const double inverse = 1.0 / (t - a->then[k - 1]);
-    for (int j = 0; j < 2; ++j) now[k][j] = (now[k - 1][j] - a->difference[k - 1][j]) * inverse;
-  }
-  memcpy(a->difference, now, sizeof now);
-  memmove(a->then + 1, a->then, sizeof a->then - sizeof *a->then), a->then[0] = t;
-}
-
-/* Add the integral of the polynomial through all points over the last of their intervals; `doubt` grows by what its two highest terms say. */
-static void tr_audit_integrate(tr_audit *a) {
-  static const double node[3] = {-0.7745966692414834, 0.0, 0.7745966692414834}, weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
-  const double *t = a->then, middle = 0.5 * (t[0] + t[1]), half = 0.5 * (t[0] - t[1]);
-  double fine[2] = {0.0, 0.0};
-  for (int g = 0; g < 3; ++g) { /* Gauss: exact for the polynomial */
-    double x = middle + half * node[g], term = half * weight[g];
-    for (int k = 0; k < TR_POINTS; term *= x - t[k++])
-      for (int j = 0; j < 2; ++j) {
-        const double part = term * a->difference[k][j];
-        a->work[j] += part, fine[j] += k < TR_POINTS - 2 ? 0.0 : part;
-      }
-  }
-  a->doubt += fabs(fine[0]) + fabs(fine[1]);
-}
-
-/* Powers at θ of the step just made. 0 when they cannot be had. */
-static int tr_audit_powers(tr_sim *s, double theta, double *power) {
-  double *y = TR_A(s, yout);
-  if (!tr_have_dense(s)) return 0;
-  tr_dense_state(s, theta, y);
-  if (!tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, ytmp))) return 0;
-  memcpy(power, TR_A(s, ytmp) + s->ny + s->k->nquad, sizeof(double) * 2);
-  return 1;
-}
-
-/* Add the works of a step of the stiff method, which does not integrate them, up to θ of it: by the polynomial through the powers at the
- * ends of this step and at the begin of those before; after a break, and up to an event, by Simpson's rule on its dense output. */
-static void tr_audit_works(tr_sim *s, double theta) {
-  tr_audit *a = &s->audit;
-  const double t0 = s->step.t0, h = theta * s->step.size, *first = TR_A(s, K) + s->ny + s->k->nquad;
-  const double *last = first + tr_method_of(s)->end * tr_width(s);
-  double z[s->k->active + s->k->neta + 1], middle[2] = {0.0, 0.0}, end[2] = {last[0], last[1]};
-  const int none = first[0] == 0.0 && first[1] == 0.0 && end[0] == 0.0 && end[1] == 0.0, watch = s->step.watch;
-  if (none) { /* nothing takes or gives energy */
-    a->points = 0;
-    return;
-  }
-  if (a->points && a->then[0] != t0) a->points = 0; /* another method has made steps meanwhile */
-  if (a->points == 0) tr_audit_point(a, t0, first);
-  if (theta == 1.0) tr_audit_point(a, s->pending.t, last);
-  if (theta == 1.0 && a->points == TR_POINTS) {
-    tr_audit_integrate(a);
-    return;
-  }
-  memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = 0;
-  if (!tr_audit_powers(s, 0.5 * theta, middle) || (theta < 1.0 && !tr_audit_powers(s, theta, end))) a->known = 0;
-  memcpy(TR_A(s, z), z, sizeof(double) * (s->k->active + s->k->neta)), s->step.watch = watch;
-  for (int i = 0; i < 2; ++i) {
-    a->work[i] += h / 6.0 * (first[i] + 4.0 * middle[i] + end[i]);
-    a->doubt += fabs(h / 3.0 * (2.0 * middle[i] - first[i] - end[i])); /* by so much the trapezium differs */
-  }
-  if (theta < 1.0) a->points = 0;
-}
-
 /* Look at the step just made. */
 static void tr_audit_look(tr_sim *s) {
   tr_audit *a = &s->audit;
@@ -149,7 +82,7 @@ static void tr_audit_energies(tr_sim *s, const double *y, double *kinetic, doubl
   const tr_kernel *k = s->k;
   double out[2];
   k->energy(TR_A(s, x), y, TR_A(s, c) + k->c_energy, out);
-  *kinetic = out[0], *potential = out[1], *taken = s->audit.work[0], *given = s->audit.work[1];
+  *kinetic = out[0], *potential = out[1], *taken = *given = 0.0;
   for (int i = 0; i < k->nquad + k->naudit; ++i) *(i < k->ntaken ? taken : given) += y[s->ny + i];
 }
 
@@ -178,6 +111,7 @@ static void tr_audit_step(tr_sim *s, double t, const double *y) {
     if (a->size[i] > worst->size)
       *worst = (tr_worst){a->size[i], t, a->pair[i] < 0.0 ? 0.0 : 1.0 + tr_pair_of(s, (int)a->pair[i])->element};
   }
+  if (tr_method_of(s)->kind == TR_IMPLICIT && s->k->naudit) a->known = 0; /* it does not integrate these works */
   if (a->known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
 }
 
@@ -236,7 +170,7 @@ void tr_judge(const tr_sim *s, tr_judgement *out) {
   const double far = fmin(FAR_OFF * tolerance, AT_MOST), limit = fmax(far, s->k->active ? SINGULAR : 0.0);
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
   out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * far;
-  const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms - a->doubt;
+  const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
   out->turned = own + sqrt(own * s->set.energy); /* the tolerance is absolute in the scene's own unit: slow motion is less exact */
   out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
   for (int i = 0; i < TR_LAWS; ++i)

@@ -49,7 +49,6 @@ int tr_cut(tr_sim *s, double t) {
   double theta = (t - s->step.t0) / s->step.size;
   if (s->k->nsliders && !s->pending.noted) tr_note_reversals(s, theta);
   if (!tr_inside(s, t) || !tr_project(s, t, TR_A(s, yout))) return s->clock.status = TR_FAIL_CLOSURE;
-  if (s->k->naudit && tr_method_of(s)->kind == TR_IMPLICIT) s->audit.known = 0; /* its works are those of the whole step */
   s->step.h = s->pending.h * fmin(s->pending.grow, 1.0);
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   tr_shift(s, t, TR_A(s, yout));

@@ -132,7 +132,7 @@ TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h
     for (int q = 0; q < ny; ++q) a += J[ny + r + (size_t)q * ld] * ki[q];
     ki[ny + r] = a / shift;
   }
-  for (int r = 0; r < s->k->naudit; ++r) ki[ny + nquad + r] = 0.0; /* the audit has a way of its own (`tr_audit_works`) */
+  for (int r = 0; r < s->k->naudit; ++r) ki[ny + nquad + r] = 0.0; /* the audit knows (`tr_audit_step`) */
   return 1;
 }
 

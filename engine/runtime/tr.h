@@ -91,9 +91,6 @@ typedef struct tr_events {
   tr_last last;
 } tr_events;
 
-/* Powers by which the audit integrates the works of the stiff method. */
-enum { TR_POINTS = 6 };
-
 /* What certifies the run, and why it failed. */
 typedef struct tr_audit {
   double contraction, complement; /* largest so far */
@@ -102,10 +99,6 @@ typedef struct tr_audit {
   int fail_detail;     /* component or constraint row the failure is about; -1: none */
   double fail_number;  /* how independent the rows still were; -1: not the reason */
   double energy0;      /* energy.residual at the start, J */
-  double work[2];      /* taken and given in steps of the stiff method, J */
-  double doubt;        /* what these works may be off by, J */
-  int points;          /* how many powers of it are known without a break, at most TR_POINTS */
-  double then[TR_POINTS], difference[TR_POINTS][2]; /* when, s, the last one first; their divided differences from the last one backwards */
   int known;           /* the works of every step so far are integrated */
   double begin;        /* kinetic + potential energy − works at the start, J; moved where the energy changes with reason */
   double kinetic, potential, taken, given; /* energies and works at the last look, J */
