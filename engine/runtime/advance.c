@@ -186,7 +186,9 @@ static int tr_goes_on(tr_sim *s, int code) {
     if (s->moreau.failed_t == s->clock.t) return 0;
     s->moreau.failed_t = s->clock.t;
   }
-  if (!tr_decides_anew(s) && !tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_passes_fold(s) && !tr_through_jam(s)) return 0;
+  if (!tr_decides_anew(s) && !tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_searches_on(s, code) && !tr_passes_fold(s) &&
+      !tr_through_jam(s))
+    return 0;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;
 }

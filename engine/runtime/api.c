@@ -132,6 +132,11 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const int open = k->coupled || (k->active && s->loops.rank < k->active);
   if (k->neta && k->loop_friction && k->nkappa == 0 && open) return TR_NEED_REDUNDANT;
   int modes = tr_start_modes(s);
+  if (modes != TR_OK && k->neta) { /* once more, from all starts there are */
+    s->friction.anywhere = 1;
+    modes = tr_start_modes(s);
+    s->friction.anywhere = 0;
+  }
   if (modes != TR_OK && !tr_through_jam(s)) return s->clock.status = modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->clock.status = TR_FAIL_MULTIPLIERS;
   if (k->neta) tr_certify(s);

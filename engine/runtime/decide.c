@@ -6,7 +6,8 @@
 #include "modes.h"
 
 #define DECIDE_MAX 40      /* pairs turned from one start: a search that has not ended by then goes round in circles */
-#define ENUMERATE_MAX 6    /* pairs whose combinations (3 each) are all tried when the search fails */
+#define ENUMERATE_MAX 8    /* pairs whose combinations (3 each, 2 of several components) are all tried when the search fails, */
+#define ENUMERATE_WORK 100000 /* as long as they take no more iterations of Newton's method than this (a fifth of a second) */
 #define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
 #define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are all tried to say whether there is one answer */
 #define ANSWERS_LATER 2    /* and at every later decision, which has to be quick */
@@ -71,37 +72,49 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
   return 0;
 }
 
-/* All combinations of the pairs at rest. Returns how many satisfy everything and accelerate differently; the first of them is left in
- * force. */
-static int tr_enumerate(tr_sim *s, const int *rest, int n) {
-  int total = 1, found = 0, first = -1;
-  double known[s->k->neta + 1], guess[3 * n + 1];
-  for (int q = 0; q < n; ++q) total *= 3, memcpy(guess + 3 * q, tr_mode_of(s, rest[q])->direction, sizeof(double) * 3);
-  for (int pass = 0; pass < 2; ++pass)
-    for (int code = 0; code < total; ++code) {
-      if (pass == 1 && code != first) continue;
-      int ok = 1;
-      for (int q = 0, c = code; q < n; ++q, c /= 3) {
-        tr_mode *m = tr_mode_of(s, rest[q]);
-        m->flag = c % 3 ? TR_SLIPS : TR_STUCK;
-        if (tr_pair_of(s, rest[q])->nrates == 1) m->direction[0] = c % 3 == 2 ? -1.0 : 1.0;
-        else if (c % 3 == 2) ok = 0;
-        else memcpy(m->direction, guess + 3 * q, sizeof(double) * 3);
-      }
-      memset(TR_A(s, z) + s->k->active, 0, sizeof(double) * s->k->neta);
-      if (!ok || !tr_solve_onsets(s, rest, n)) continue;
-      for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
-      if (!ok || !tr_holds(s, rest, n)) continue;
-      if (pass == 1) return found;
-      double gap = 0.0;
-      for (int i = 0; i < s->k->neta; ++i) {
-        double acc = tr_freedom_acceleration(s, i);
-        if (found) gap = fmax(gap, fabs(acc - known[i]) * TR_A(s, arm)[i]);
-        else known[i] = acc;
-      }
-      if (found == 0) first = code;
-      if (found == 0 || gap > DIFFERENT * tr_speed_unit(s) * s->set.rate) ++found;
+/* Put the combination `code` of the pairs at rest in force: each sticks, or slips one way or the other; one of several components
+ * sticks, or slips the way that is found from its `guess`. */
+static void tr_put_combination(tr_sim *s, const int *rest, int n, int code, const double *guess) {
+  for (int q = 0; q < n; ++q) {
+    tr_mode *m = tr_mode_of(s, rest[q]);
+    int single = tr_pair_of(s, rest[q])->nrates == 1, ways = single ? 3 : 2, way = code % ways;
+    code /= ways;
+    m->flag = way ? TR_SLIPS : TR_STUCK;
+    if (single) m->direction[0] = way == 2 ? -1.0 : 1.0;
+    else memcpy(m->direction, guess + 3 * q, sizeof(double) * 3);
+  }
+}
+
+/* All combinations of the pairs at rest. Returns how many satisfy everything and accelerate differently, `most` at most; the first of
+ * them is left in force. */
+static int tr_enumerate(tr_sim *s, const int *rest, int n, int most) {
+  const tr_kernel *k = s->k;
+  int total = 1, found = 0;
+  const long work = s->stats.newton_iterations + ENUMERATE_WORK;
+  double *eta = TR_A(s, z) + k->active, known[k->neta + 1], first[k->neta + 1], guess[3 * n + 1];
+  tr_mode modes[k->nsliders + 1];
+  for (int q = 0; q < n; ++q) {
+    total *= tr_pair_of(s, rest[q])->nrates == 1 ? 3 : 2;
+    memcpy(guess + 3 * q, tr_mode_of(s, rest[q])->direction, sizeof(double) * 3);
+  }
+  for (int code = 0; code < total && found < most && s->stats.newton_iterations < work; ++code) {
+    tr_put_combination(s, rest, n, code, guess);
+    memset(eta, 0, sizeof(double) * k->neta);
+    int ok = tr_solve_onsets(s, rest, n);
+    for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
+    if (!ok || !tr_holds(s, rest, n)) continue;
+    double gap = 0.0;
+    for (int i = 0; i < k->neta; ++i) {
+      double acc = tr_freedom_acceleration(s, i);
+      if (found) gap = fmax(gap, fabs(acc - known[i]) * TR_A(s, arm)[i]);
+      else known[i] = acc;
     }
+    if (found == 0) tr_keep_modes(s, modes), memcpy(first, eta, sizeof first);
+    if (found == 0 || gap > DIFFERENT * tr_speed_unit(s) * s->set.rate) ++found;
+  }
+  if (!found) return 0;
+  tr_put_modes(s, modes), memcpy(eta, first, sizeof(double) * k->neta);
+  tr_solve_modes(s);
   return found;
 }
 
@@ -136,7 +149,7 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   memcpy(eta, old, sizeof(double) * s->k->neta);
   for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
   if (tr_settle_from(s, rest, n)) return 1;
-  return n <= ENUMERATE_MAX && tr_enumerate(s, rest, n) > 0;
+  return n <= ENUMERATE_MAX && tr_enumerate(s, rest, n, 1) > 0;
 }
 
 /* Note when other modes of these pairs, `most` of them at most, would have done as well: then the motion is not determined by the law. */
@@ -149,7 +162,7 @@ static void tr_note_answers(tr_sim *s, double t, const int *rest, int n, int mos
     if (tr_pair_of(s, rest[q])->nrates > 1) return;
   tr_keep_modes(s, modes);
   memcpy(z, TR_A(s, z), sizeof(double) * (k->active + k->neta));
-  if (tr_enumerate(s, rest, n) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
+  if (tr_enumerate(s, rest, n, 2) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
   tr_put_modes(s, modes);
   memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
   tr_note_modes(s);

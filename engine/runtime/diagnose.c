@@ -2,7 +2,6 @@
  * rest there is an answer) or is inconsistent (not even then). Numbers that certify an answer: contraction and count of roots. */
 #include "modes.h"
 
-#define NO_LOAD 1e-9       /* N or N m: least size of the starts from which roots are sought */
 #define SAME_ROOT 1e-7     /* of its friction: two roots that differ by less are one, found twice */
 #define SAME_AS_NONE 1e-14 /* of the reactions: the same for a root that is zero but for round-off */
 
@@ -98,7 +97,7 @@ static int tr_lets_spin(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
     tr_mode_of(s, i)->flag = TR_CONE;
-    if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->cone < 0.0) {
+    if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->cone < 0.0 && !tr_broken(s, y, 0, 0)) {
       s->step.have_k1 = s->step.have_jac = 0;
       s->step.h = s->set.hfixed;
       s->stats.events++;
@@ -209,12 +208,6 @@ void tr_certify_run(tr_sim *s, tr_certificate *out) {
   if (s->k->neta && tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
   *out = (tr_certificate){.contraction = s->audit.contraction, .complement = s->audit.complement, .open_time = s->audit.open_t,
                           .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
-}
-
-/* The next of a fixed sequence of numbers within ±1. */
-static double tr_next_number(unsigned *seed) {
-  *seed = *seed * 1664525u + 1013904223u;
-  return (double)(*seed >> 8) / 8388608.0 - 1.0;
 }
 
 /* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state

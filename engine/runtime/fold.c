@@ -7,40 +7,17 @@
 #define FOLD_STARTS 48   /* of Newton's iteration, within multiples of the friction that the forces without it would cause */
 #define FOLD_BRANCHES 4  /* pairs whose branches are tried in all combinations */
 
-/* Whether every pair is on the branch its mode says, at the solution in place: sliding faster than the law's kink or not, inside a ball's
- * cone or not. */
-static int tr_fits_branches(const tr_sim *s) {
-  for (int i = 0; i < s->k->nsliders; ++i) {
-    const tr_pair *pair = tr_pair_of(s, i);
-    const tr_sliding *v = tr_sliding_of(s, i);
-    int flag = tr_flag(tr_mode_of(s, i));
-    if (pair->kind == TR_KIND_KINK && (flag == TR_SATURATED) != (fabs(v->speed) > v->border)) return 0;
-    if (pair->kind == TR_KIND_SET && pair->cone && flag != TR_STUCK && (flag == TR_CONE) != (v->cone < 0.0)) return 0;
-  }
-  return 1;
-}
-
-/* A root of the complement equations in the modes in force at the state whose maps are in place, from many starts; η holds it. */
+/* A root of the complement equations in the modes in force at the state whose maps are in place, along the path on which friction grows
+ * from none, then from many starts; η holds it. */
 static int tr_root_anywhere(tr_sim *s) {
-  const tr_kernel *k = s->k;
-  int e = k->neta;
-  double *eta = TR_A(s, z) + k->active, size[e + 1];
+  double *eta = TR_A(s, z) + s->k->active, size[s->k->neta + 1];
   unsigned seed = 12345u;
   tr_ready_equations(s);
-  memset(eta, 0, sizeof(double) * e);
-  tr_law(s, eta);
-  for (int i = 0; i < k->nsliders; ++i) {
-    const tr_pair *pair = tr_pair_of(s, i);
-    double most = NO_LOAD;
-    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) most = fmax(most, fabs(TR_A(s, law)[j]));
-    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) size[j] = most;
-  }
+  tr_start_sizes(s, size);
+  if (tr_newton_by_parts(s, eta) && tr_is_root(s, size, eta)) return 1;
   for (int start = 0; start < FOLD_STARTS; ++start) {
-    double reach = start ? pow(3.0, start % 4 - 1.0) : 0.0;
-    for (int i = 0; i < e; ++i) eta[i] = reach * size[i] * tr_next_number(&seed);
-    if (!tr_newton(s, eta)) continue;
-    tr_law(s, eta);
-    if (tr_fits_branches(s)) return 1;
+    tr_chance(s, size, start, &seed, eta);
+    if (tr_newton(s, eta) && tr_is_root(s, size, eta)) return 1;
   }
   return 0;
 }
@@ -95,7 +72,7 @@ static int tr_passes_fold(tr_sim *s) {
   for (int i = 0; i < n; ++i) y[i] += h * TR_A(s, K)[i];
   if (tr_project(s, s->clock.t + h, y)) {
     s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-    if (tr_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && tr_fits_branches(s)) {
+    if (tr_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && !tr_broken(s, y, 0, 0)) {
       int pair = tr_most_changed(s, was + k->active, TR_A(s, z) + k->active), first = tr_pair_of(s, pair)->contact0;
       contacts = contacts && tr_all_contacts(s, y, after);
       tr_log(s, s->clock.t, TR_EV_FOLD, pair, before + first, after + first, contacts ? tr_pair_of(s, pair)->ncontacts : 0);

@@ -87,6 +87,8 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
 
 /* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
  * convergence has made the next one negligible (the Jacobian is exact). */
+static void tr_ease(const tr_sim *s, const double *eta, double *r, double *J);
+
 static int tr_newton(tr_sim *s, double *eta) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -97,6 +99,7 @@ static int tr_newton(tr_sim *s, double *eta) {
     const double *law = TR_A(s, law);
     double size = 0.0, step = 0.0;
     for (int i = 0; i < e; ++i) r[i] = law[i] - eta[i];
+    if (s->friction.eased > 0.0) tr_ease(s, eta, r, J);
     if (s->friction.still) tr_still_rows(s, eta, r, J);
     if (e == 1) {
       if (!(fabs(J[0]) > SINGULAR)) return 0;
@@ -122,6 +125,7 @@ static int tr_newton(tr_sim *s, double *eta) {
 }
 
 #include "tilt.c"
+#include "starts.c"
 
 static void tr_note_modes(tr_sim *s);
 
@@ -164,7 +168,7 @@ static int tr_multipliers(tr_sim *s) {
   memcpy(warm, eta, sizeof warm);
   if (!tr_newton(s, eta)) {
     memset(eta, 0, sizeof(double) * e);
-    if (!tr_newton(s, eta) && !tr_newton_by_tilt(s, warm)) {
+    if (!tr_newton(s, eta) && !tr_newton_by_tilt(s, warm) && !(s->friction.anywhere && tr_newton_anywhere(s, eta))) {
       memset(eta, 0, sizeof(double) * e);
       return 0;
     }

@@ -31,7 +31,7 @@ static int tr_start_modes(tr_sim *s) {
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = TR_STOP_OPEN;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
-  s->friction = (tr_friction){.pace = s->friction.pace, .capture = -1, .missed = -1, .freed = -1};
+  s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .capture = -1, .missed = -1, .freed = -1};
   s->step.aside = 0;
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode_of(s, i), 0, sizeof(tr_mode)), tr_zone_of(s, i)->inside = 0;
@@ -53,7 +53,8 @@ static int tr_start_modes(tr_sim *s) {
     if (tr_pair_of(s, i)->kind == TR_KIND_KINK && fabs(now[i].speed) < now[i].border) m->flag = TR_PROPORTIONAL;
     if (tr_pair_of(s, i)->kind == TR_KIND_SET && now[i].cone < 0.0) m->flag = TR_CONE;
   }
-  return tr_rhs(s, s->clock.t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+  if (!tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  return s->friction.anywhere && tr_broken(s, y, 0, 0) ? TR_FAIL_MULTIPLIERS : TR_OK;
 }
 
 /* Where an answer was refused and no shorter step has another: the modes are chosen again from the state in place, as at a start. 1 when
@@ -80,5 +81,28 @@ static int tr_decides_anew(tr_sim *s) {
   }
   s->step.have_k1 = s->step.have_jac = 0;
   s->step.h = s->set.hfixed;
+  return 1;
+}
+
+/* A decision at the block's state has failed: once more, with friction sought from all starts there are. 1 when it then succeeds. */
+static int tr_searches_on(tr_sim *s, int code) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y), old[tr_width(s)];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->sets || s->friction.searched == s->clock.t || (code != TR_FAIL_MODES && s->step.have_k1)) return 0;
+  s->friction.searched = s->clock.t, s->step.watch = 0;
+  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  tr_set_time(s, s->clock.t);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  s->friction.anywhere = 1;
+  int found = tr_settle(s, s->clock.t, y, -1) == TR_OK;
+  s->friction.anywhere = 0;
+  if (!found) {
+    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
+    return 0;
+  }
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
+  s->stats.events++;
   return 1;
 }

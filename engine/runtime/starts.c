@@ -6,6 +6,7 @@
 #define PART_GROWS 1.5   /* a step that succeeds makes the next longer, one that fails shorter by half, */
 #define PART_LEAST 1e-3  /* down to this */
 #define CHANCES 24       /* starts by chance, within multiples of the friction that the forces without it would cause */
+#define FAR 1e6          /* times that friction: Newton's iteration has run away along a direction in which friction makes just itself */
 #define NO_LOAD 1e-9     /* N or N m: least size of these */
 
 /* The next of a fixed sequence of numbers within ±1. */
@@ -41,6 +42,19 @@ static int tr_newton_by_parts(tr_sim *s, double *eta) {
   return ok;
 }
 
+/* Whether every pair is on the branch its mode says, at the solution in place: sliding faster than the law's kink or not, inside a ball's
+ * cone or not. */
+static int tr_fits_branches(const tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    const tr_sliding *v = tr_sliding_of(s, i);
+    int flag = tr_flag(tr_mode_of(s, i));
+    if (pair->kind == TR_KIND_KINK && (flag == TR_SATURATED) != (fabs(v->speed) > v->border)) return 0;
+    if (pair->kind == TR_KIND_SET && pair->cone && flag != TR_STUCK && (flag == TR_CONE) != (v->cone < 0.0)) return 0;
+  }
+  return 1;
+}
+
 /* How large the friction of each pair would be in the forces without it: sizes of starts (neta). After tr_eliminate. */
 static void tr_start_sizes(tr_sim *s, double *size) {
   const tr_kernel *k = s->k;
@@ -61,15 +75,23 @@ static void tr_chance(const tr_sim *s, const double *size, int which, unsigned *
   for (int i = 0; i < s->k->neta; ++i) eta[i] = reach * size[i] * tr_next_number(seed);
 }
 
-/* η from any of these. */
+/* Whether what Newton's iteration has come to is a root: of a size that can be, and on the branches that the modes say. */
+static int tr_is_root(tr_sim *s, const double *size, const double *eta) {
+  double most = 0.0, load = 0.0;
+  for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(eta[i])), load = fmax(load, size[i]);
+  tr_law(s, eta);
+  return most <= FAR * load && tr_fits_branches(s);
+}
+
+/* η from any of these, where it is on the branches that the modes say. */
 static int tr_newton_anywhere(tr_sim *s, double *eta) {
   double size[s->k->neta];
   unsigned seed = 12345u;
-  if (tr_newton_by_parts(s, eta)) return 1;
   tr_start_sizes(s, size);
-  for (int start = 1; start <= CHANCES; ++start) {
-    tr_chance(s, size, start, &seed, eta);
-    if (tr_newton(s, eta)) return 1;
+  for (int start = 0; start <= CHANCES; ++start) { /* the first is the path */
+    if (start) tr_chance(s, size, start, &seed, eta);
+    if (!(start ? tr_newton(s, eta) : tr_newton_by_parts(s, eta))) continue;
+    if (tr_is_root(s, size, eta)) return 1;
   }
   return 0;
 }

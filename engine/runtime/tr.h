@@ -63,6 +63,9 @@ typedef struct tr_loops {
 typedef struct tr_friction {
   int still;           /* pairs held at rest */
   int shares;          /* whether some of them share their load as a group */
+  int anywhere;        /* friction is sought from all starts there are: else the run would end */
+  double eased;        /* part of friction that is left out for the moment (``starts.c``) */
+  double searched;     /* time at which all has been tried, s */
   double pace;         /* frequency of the fastest load that comes and goes, Hz */
   int freed;           /* pair whose friction is left out for the moment (``tr_stumbling_pair``); -1: none */
   int missed;          /* pair that has turned too fast for a step; -1: none */

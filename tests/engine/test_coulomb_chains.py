@@ -43,8 +43,6 @@ COLUMNS = ("energy.*", "*.friction.work", "*.q[1]", "*.qd[1]", "*.qdd[1]")
 INSTANT = 1e-6
 """Seconds beyond the end at which answers are sought. A run ends so close (1e-12 s) to where two answers meet and vanish that both
 are still there at its end."""
-UNFOUND = (1144, 1215)
-"""Seeds for which there is one answer, but Newton's method finds it neither from zero nor from the last; they end as jammed."""
 
 
 def has_no_answer(scene: sm.Scene, until: float) -> None:
@@ -66,10 +64,10 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
     assert answers(scene, q, qd) == []
 
 
-@pytest.mark.parametrize("seed", [1060, 1122, 1166])
+@pytest.mark.parametrize("seed", [1060, 1122, 1144, 1166, 1215])
 def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
-    """The first two end at the start, the third on its way."""
-    has_no_answer(chain(seed), 2.0)
+    """The first two end at the start, the others on their way, the last where a joint has just come to rest."""
+    has_no_answer(chain(seed), 3.0)
 
 
 def test_a_chain_that_goes_on_has_an_answer() -> None:
@@ -111,11 +109,4 @@ def test_random_chains_with_balls_end_too(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(20))
 def test_many_random_chains_have_tens_of_thousands_of_events_and_no_failure(block: int) -> None:
-    assert sum(checked(seed, 20.0) for seed in range(1000 + 20 * block, 1020 + 20 * block) if seed not in UNFOUND) > 500
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="called jammed although there is an answer")
-@pytest.mark.parametrize("seed", UNFOUND)
-def test_an_answer_that_newton_does_not_find_is_found(seed: int) -> None:
-    checked(seed, 20.0)
+    assert sum(checked(seed, 20.0) for seed in range(1000 + 20 * block, 1020 + 20 * block)) > 500
