@@ -111,7 +111,6 @@ static void tr_audit_step(tr_sim *s, double t, const double *y) {
     if (a->size[i] > worst->size)
       *worst = (tr_worst){a->size[i], t, a->pair[i] < 0.0 ? 0.0 : 1.0 + tr_pair_of(s, (int)a->pair[i])->element};
   }
-  if (tr_method_of(s)->kind == TR_IMPLICIT && s->k->naudit) a->known = 0; /* it does not integrate these works */
   if (a->known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
 }
 
