@@ -92,6 +92,7 @@ static void tr_ease(const tr_sim *s, const double *eta, double *r, double *J);
 static int tr_newton(tr_sim *s, double *eta) {
   const tr_kernel *k = s->k;
   int e = k->neta;
+  const double *arm = TR_A(s, arm);
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     tr_law(s, eta);
@@ -109,9 +110,10 @@ static int tr_newton(tr_sim *s, double *eta) {
       tr_lu_solve(e, J, (int *)TR_A(s, perm) + k->active, r);
     }
     for (int i = 0; i < e; ++i) {
+      const double lever = arm[i] > 0.0 ? arm[i] : 1.0; /* forces at the surface: a torque is small in a small mechanism */
       eta[i] += r[i];
-      step = fmax(step, fabs(r[i]));
-      size = fmax(size, fabs(eta[i]));
+      step = fmax(step, fabs(r[i]) / lever);
+      size = fmax(size, fabs(eta[i]) / lever);
     }
     s->stats.newton_iterations++;
     if (!(step < INFINITY)) return 0;
