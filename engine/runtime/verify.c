@@ -6,7 +6,7 @@
 /* By how much a law may be broken. Equations are measured against the sum of the sizes of what cancels in them: round-off of a solution
  * is 1e-14 of it, but near a singular position of a loop a pivot p is given up, which leaves its root, at most 3e-5 (``loops.c``). */
 #define LOOP_OPENS 1e-4
-#define FAINT_OPENING 3e-5 /* of length · rate² (rate²): what a pivot that is given up leaves where its row holds nothing to be measured by */
+#define FAINT_OPENING 1e-7 /* of length · rate² (rate²): a row of nothing else has no size of its own to be measured by */
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* of what a law's answer is made of: near a ball's cone half of the digits are left */
 #define CONE_BROKEN 1e-7   /* of the friction ratio; pairs are let go at 1e-10 */
@@ -38,8 +38,19 @@ static inline void tr_sum_up(int m, int n, const double *A, const double *x, dou
     }
 }
 
+/* out = first, and in size what it is made of. */
 static inline void tr_begin_sum(int m, const double *first, double *out, double *size) {
   for (int i = 0; i < m; ++i) out[i] = first[i], size[i] = fabs(first[i]);
+}
+
+/* Whether row i of the loops has just been given up, because the mechanism passes a singular position: the one thing asked of the code
+ * that found the answer. No λ carries such a row there, and for a moment it is off by more than any bound of its own size. */
+static int tr_given_up(const tr_sim *s, int i) {
+  const int *perm = (const int *)TR_A(s, perm);
+  if (s->loops.rank_now >= s->loops.rank) return 0;
+  for (int q = s->loops.rank_now; q < s->k->active; ++q)
+    if (perm[q] == i) return 1;
+  return 0;
 }
 
 /* The loops' equations S λ + Se η + g0 = 0. */
@@ -51,7 +62,9 @@ static int tr_loops_open(const tr_sim *s, const double *maps, const double *z) {
   tr_sum_up(a, a, maps, z, r, size);
   tr_sum_up(a, k->neta, map_Se(k, maps), z + a, r, size);
   for (int i = 0; i < a; ++i)
-    if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + FAINT_OPENING * tr_row_unit(s, k->active_rows[i]) * s->set.rate * s->set.rate)) return TR_BREAKS_LOOP;
+    if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + FAINT_OPENING * tr_row_unit(s, k->active_rows[i]) * s->set.rate * s->set.rate) &&
+        !tr_given_up(s, i))
+      return TR_BREAKS_LOOP;
   return 0;
 }
 
