@@ -14,8 +14,15 @@ BLOCK = 50
 """Seeds of a block: in each, one may end differently at some setting (98 of 100 end alike)."""
 
 
-OPEN = {("loop", 27, ("auto", 1e-4))}
-"""Known to be wrong: the row of the instant at which a ball comes to its cone shows friction 6e-5 beyond it."""
+OPEN = {
+    ("loop", 3, ("auto", 1e-6)),
+    ("loop", 3, ("rk8", 1e-8)),
+    ("loop", 6, ("auto", 1e-4)),
+    ("loop", 15, ("rk5", 1e-5)),
+    ("loop", 27, ("auto", 1e-4)),
+}
+"""Known to be wrong: the row of the instant at which a ball comes to its cone shows friction up to 6e-5 beyond it. Loop 3 by rk8 is
+called jammed where its root folds away, though another is left that the other settings find."""
 
 
 def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], bool]:
