@@ -193,7 +193,7 @@ class Law(ABC):
         else:
             moved = self.moving(v, arms)
             speed = ca.sqrt(sum(x * x for x in moved) + TINY)
-            sliding = [level * self.sign(v, arms) * x / speed for x in moved]
+            sliding = [level * self.sign(moved, arms) * x / speed for x in moved]
         if self.drag is not None:
             sliding = [None if k is None else k + self.drag * x for k, x in zip(sliding, v, strict=True)]
         return [self.choose(s, p) for s, p in zip(sliding, proportional, strict=True)]

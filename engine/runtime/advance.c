@@ -38,7 +38,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     if (!tr_slides(s, i) || tr_pair_of(s, i)->nrates == 1) continue;
     s->step.margin = NAN;
     if (!tr_is_set(s, i)) tr_freeze(s, i);
-    else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i))) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
+    else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i)) && !tr_stays_on_line(s, i)) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_onset_step(s, TR_A(s, K) + k->nq), tr_held_step(s)));
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));

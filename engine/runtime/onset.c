@@ -10,6 +10,9 @@
 #include "modes.h"
 
 #define TR_FROZEN 1e126 /* length of a frozen direction: outweighs any velocity by more than a double's digits (its share there is 1e-120) */
+#define ON_LINE 1e140     /* length of the direction of a pair that moves along a line, which stays frozen while it does */
+#define LINE_LEAST 1e134  /* what is longer is such a direction, whatever unit vector and levers it was made of */
+#define LINE_WIDTH 1e-9   /* of the speed: what is across the line and is round-off, or as good as that */
 #define STILL_FROZEN 1e-6 /* of that length: a direction is frozen when it is so long, whatever unit vector and levers it was made of */
 #define FAINT 1e-7     /* of length · rate², and */
 #define FAINT_RATIO 1e-5 /* of what friction itself accelerates: less has no direction; friction keeps the one it had while holding */
@@ -36,10 +39,33 @@ static double tr_unit(int n, double *v) {
   return len;
 }
 
+/* Length of the direction that is frozen for pair i, by its largest component. */
+static double tr_frozen_length(const tr_sim *s, int i) {
+  const double *d = tr_mode_of(s, i)->direction;
+  return tr_is_set(s, i) && tr_slides(s, i) ? fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2]))) : 0.0;
+}
+
 /* Whether the pair is in its first step from rest. */
 static int tr_starts_sliding(const tr_sim *s, int i) {
-  const double *d = tr_mode_of(s, i)->direction;
-  return tr_is_set(s, i) && tr_slides(s, i) && fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2]))) > STILL_FROZEN * TR_FROZEN;
+  double length = tr_frozen_length(s, i);
+  return length > STILL_FROZEN * TR_FROZEN && length < LINE_LEAST;
+}
+
+/* Whether pair i, which began to slide along a line, is still on it. Across the line friction is so stiff at low speed that explicit
+ * methods blow round-off up from stage to stage; with the direction frozen there is nothing across it. */
+static int tr_stays_on_line(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  double rate[3], v[3], d[3], along = 0.0, speed = 0.0, across = 0.0;
+  if (!(tr_frozen_length(s, i) > LINE_LEAST)) return 0;
+  tr_rates_of_state(s, i, rate);
+  for (int j = 0; j < pair->nrates; ++j) {
+    double arm = TR_A(s, arm)[pair->eta0 + j];
+    v[j] = rate[j] * arm, d[j] = tr_mode_of(s, i)->direction[j] * arm / ON_LINE;
+  }
+  tr_unit(pair->nrates, d);
+  for (int j = 0; j < pair->nrates; ++j) along += v[j] * d[j], speed += v[j] * v[j];
+  for (int j = 0; j < pair->nrates; ++j) across += (v[j] - along * d[j]) * (v[j] - along * d[j]);
+  return across <= LINE_WIDTH * LINE_WIDTH * speed && along >= 0.0;
 }
 
 /* Surface acceleration of pair i too small to have a direction, at the solution in place. */
@@ -202,7 +228,8 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
 static int tr_onset(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;
-  double d[3], other[3], guess[3], huge = tr_starts_sliding(s, i) ? TR_FROZEN : 1.0;
+  double d[3], other[3], guess[3], length = tr_frozen_length(s, i);
+  double huge = length > LINE_LEAST ? ON_LINE : length > STILL_FROZEN * TR_FROZEN ? TR_FROZEN : 1.0;
   for (int j = 0; j < n; ++j) guess[j] = tr_mode_of(s, i)->direction[j] * TR_A(s, arm)[pair->eta0 + j] / huge;
   int guessed = tr_unit(n, guess) > 0.0;
   for (int q = guessed ? -2 : 0; q < 26; ++q) {
@@ -221,7 +248,7 @@ static int tr_onset(tr_sim *s, int i) {
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
     if (kind == TR_ONSET_FAINT) return 1;
     if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* it goes on along a line: nothing turns */
-      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] /= TR_FROZEN;
+      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / TR_FROZEN;
       return 1;
     }
     if (kind == TR_ONSET_ATTRACTS) return 1;
