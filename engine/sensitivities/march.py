@@ -18,6 +18,7 @@ from engine.sensitivities.start import Start
 from engine.sensitivities.unit import Unit
 from engine.simulation.block import Block
 from engine.system.external import INSIDE
+from engine.system.structure import System
 
 A = [np.array(row, float) for row in RK8.A]
 B = np.array(RK8.B, float)
@@ -53,6 +54,7 @@ class March:
         self.notes: list[str] = []
         self.speeds = np.zeros(unit.n["rates"])
         self.rate = block.numbers.rate
+        self.turning = _turning(unit.system)
 
     def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(f, df, dz) at a state: the unit's values, and the derivatives by the parameters of these and of the multipliers."""
@@ -67,23 +69,17 @@ class March:
         still at this very instant, at the end or onset of sliding: there the direction of friction has a limit, but no
         derivative. Velocities across that direction die out as the speed goes to zero (friction turns against them), and so do
         their derivatives."""
-        y, system = np.array(y), self.unit.system
-        for j in system.frictional:
-            assert j.friction is not None
-            if j.cut or len(j.free) != j.kind.nv or not LAWS[j.friction.law].sets:
-                continue
-            first = min(e for s in j.friction.sliders for e in s.eta)
-            for s in j.friction.sliders:
-                places = [system.nq + j.v0 + e - first for e in s.eta]
-                mode = self.at.mode_in(x, s.flag)
-                d = mode.direction[: len(places)]
-                size = np.linalg.norm(d)
-                slides = mode.flag != PairState.STUCK and size > 0
-                if len(places) > 1 and slides and np.linalg.norm(y[places]) < HAIR * self.rate:
-                    d = d / size
-                    y[places] = HAIR * self.rate * d
-                    S = S.copy()
-                    S[places] = np.outer(d, d @ S[places])
+        y = np.array(y)
+        for flag, places in self.turning:
+            mode = self.at.mode_in(x, flag)
+            d = mode.direction[: len(places)]
+            size = np.linalg.norm(d)
+            slides = mode.flag != PairState.STUCK and size > 0
+            if slides and np.linalg.norm(y[places]) < HAIR * self.rate:
+                d = d / size
+                y[places] = HAIR * self.rate * d
+                S = S.copy()
+                S[places] = np.outer(d, d @ S[places])
         return y, S
 
     def step(self, leg: Leg) -> None:
@@ -164,6 +160,18 @@ class March:
             at += j.kind.nv
         usable = [c for c in found if c[3] != 0.0]
         return min(usable, key=lambda c: c[0])[1:] if usable else None
+
+
+def _turning(system: System) -> list[tuple[int, list[int]]]:
+    """The pairs of several components whose friction has a direction to freeze: the number of each, and where its rates are in the
+    state."""
+    found = []
+    for j in system.frictional:
+        assert j.friction is not None
+        if not j.cut and len(j.free) == j.kind.nv and LAWS[j.friction.law].sets:
+            first = min(e for s in j.friction.sliders for e in s.eta)
+            found += [(s.flag, [system.nq + j.v0 + e - first for e in s.eta]) for s in j.friction.sliders if len(s.eta) > 1]
+    return found
 
 
 def marched(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from engine.system.external import NOW
 NEWTON = 20
 RANK = 1e-9
 """Singular values below this part of the largest (rows and columns scaled) belong to redundant constraints."""
+FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_point": 8, "so_along": 9}
+"""The unit's functions, which take arrays alone, and how many."""
 
 
 class Unit:
@@ -32,6 +35,8 @@ class Unit:
         kernel = model.kernel
         folder, _ = cache.entry(f"sensitivity-{kernel.key}", lambda f: _build(f, model, chosen))
         self.lib = ctypes.CDLL(str(folder / f"sensitivity{compiler.library_suffix()}"))
+        for name, arguments in FUNCTIONS.items():
+            getattr(self.lib, name).argtypes = [ctypes.c_void_p] * arguments
         self.n = json.loads((folder / "sizes.json").read_text())
         self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
         self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
@@ -41,6 +46,9 @@ class Unit:
         self.wo = np.zeros(self.n["o_point"] + 1)
         self.nz = self.na + self.ne
         self.width = self.ny + self.nz + self.np + 1
+        self._by_each = np.zeros((self.nz, self.width))  # the directions along which the multipliers change one by one
+        self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
+        self._places = tuple(map(_at, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
 
     def prepare(self, p: np.ndarray) -> None:
@@ -51,17 +59,17 @@ class Unit:
 
     def point(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """All values f at (x, y, z). Later derivatives are taken at this point, until the next call."""
-        self._now = tuple(map(_at, (x, y, self.c, z)))
+        c, w, f = self._places
+        self._now = (_at(x), _at(y), c, _at(z), w)
         self._keep = (x, y, z)
-        self.lib.s_point(*self._now, _at(self.w), _at(self.f))
+        self.lib.s_point(*self._now, f)
         return self.f[: self.n["values"]]
 
     def along(self, seeds: np.ndarray) -> np.ndarray:
         """Derivatives of f along the rows of ``seeds`` (k × [y | z | p | t]): a matrix of values × k."""
         out = np.empty((len(seeds), self.n["values"] + 1))
-        w = _at(self.w)
-        for s, o in zip(seeds, out, strict=True):
-            self.lib.s_along(*self._now, w, _at(s), _at(o))
+        for s, o in zip(_rows(seeds), _rows(out), strict=True):
+            self.lib.s_along(*self._now, s, o)
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -73,29 +81,29 @@ class Unit:
             f = self.point(x, y, z)
             self.Rz = self._by_z()
             step = self._solve(self.Rz[a : a + self.nz], f[a : a + self.nz])
-            size = max(np.abs(z).max(), np.abs(step).max(), 1e-300)
+            most = np.abs(step).max()
+            size = max(np.abs(z).max(), most, 1e-300)
             z = z - step
-            if np.abs(step).max() <= 1e-13 * size or np.abs(step).max() < 1e-200:
+            if most <= 1e-13 * size or most < 1e-200:
                 break
         else:
-            if not np.abs(step).max() <= 1e-9 * size:
+            if not most <= 1e-9 * size:
                 raise SimulationError(f"no multipliers at t = {x[NOW]:.6g} s: no derivative")
         f = self.point(x, y, z).copy()
         self.Rz = self._by_z()
         return f, z
 
     def _by_z(self) -> np.ndarray:
-        seeds = np.zeros((self.nz, self.width))
-        seeds[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
-        return self.along(seeds)
+        return self.along(self._by_each)
 
     def _solve(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
         """A⁺ b with scaled rows: the solution of least norm where constraints are redundant."""
+        if len(A) == 1:
+            size = abs(float(A[0, 0])) or 1.0
+            return b / size / (float(A[0, 0]) / size)
         scale = np.abs(A).max(axis=1)
         scale[scale == 0] = 1.0
         A, b = A / scale[:, None], (b.T / scale).T
-        if len(A) == 1:
-            return b / A[0, 0]
         columns = np.linalg.norm(A, axis=0)
         columns[columns == 0] = 1.0
         try:
@@ -137,13 +145,20 @@ class Unit:
         value, out = np.zeros(len(self.chosen) + 1), np.zeros((m, len(self.chosen) + 1))
         self.lib.so_point(*at, _at(self.wo), _at(value))
         seeds_ = np.vstack([S, lam, dF[v], dp, np.zeros((1, m))]).T.copy()
-        for s, o in zip(seeds_, out, strict=True):
-            self.lib.so_along(*at, _at(self.wo), _at(s), _at(o))
+        for s, o in zip(_rows(seeds_), _rows(out), strict=True):
+            self.lib.so_along(*at, _at(self.wo), s, o)
         return value[:-1], out[:, :-1].T
 
 
-def _at(a: np.ndarray) -> ctypes.c_void_p:
-    return ctypes.c_void_p(a.ctypes.data)
+def _at(a: np.ndarray) -> int:
+    """Address of an array (contiguous, writable). A march asks for millions: ``a.ctypes`` would take half of its time."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0
+
+
+def _rows(a: np.ndarray) -> list[int]:
+    """Addresses of the rows of a matrix."""
+    first, stride = _at(a), a.strides[0]
+    return [first + k * stride for k in range(len(a))]
 
 
 def _build(folder: Path, model: Model, chosen: list[Column]) -> None:

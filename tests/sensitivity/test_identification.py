@@ -55,8 +55,8 @@ MU, DRAG = "joints.pivot.friction.mu", "joints.pivot.damping"
 
 
 def measured(mu: float, drag: float = 0.02) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Two seconds of the arm's angle, without noise."""
-    r = engine.simulate("friction_identification", 2.0, 0.02, rtol=1e-10, overrides={MU: mu, DRAG: drag}, outputs=["pivot.q[1]"])
+    """A second of the arm's angle, without noise."""
+    r = engine.simulate("friction_identification", 1.0, 0.02, rtol=1e-10, overrides={MU: mu, DRAG: drag}, outputs=["pivot.q[1]"])
     return r.time, {"pivot.q[1]": r["pivot.q[1]"]}
 
 
