@@ -16,7 +16,7 @@ from engine.kernel.columns import columns
 from engine.scene import load_scene
 from engine.system.build import build
 from tests.service.conftest import missing
-from tests.service.serving import MU, ROOT, Served, eventually
+from tests.service.serving import MU, ROOT, SMALL, Served, eventually
 
 PICTURES = os.environ.get("TRUNNION_PICTURES", "")
 """A folder to leave screenshots in, to be looked at."""
@@ -145,7 +145,13 @@ def test_mistakes_are_shown_as_they_are_typed_and_can_be_gone_to(page: Any) -> N
     assert "first:last:count" in page.inner_text("#jobverdict")
 
 
-def test_everything_can_be_done_from_the_keyboard(page: Any) -> None:
+@pytest.fixture(scope="module")
+def earlier(served: Served) -> str:
+    """A job that is in the list before the page is loaded."""
+    return served.submit(SMALL)
+
+
+def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> None:
     reached = set()
     page.evaluate("document.activeElement.blur()")
     for _ in range(45):
