@@ -23,8 +23,9 @@ HOST = Path(__file__).with_name("host.c")
 
 
 def built(target: str, out: Path) -> Path:
-    """The path of the C host, compiled for a target; for Windows from the system's own libraries, as FMUs are."""
-    sources, link = [HOST], ["-lc", "-ldl"]
+    """The path of the C host, compiled for a target, from the system's own libraries, as FMUs are: the compiler would build its own
+    runtime first, for half a minute of processor time."""
+    sources, link = [HOST], ["-nostdlib", "-lc", "-ldl"]
     if "windows" in target:
         sources = [HOST, NATIVE / "windows.c"]
         more = (f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("runtime", "convert", "time"))

@@ -11,7 +11,7 @@ from engine.basics.problems import SceneError
 
 from .making import edited
 
-FEW, MANY = 200, 800
+FEW, MANY = 110, 440
 """Sizes compared: above the number of problems that are told, so that telling them costs the same in both."""
 LINEAR = 4.5
 """Four times as much may take four times the work, and an eighth of that for logarithms and growing tables."""

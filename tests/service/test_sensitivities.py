@@ -138,7 +138,7 @@ def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> N
     answers: list[httpx.Response] = []
 
     def ask() -> None:
-        with httpx.Client(base_url=served.client.base_url, timeout=8) as c, suppress(httpx.TimeoutException):
+        with httpx.Client(base_url=served.client.base_url, timeout=5) as c, suppress(httpx.TimeoutException):
             answers.append(c.post("/v1/sensitivities", json=LONG))
 
     threads = [threading.Thread(target=ask) for _ in range(50)]
