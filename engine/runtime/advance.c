@@ -128,6 +128,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   tr_waiting *wait = &s->pending;
   s->stats.steps++;
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
+  wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = trial->h, wait->cut = trial->last;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);

@@ -116,16 +116,18 @@ static void tr_finish_impulses(tr_sim *s) {
 /* Complete a step that ends where a pair with a set-valued law changes its mode. */
 static int tr_finish_set(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
+  const int which = s->pending.which;
+  double before[tr_width(s)];
   tr_mode modes[s->k->nsliders];
   s->friction.capture = s->friction.missed = -1;
   tr_dense_state(s, s->pending.theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
-  if (tr_needs_sharpening(s, s->pending.which)) tr_sharpen(s, s->pending.which, &te, ye);
-  tr_keep_modes(s, modes);
-  int code = tr_settle(s, te, ye, s->pending.which);
-  if (code != TR_OK) { /* this is where it ends, or goes on by an impact */
+  if (tr_needs_sharpening(s, which)) tr_sharpen(s, which, &te, ye);
+  tr_keep_modes(s, modes), memcpy(before, ye, sizeof before);
+  int code = !s->pending.captured && tr_moving_ball(s, which) ? tr_meets_cone(s, te, ye, which) : tr_settle(s, te, ye, which);
+  if (code != TR_OK) { /* this is where it ends, or goes on by an impact: as it was before anything was brought to rest */
     tr_put_modes(s, modes);
-    tr_shift(s, te, ye);
+    tr_shift(s, te, before);
     return code;
   }
   s->stats.events++;

@@ -75,9 +75,14 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
   }
 }
 
+/* Whether pair i is a ball in motion. */
+static int tr_moving_ball(const tr_sim *s, int i) {
+  return tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s);
+}
+
 /* Whether the event of pair i, just evaluated, is that of a ball that moves and comes to its cone: not one whose sliding ends. */
 static int tr_at_cone(const tr_sim *s, int i) {
-  if (!tr_pair_of(s, i)->cone || tr_is_stuck(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) return 0;
+  if (!tr_moving_ball(s, i)) return 0;
   return tr_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
 }
 
@@ -89,13 +94,26 @@ static void tr_change_branch(tr_sim *s, int i) {
   if (tr_flag(m) == TR_SLIPS) tr_tilt_of(s, TR_A(s, z) + s->k->active, i), tr_forget_tilts(s);
 }
 
+/* The event of ball i in motion, located inside a step and evaluated at (t, y): never the end of its motion. It has come to its cone and
+ * changes its branch; or its sliding turns back before the cone does, and what was found there is the other branch: then it goes over to
+ * that, if that is there at y, and slides on otherwise. */
+static int tr_meets_cone(tr_sim *s, double t, const double *y, int i) {
+  const int turns_back = tr_flag(tr_mode_of(s, i)) != TR_CONE && tr_sliding_of(s, i)->cone > CONE_NEAR;
+  s->step.margin_end = NAN;
+  tr_change_branch(s, i);
+  if (tr_rhs(s, t, y, TR_A(s, dy)) && !(turns_back && tr_sliding_of(s, i)->cone > 0.0)) return TR_OK;
+  if (!turns_back) return TR_FAIL_MULTIPLIERS;
+  tr_change_branch(s, i);
+  return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+}
+
 /* Balls in motion that a jump of the forces has carried across their cones, at the state just evaluated: they change their branch. 1 when
  * one does. */
 static int tr_balls_cross(tr_sim *s) {
   int crossed = 0;
   for (int i = 0; i < s->k->nsliders; ++i) {
     const double cone = tr_sliding_of(s, i)->cone;
-    if (!tr_is_set(s, i) || !tr_pair_of(s, i)->cone || tr_is_stuck(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
+    if (!tr_is_set(s, i) || !tr_moving_ball(s, i)) continue;
     if ((tr_flag(tr_mode_of(s, i)) == TR_CONE ? cone : -cone) <= TOL_CONE) continue;
     tr_change_branch(s, i);
     crossed = 1;
@@ -222,5 +240,6 @@ static int tr_step_capture(tr_sim *s) {
   for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
   s->step.dense_rows = 1, s->step.have_dense = 1;
   s->pending.theta = 1.0, s->pending.which = i, s->pending.h = s->step.h, s->pending.t = s->clock.t + h, s->pending.grow = 1.0, s->pending.cut = 0;
+  s->pending.captured = 1;
   return 1;
 }

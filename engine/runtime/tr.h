@@ -44,6 +44,7 @@ enum { TR_NOTHING, TR_WHOLE_STEP, TR_STEP_TO_EVENT, TR_IMPULSE_STEP };
 typedef struct tr_waiting {
   int kind;      /* one of the above */
   int which;     /* at an event: the pair or stop it is about */
+  int captured;  /* at an event: it is the last stretch of that pair's sliding (``tr_step_capture``) */
   int cut;       /* its length was cut by the limit of the call, not chosen by the error control */
   int noted;     /* reversals inside it have been noted */
   double theta;  /* where it ends, as part of the step that was made: 1 whole */

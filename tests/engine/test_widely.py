@@ -3,6 +3,7 @@ cone, what ends by name had no way on, and every setting ends alike."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from engine.simulation.run import simulate
@@ -16,13 +17,11 @@ BLOCK = 50
 
 OPEN = {
     ("loop", 3, ("auto", 1e-6)),
-    ("loop", 3, ("rk8", 1e-8)),
-    ("loop", 6, ("auto", 1e-4)),
+    ("loop", 6, ("rk5", 1e-5)),
     ("loop", 15, ("rk5", 1e-5)),
     ("loop", 27, ("auto", 1e-4)),
 }
-"""Known to be wrong: the row of the instant at which a ball comes to its cone shows friction up to 6e-5 beyond it. Loop 3 by rk8 is
-called jammed where its root folds away, though another is left that the other settings find."""
+"""Known to be wrong: the row of the instant at which a ball comes to its cone shows friction up to 6e-5 beyond it."""
 
 
 def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], bool]:
@@ -67,6 +66,21 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:
     assert judged(kind, seed, [setting]) == ({}, True)
+
+
+@pytest.mark.parametrize("setting", [("rk5", 1e-5), ("auto", 1e-6)])
+def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: tuple[str, float]) -> None:
+    """The ball that closes loop 6 slides until its branch ends, a little before the border of its cone, where it already turns
+    about its contact. It moves on, and so does all else: no rates jump, no answer has to be refused."""
+    case = rubbing("loop", 6)
+    method, rtol = setting
+    r = simulate(case.scene, until=0.36 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["*.qd[1]", "*.qd[2]", "*.qd[3]"])
+    close = np.diff(r.time) <= 1e-6 * time_scale(case)
+    fastest = max(np.abs(r[c]).max() for c in r.names)
+    assert r.outcome.ok
+    assert r.stats.counters["refused"] == 0
+    assert [(e.kind, e.joint) for e in r.events if e.kind in ("reversal", "stop")] == [("reversal", "j2"), ("stop", "j4")]
+    assert max(np.abs(np.diff(r[c])[close]).max(initial=0.0) for c in r.names) <= 1e-4 * fastest
 
 
 def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
