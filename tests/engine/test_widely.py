@@ -74,7 +74,9 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
     about its contact. It moves on, and so does all else: no rates jump, no answer has to be refused."""
     case = rubbing("loop", 6)
     method, rtol = setting
-    r = simulate(case.scene, until=0.36 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["*.qd[1]", "*.qd[2]", "*.qd[3]"])
+    r = simulate(
+        case.scene, until=0.36 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["*.qd[1]", "*.qd[2]", "*.qd[3]"]
+    )
     close = np.diff(r.time) <= 1e-6 * time_scale(case)
     fastest = max(np.abs(r[c]).max() for c in r.names)
     assert r.outcome.ok
