@@ -109,44 +109,52 @@ class _Emitter:
         self._assign_slots(users)
         for k, stage in enumerate(self.stages):
             stage.statements = []
-            for v in order[k]:
-                self._statement(k, v)
+            self._statements(k, order[k])
         text = "\n".join(self._function(k, s) for k, s in enumerate(self.stages))
         return Code(text, self.kept, self.counts)
 
     def _read(self) -> None:
         """Read the expression graph as single assignments, and note the stage of every value."""
-        f = self.f
+        f, stage, operations = self.f, self.stage, self.op
+        kind, taken, made = f.instruction_id, f.instruction_input, f.instruction_output
         for k in range(f.n_instructions()):
-            op = f.instruction_id(k)
-            if op == ca.OP_OUTPUT:
-                o, i = f.instruction_output(k)
+            op = kind(k)
+            if op in UNARY:
+                v, a = made(k)[0], taken(k)[0]
+                operations[v] = (UNARY[op], (a,))
+                stage[v] = max(0, stage[a])
+            elif op in BINARY:
+                v, pair = made(k)[0], tuple(taken(k))
+                operations[v] = (BINARY[op], pair)
+                stage[v] = max(0, stage[pair[0]], stage[pair[1]])
+            elif op == ca.OP_OUTPUT:
+                o, i = made(k)
                 out = self.outputs[o]
                 target = f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else "")
-                self.writes.append((out.stage, target, f.instruction_input(k)[0]))
-                continue
-            v = f.instruction_output(k)[0]
-            if op == ca.OP_CONST:
-                self.text[v], self.stage[v] = literal(f.instruction_constant(k)), -1
+                self.writes.append((out.stage, target, taken(k)[0]))
+            elif op == ca.OP_CONST:
+                v = made(k)[0]
+                self.text[v], stage[v] = literal(f.instruction_constant(k)), -1
             elif op == ca.OP_INPUT:
-                i, e = f.instruction_input(k)
-                self.stage[v] = self.inputs[i].stage
+                v, (i, e) = made(k)[0], taken(k)
+                stage[v] = self.inputs[i].stage
                 self.text[v] = self.inputs[i].element(e)
                 if self.inputs[i].transient or self.inputs[i].stage == 0:
                     self.transient.add(v)
             else:
-                a = tuple(f.instruction_input(k))
-                a = a[:1] if op in UNARY else a
-                self.op[v] = (UNARY.get(op) or BINARY[op], a)
-                self.stage[v] = max(0, *(self.stage[x] for x in a))
+                raise KeyError(f"no C text for operation {op}")
 
     def _order(self) -> list[list[int]]:
         """Operations of every stage in order of computation, cut into pieces; ``home`` notes the stage and piece of each value."""
         order: list[list[int]] = [[] for _ in self.stages]
+        places = [(k, 0) for k in range(len(order))]
         for v in self.op:
             k = self.stage[v]
-            self.home[v] = (k, len(order[k]) // PIECE)
-            order[k].append(v)
+            members = order[k]
+            if members and len(members) % PIECE == 0:
+                places[k] = (k, len(members) // PIECE)
+            self.home[v] = places[k]
+            members.append(v)
         self.counts = [len(o) for o in order]
         return order
 
@@ -155,8 +163,13 @@ class _Emitter:
         users: dict[int, set[tuple[int, int]]] = {}
         for members in order:
             for v in members:
+                place = self.home[v]
                 for a in self.op[v][1]:
-                    users.setdefault(a, set()).add(self.home[v])
+                    found = users.get(a)
+                    if found is None:
+                        users[a] = {place}
+                    else:
+                        found.add(place)
         for stage, _, v in self.writes:
             place = self.home.get(v, (stage, 0))
             users.setdefault(v, set()).add(place if place[0] == stage else (stage, 0))
@@ -166,12 +179,12 @@ class _Emitter:
         """Give each value that is used outside its own piece an element of the array that carries it there. Transient inputs that
         later stages read are copied too."""
         for v, places in users.items():
-            if self.stage[v] < 0:
-                continue
             source = self.stage[v]
-            outside = {p for p in places if p != self.home.get(v, p)} if v in self.op else set()
-            raw = v in self.transient and any(p[0] > source for p in places)
-            if outside or raw:
+            if source < 0:
+                continue
+            home = self.home.get(v)
+            outside = home is not None and (len(places) > 1 or home not in places)
+            if outside or (v in self.transient and any(p[0] > source for p in places)):
                 keep = self.stages[source].keep or SCRATCH
                 self.slot[v] = f"{keep}[{self.kept[source]}]"
                 self.kept[source] += 1
@@ -183,12 +196,16 @@ class _Emitter:
             return self.slot[v]
         return self.text[v]
 
-    def _statement(self, k: int, v: int) -> None:
-        form, args = self.op[v]
-        place = self.home[v]
-        self.stages[k].statements.append((place[1], f"double v{v}={form.format(*(self._ref(a, place) for a in args))};"))
-        if v in self.slot:
-            self.stages[k].statements.append((place[1], f"{self.slot[v]}=v{v};"))
+    def _statements(self, k: int, members: list[int]) -> None:
+        """The statements of a stage, with the piece that each is in."""
+        home, add = self.home, self.stages[k].statements.append
+        for v in members:
+            form, args = self.op[v]
+            place = home[v]
+            words = [f"v{a}" if home.get(a) == place else self._ref(a, place) for a in args]
+            add((place[1], f"double v{v}={form.format(*words)};"))
+            if v in self.slot:
+                add((place[1], f"{self.slot[v]}=v{v};"))
 
     def _function(self, k: int, stage: Stage) -> str:
         """C text of a stage's function; a long one calls its pieces one after the other."""
