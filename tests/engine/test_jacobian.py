@@ -133,7 +133,7 @@ def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.Monkey
     source, library = tmp_path / "jacobian.c", tmp_path / f"jacobian{compiler.library_suffix()}"
     source.write_text(text)
     write_headers(tmp_path)
-    compiler.build_library([source], library, [tmp_path], kernel_cache.cache_folder())
+    compiler.build_library([source], library, [tmp_path], kernel_cache.cache_folder(), compiler.unit_flags("jacobian", text))
     other.kernel.libraries["jacobian"] = ctypes.CDLL(str(library))
     got = other.derivatives()
     size = np.maximum(np.abs(expected).max(axis=1, keepdims=True), 1.0)

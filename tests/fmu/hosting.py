@@ -111,18 +111,33 @@ class Host:
 
 REFERENCE = """
 import json, sys, numpy, engine
-r = engine.simulate(sys.argv[1], until=float(sys.argv[2]), every=float(sys.argv[3]), overrides=json.loads(sys.argv[4]))
-numpy.savez(sys.argv[5], data=r.data, names=numpy.array(r.names))
+for line in sys.stdin:
+    name, until, every, changes, file = json.loads(line)
+    r = engine.simulate(name, until=until, every=every, overrides=changes)
+    numpy.savez(file, data=r.data, names=numpy.array(r.names))
+    print("done", flush=True)
 """
 
 
+@cache
+def reference() -> subprocess.Popen[str]:
+    """A process that simulates for the processors FMUs are compiled for; it ends with this one. (In this one fused operations of
+    newer processors round differently.)"""
+    env = dict(os.environ, TRUNNION_CPU="x86_64")
+    made = subprocess.Popen([sys.executable, "-c", REFERENCE], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    atexit.register(made.communicate)
+    return made
+
+
 def engine_run(model: str, until: float) -> dict[str, np.ndarray]:
-    """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for (in a process of its own:
-    otherwise fused operations of newer processors round differently)."""
+    """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for."""
     file = FOLDER / f"{model.replace(':', '-')}.npz"
     name, _, law = model.partition(":")
-    command = [sys.executable, "-c", REFERENCE, name, repr(until), repr(until / ROWS), json.dumps(LAWS[law]), str(file)]
-    subprocess.run(command, env=dict(os.environ, TRUNNION_CPU="x86_64"), check=True)
+    process = reference()
+    assert process.stdin is not None
+    assert process.stdout is not None
+    print(json.dumps([name, until, until / ROWS, LAWS[law], str(file)]), file=process.stdin, flush=True)
+    assert process.stdout.readline() == "done\n", "the engine's run ended in an error, which stands above"
     with np.load(file) as data:
         return dict(zip(data["names"], data["data"].T, strict=True))
 
