@@ -88,7 +88,9 @@ void (*prepare)(const double *p, double *c) : constants from parameters
 void (*stage1)({STATE}, double *w, double *maps, double *dy) : maps of the multipliers
 void (*stage2)({STATE}, const double *w, const double *z, double *dy) : ẏ
 void (*laws)(const double *N, const double *r, const double *x, const double *c, double *e, double *dN, double *v) : η = law(N)
+void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : without derivative
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : what rest can hold
+void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : without derivative
 void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
 void (*qdot)(const double *y, const double *v, double *dq) : coordinate rates

@@ -72,7 +72,7 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
     ]
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
     outs = [Output("eta", 0, eta, 1), Output("dN", 0, derivative, 1), Output("speed", 0, sliding, 1)]
-    return emit(ins, [o for o in outs if o.values], stages)
+    return _also_alone(emit(ins, [o for o in outs if o.values], stages), "k_laws", sum(d.numel() for d in derivative))
 
 
 def held_function(sym: Symbols, parts: list[Element]) -> Code:
@@ -97,7 +97,17 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
         Stage("k_held", f"{CONST}N,{CONST}u,{CONST}x,{CONST}c,double*restrict hold,double*restrict dN", ""),
     ]
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("u", u, 1)]
-    return emit(ins, [o for o in (Output("hold", 0, values, 1), Output("dN", 0, rows, 1)) if o.values], stages)
+    outs = [o for o in (Output("hold", 0, values, 1), Output("dN", 0, rows, 1)) if o.values]
+    return _also_alone(emit(ins, outs, stages), "k_held", sum(r.numel() for r in rows))
+
+
+def _also_alone(code: Code, name: str, derivatives: int) -> Code:
+    """The code with a second function, ``name``_alone, that has the text of the first but keeps its array of derivatives, dN, to
+    itself: a compiler leaves out what only they need."""
+    own = code.text[code.text.index(f"void {name}(") :].replace(f"void {name}(", f"void {name}_alone(")
+    own = own.replace(",double*restrict dN", "").replace("{\n", f"{{\ndouble dN[{max(derivatives, 1)}];\n", 1)
+    code.text += "\n" + own
+    return code
 
 
 def energy_function(sym: Symbols, m: Model | None) -> Code:

@@ -118,7 +118,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD", "c_energy": "K_C_ENERGY",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
-    functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "held", "closure", "events", "qdot")}
+    functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "closure", "events", "qdot")}
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}

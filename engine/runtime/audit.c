@@ -72,6 +72,7 @@ static void tr_audit_friction(tr_sim *s) {
 /* Look at the step just made. */
 static void tr_audit_look(tr_sim *s) {
   tr_audit *a = &s->audit;
+  if (s->k->active + s->k->neta == 0) return; /* no law but the balance of energy */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
   if (s->k->neta) tr_audit_friction(s);
@@ -106,7 +107,7 @@ static void tr_audit_balance(tr_sim *s, double t, const double *y) {
 /* The step to (t, y) just looked at has been accepted. */
 static void tr_audit_step(tr_sim *s, double t, const double *y) {
   tr_audit *a = &s->audit;
-  for (int i = 0; i < TR_LAWS; ++i) {
+  for (int i = 0; i < TR_LAWS && s->k->active + s->k->neta; ++i) {
     tr_worst *worst = a->all.law + i;
     if (a->size[i] > worst->size)
       *worst = (tr_worst){a->size[i], t, a->pair[i] < 0.0 ? 0.0 : 1.0 + tr_pair_of(s, (int)a->pair[i])->element};

@@ -61,7 +61,7 @@ static void tr_set_arms(tr_sim *s) {
     memset(u, 0, sizeof u);
     for (int i = 0; i < k->nsliders; ++i)
       if (part < tr_pair_of(s, i)->neta) u[tr_pair_of(s, i)->eta0 + part] = 1.0;
-    k->held(none, u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+    k->held_alone(none, u, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold));
     for (int i = 0; i < k->nsliders; ++i)
       if (part < tr_pair_of(s, i)->neta) TR_A(s, arm)[tr_pair_of(s, i)->eta0 + part] = 1.0 / fmax(tr_hold_of(s, i)->size, NO_FORCE);
   }
@@ -70,7 +70,7 @@ static void tr_set_arms(tr_sim *s) {
 /* What all pairs hold of the friction in place (z): fills `hold`. */
 static void tr_holding(tr_sim *s) {
   const tr_kernel *k = s->k;
-  k->held(TR_A(s, NN), TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  k->held_alone(TR_A(s, NN), TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold));
 }
 
 /* Friction ratio needed over the ratio available, after tr_holding. */

@@ -84,7 +84,7 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, doub
       memset(unit, 0, sizeof unit);
       unit[c[i]] = 1.0;
       int m = tr_owner(s, c[i], &at);
-      k->held(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+      k->held_alone(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold));
       cap[i] = fmax(tr_hold_of(s, m)->capacity / tr_hold_of(s, m)->size, SHARE_NOTHING);
     }
     tr_least_share(n, A, cap, b, x);

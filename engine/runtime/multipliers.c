@@ -93,7 +93,8 @@ static int tr_newton(tr_sim *s, double *eta) {
   const tr_kernel *k = s->k;
   int e = k->neta;
   const double *arm = TR_A(s, arm);
-  double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY;
+  double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
+  for (int i = 0; i < e; ++i) per_lever[i] = arm[i] > 0.0 ? 1.0 / arm[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     tr_law(s, eta);
     tr_law_jacobian(s, J);
@@ -110,10 +111,9 @@ static int tr_newton(tr_sim *s, double *eta) {
       tr_lu_solve(e, J, (int *)TR_A(s, perm) + k->active, r);
     }
     for (int i = 0; i < e; ++i) {
-      const double lever = arm[i] > 0.0 ? arm[i] : 1.0; /* forces at the surface: a torque is small in a small mechanism */
-      eta[i] += r[i];
-      step = fmax(step, fabs(r[i]) / lever);
-      size = fmax(size, fabs(eta[i]) / lever);
+      eta[i] += r[i]; /* compared as forces at the surface: a torque is small in a small mechanism */
+      step = fmax(step, fabs(r[i]) * per_lever[i]);
+      size = fmax(size, fabs(eta[i]) * per_lever[i]);
     }
     s->stats.newton_iterations++;
     if (!(step < INFINITY)) return 0;

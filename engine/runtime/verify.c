@@ -1,7 +1,7 @@
 /* Whether what is taken for an answer is one: the modes in force and the multipliers in place, held against what the kernel says about the
  * state and nothing else. No residual, no rank, no eliminated map of the code that found the answer is used here, so that a mistake there
  * is seen. Asked of every decision and of the end of every accepted step (METHOD, "Answers are checked"). */
-#include "modes.h"
+#include "answer.c"
 
 /* By how much a law may be broken. Equations are measured against the sum of the sizes of what cancels in them: round-off of a solution
  * is 1e-14 of it, but near a singular position of a loop a pivot p is given up, which leaves its root, at most 3e-5 (``loops.c``). */
@@ -21,28 +21,6 @@
 #define NOTHING_HELD 1e-290 /* N: friction of nothing */
 #define STOP_MISSED 1e-9   /* of the length, or rad: how deep an open stop, or how far off a pressed one, may be */
 
-/* The answer as it follows from the maps alone. */
-typedef struct tr_answer {
-  double *acc, *acc_size; /* accelerations of the frictional freedoms and the sum of the sizes of what makes them up (neta) */
-  double *N, *N_size;     /* reaction components, likewise (nn) */
-  double *law, *dn;       /* η that the laws ask for, and its derivative */
-  tr_sliding *sliding;
-} tr_answer;
-
-/* out (m) = first + A x, and in size the sum of the sizes of what is added; A m×n. */
-static inline void tr_sum_up(int m, int n, const double *A, const double *x, double *out, double *size) {
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < m; ++i) {
-      double part = A[i + (size_t)j * m] * x[j];
-      out[i] += part, size[i] += fabs(part);
-    }
-}
-
-/* out = first, and in size what it is made of. */
-static inline void tr_begin_sum(int m, const double *first, double *out, double *size) {
-  for (int i = 0; i < m; ++i) out[i] = first[i], size[i] = fabs(first[i]);
-}
-
 /* Whether row i of the loops has just been given up, because the mechanism passes a singular position: the one thing asked of the code
  * that found the answer. No λ carries such a row there, and for a moment it is off by more than any bound of its own size. */
 static int tr_given_up(const tr_sim *s, int i) {
@@ -53,31 +31,49 @@ static int tr_given_up(const tr_sim *s, int i) {
   return 0;
 }
 
+/* What may be left of row i of the loops besides a part of its size. */
+static inline double tr_faint_opening(const tr_sim *s, int i) {
+  return FAINT_OPENING * tr_row_unit(s, s->k->active_rows[i]) * s->set.rate * s->set.rate;
+}
+
+/* Whether the loops' equations are met as exactly as they usually are: to a part of the first of what cancels in each alone. */
+static int tr_loops_closed(const tr_sim *s, const double *maps, const double *z) {
+  const tr_kernel *k = s->k;
+  const double *g0 = map_g0(k, maps);
+  int a = k->active, closed = 1;
+  double r[a + 1];
+  memcpy(r, g0, sizeof(double) * a);
+  tr_add_columns(a, a, maps, z, 1.0, r);
+  tr_add_columns(a, k->neta, map_Se(k, maps), z + a, 1.0, r);
+  for (int i = 0; i < a; ++i) closed &= fabs(r[i]) <= LOOP_OPENS * fabs(g0[i]) + tr_faint_opening(s, i);
+  return closed;
+}
+
 /* The loops' equations S λ + Se η + g0 = 0. */
 static int tr_loops_open(const tr_sim *s, const double *maps, const double *z) {
   const tr_kernel *k = s->k;
   int a = k->active;
   double r[a + 1], size[a + 1];
+  if (tr_loops_closed(s, maps, z)) return 0;
   tr_begin_sum(a, map_g0(k, maps), r, size);
   tr_sum_up(a, a, maps, z, r, size);
   tr_sum_up(a, k->neta, map_Se(k, maps), z + a, r, size);
   for (int i = 0; i < a; ++i)
-    if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + FAINT_OPENING * tr_row_unit(s, k->active_rows[i]) * s->set.rate * s->set.rate) &&
-        !tr_given_up(s, i))
-      return TR_BREAKS_LOOP;
+    if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + tr_faint_opening(s, i)) && !tr_given_up(s, i)) return TR_BREAKS_LOOP;
   return 0;
 }
 
 /* Friction of pair i against its law, of which it is a part of element el's. */
-static int tr_law_missed(const tr_sim *s, int i, const tr_answer *it) {
+static int tr_law_missed(const tr_sim *s, int i, tr_answer *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
   double gap = 0.0, size = 0.0;
-  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
-    gap = fmax(gap, fabs(eta[e] - it->law[e])), size += fabs(it->law[e]);
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) gap = fmax(gap, fabs(eta[e] - it->law[e])), size += fabs(it->law[e]);
+  if (gap <= LAW_MISSED * size) return 0;
+  tr_size_laws(s, it);
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
     for (int q = 0; q < el->needs; ++q) size += fabs(it->dn[el->dn0 + e - el->eta0 + q * el->neta]) * it->N_size[el->n0 + q];
-  }
   return gap <= LAW_MISSED * size ? 0 : TR_BREAKS_LAW;
 }
 
@@ -95,10 +91,13 @@ static int tr_branch_missed(const tr_sim *s, int i, const tr_sliding *v) {
 static int tr_drives(const tr_sim *s, int i, const tr_answer *it, int starts) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *arm = TR_A(s, arm) + pair->eta0;
-  const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
+  const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = tr_speed_unit(s) * (pair->nrates == 1 ? AT_REST_SPEED : SLOW_TURNS);
+  for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
+  if (power >= 0.0) return 0; /* the levers below cancel in the power */
+  power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
-    double v = (starts ? it->acc[pair->eta0 + j] : rates[j]) * arm[j], f = eta[j] / arm[j];
+    double v = v0[j] * arm[j], f = eta[j] / arm[j];
     power += f * v, size += fabs(f * v), fast += v * v;
     if (starts) cancel += it->acc_size[pair->eta0 + j] * arm[j], size += fabs(f) * it->acc_size[pair->eta0 + j] * arm[j];
   }
@@ -128,6 +127,13 @@ static int tr_stops_missed(const tr_sim *s, const double *y) {
   return 0;
 }
 
+/* Whether any pair is held. */
+static int tr_any_stuck(const tr_sim *s) {
+  int any = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) any |= tr_is_stuck(s, i);
+  return any;
+}
+
 /* Whether pair i is one of `rest`. */
 static int tr_is_one_of(const int *rest, int n, int i) {
   for (int q = 0; q < n; ++q)
@@ -136,13 +142,11 @@ static int tr_is_one_of(const int *rest, int n, int i) {
 }
 
 /* The friction of every pair. `rest`: those that have just been decided, which start from rest (0: none, and branches are asked for). */
-static int tr_pairs_broken(tr_sim *s, const tr_answer *it, const int *rest, int n) {
+static int tr_pairs_broken(tr_sim *s, tr_answer *it, const int *rest, int n) {
   const tr_kernel *k = s->k;
   tr_hold hold[k->nsliders + 1];
-  double dhold[3 * k->nn + 1];
-  int broken = 0, held = 0;
-  for (int i = 0; i < k->nsliders; ++i) held |= tr_is_stuck(s, i);
-  if (held) k->held(it->N, TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold, dhold);
+  int broken = 0;
+  if (tr_any_stuck(s)) k->held_alone(it->N, TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold);
   for (int i = 0; i < k->nsliders; ++i) {
     if (i == s->friction.freed) continue;
     if (tr_is_stuck(s, i)) {
@@ -157,39 +161,18 @@ static int tr_pairs_broken(tr_sim *s, const tr_answer *it, const int *rest, int 
   return broken;
 }
 
-/* Rates at the end of a step of impulses, over its length, in the place of accelerations. */
-static void tr_end_rates(const tr_sim *s, const tr_answer *it) {
-  const double *rates = map_rates(s->k, TR_A(s, maps));
-  for (int i = 0; i < s->k->nsliders; ++i) {
-    const tr_pair *pair = tr_pair_of(s, i);
-    for (int j = 0; j < pair->nrates; ++j) {
-      double now = rates[pair->rate0 + j] / s->moreau.h;
-      it->acc[pair->eta0 + j] += now, it->acc_size[pair->eta0 + j] += fabs(now);
-    }
-  }
-}
-
 /* Which laws the answer in place breaks (bits TR_BREAKS_…): at the state y whose maps are in place, with the modes in force and the
  * multipliers in z. `rest` (n): pairs that are just being decided; 0: the end of a step, where branches and stops are looked at, too. */
 static int tr_broken(tr_sim *s, const double *y, const int *rest, int n) {
   const tr_kernel *k = s->k;
-  const double *maps = TR_A(s, maps), *z = TR_A(s, z), *eta = z + k->active;
-  int a = k->active, e = k->neta, m = k->nn, broken = tr_loops_open(s, maps, z);
+  const double *maps = TR_A(s, maps), *z = TR_A(s, z);
+  int a = k->active, e = k->neta, m = k->nn, broken = a && tr_loops_open(s, maps, z) ? TR_BREAKS_LOOP : 0;
   if (k->nstops && !rest) broken |= tr_stops_missed(s, y);
   if (!e) return broken;
   double acc[2 * e], N[2 * m], law[e], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
-  tr_answer it = {acc, acc + e, N, N + m, law, dn, sliding};
-  tr_begin_sum(m, map_N0(k, maps), it.N, it.N_size);
-  tr_sum_up(m, a, map_Nl(k, maps), z, it.N, it.N_size);
-  tr_sum_up(m, e, map_Ne(k, maps), eta, it.N, it.N_size);
-  if (k->sets) {
-    tr_begin_sum(e, map_Q0(k, maps), it.acc, it.acc_size);
-    tr_sum_up(e, a, map_Ql(k, maps), z, it.acc, it.acc_size);
-    tr_sum_up(e, e, map_Qe(k, maps), eta, it.acc, it.acc_size);
-    if (s->moreau.h > 0.0) tr_end_rates(s, &it);
-  }
-  k->laws(it.N, map_rates(k, maps), TR_A(s, x), TR_A(s, c) + k->c_laws, law, dn, (double *)sliding);
+  tr_answer it = {acc, acc + e, N, N + m, law, dn, sliding, 0};
+  tr_form_answer(s, &it, rest || s->moreau.h > 0.0 || tr_any_stuck(s));
   return broken | tr_pairs_broken(s, &it, rest, n);
 }
 

@@ -3,6 +3,7 @@ answers pass, and a run that is given a wrong one goes on rightly or says so."""
 
 from __future__ import annotations
 
+import ctypes
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from engine.abi import Breaks, PairState
 from engine.abi.runs import MODE
+from engine import load_scene
 from engine.scene import model as sm
 from engine.simulation import block as bl
 from engine.simulation.run import Model
@@ -59,6 +61,38 @@ def test_a_held_block_that_is_given_other_friction_moves() -> None:
     assert block.broken() == set()
     solution(block)[-1] *= 1.001
     assert block.broken() == {Breaks.REST}
+
+
+@pytest.mark.parametrize("off, broken", [(1e-7, set()), (1.5e-6, set()), (4e-6, {Breaks.LAW})])
+def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, broken: set) -> None:
+    """1.5 parts in a million are more than the first look lets pass, which knows the friction alone, not its load of the same size."""
+    block = begun(block_on_table(speed=1.0))
+    solution(block)[-1] *= 1.0 + off
+    assert block.broken() == broken
+
+
+@pytest.mark.parametrize("name", ["spherical_pendulum", "double_pendulum", "crank_slider"])
+def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: str) -> None:
+    block = begun(load_scene(name))
+    unit, sizes = block.kernel.libraries["kernel"], block.kernel.sizes
+    rng = stream(name, "alone")
+    N, r, u = rng.normal(size=sizes["nn"]), rng.normal(size=sizes["nrates"] + 9), rng.normal(size=sizes["neta"])
+    constants = np.zeros(sizes["nc"])
+    unit.k_prepare_all(ctypes.c_void_p(block.parameters.ctypes.data), ctypes.c_void_p(constants.ctypes.data))
+
+    def called(function: str, first: np.ndarray, second: np.ndarray, part: str, *outs: int) -> list[np.ndarray]:
+        """The arrays a function of the kernel fills, of these lengths."""
+        found = [np.zeros(n) for n in outs]
+        pointer = [ctypes.c_void_p(a.ctypes.data) for a in (first, second, block.x, constants[sizes[part] :], *found)]
+        getattr(unit, function)(*pointer)
+        return found
+
+    law, _, sliding = called("k_laws", N, r, "c_laws", sizes["neta"], sizes["ndn"], 3 * sizes["nsliders"])
+    alone = called("k_laws_alone", N, r, "c_laws", sizes["neta"], 3 * sizes["nsliders"])
+    assert np.abs(law).max() > 0.0
+    np.testing.assert_allclose(np.concatenate(alone), np.concatenate([law, sliding]), rtol=1e-13)
+    hold, _ = called("k_held", N, u, "c_held", 3 * sizes["nsliders"], 3 * sizes["nn"])
+    np.testing.assert_allclose(called("k_held_alone", N, u, "c_held", 3 * sizes["nsliders"])[0], hold, rtol=1e-13)
 
 
 def test_a_block_that_is_called_held_while_it_moves_is_not() -> None:
