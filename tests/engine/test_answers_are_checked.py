@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 
+from engine import load_scene
 from engine.abi import Breaks, PairState
 from engine.abi.runs import MODE
-from engine import load_scene
 from engine.scene import model as sm
 from engine.simulation import block as bl
 from engine.simulation.run import Model
@@ -63,9 +63,9 @@ def test_a_held_block_that_is_given_other_friction_moves() -> None:
     assert block.broken() == {Breaks.REST}
 
 
-@pytest.mark.parametrize("off, broken", [(1e-7, set()), (1.5e-6, set()), (4e-6, {Breaks.LAW})])
+@pytest.mark.parametrize(("off", "broken"), [(1e-7, set()), (1.5e-6, set()), (4e-6, {Breaks.LAW})])
 def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, broken: set) -> None:
-    """1.5 parts in a million are more than the first look lets pass, which knows the friction alone, not its load of the same size."""
+    """1.5 parts in a million are more than the first look lets pass: it knows friction alone, not a load of its size."""
     block = begun(block_on_table(speed=1.0))
     solution(block)[-1] *= 1.0 + off
     assert block.broken() == broken
