@@ -30,6 +30,7 @@ TR_OFTEN
 #include "choice.c"
 #include "rosenbrock.c"
 TR_RARE
+#include "closed.c"
 #include "settle.c"
 #include "assemble.c"
 #include "diagnose.c"

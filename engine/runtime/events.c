@@ -28,6 +28,11 @@ static void tr_freeze(tr_sim *s, int i) {
     for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? r[j] : 0.0;
 }
 
+/* Whether pair i is a ball in motion. */
+static int tr_moving_ball(const tr_sim *s, int i) {
+  return tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s);
+}
+
 /* How far a pair with a set-valued law is beyond its mode, in units of its tolerance: the end of sliding, release (after tr_holding), and
  * the border between sliding and spinning. */
 static double tr_set_violation(tr_sim *s, int i) {

@@ -23,6 +23,12 @@ static void tr_end_state(tr_sim *s, double *out) {
   memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
 }
 
+/* The state where an event cuts the step short, with the loops closed; where they stay open, as it is. */
+static void tr_event_state(tr_sim *s, double t, double *out) {
+  tr_dense_state(s, s->pending.theta, out);
+  if (s->k->active && !tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
+}
+
 /* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0: the
  * end of the whole step, or where an event cuts it short (as it was up to there). */
 static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
@@ -32,7 +38,7 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
     if (*count >= capacity) return TR_ROWS_FULL;
     double *y = TR_A(s, yout);
     if (final) tr_end_state(s, y);
-    else tr_dense_state(s, s->pending.theta, y);
+    else tr_event_state(s, t_end, y);
     int code = tr_output(s, t_end, y, rows + width * *count);
     if (code != TR_OK) return code;
     ++*count;

@@ -9,49 +9,6 @@
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
 
-
-/* Rate of change of the sliding speed of a pair of one component along its direction, at the state just solved. */
-static double tr_slowing(const tr_sim *s, int i) {
-  int e = tr_pair_of(s, i)->eta0;
-  return tr_acceleration_now(s, e) * TR_A(s, arm)[e] * (tr_mode_of(s, i)->direction[0] < 0.0 ? -1.0 : 1.0);
-}
-
-/* The end of sliding of pair i, found inside a step at (t, y) and evaluated there, was found with the loops open by the step's error;
- * closing them leaves a speed. Where the pair is at its dead centre (whatever moves, its rate is near zero) that speed cannot be taken by
- * an impulse of its friction: that would stop the whole mechanism. Its time is therefore found anew with the loops closed. */
-static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
-  int n = tr_width(s);
-  double moved[n], te = *t;
-  memcpy(moved, y, sizeof moved);
-  for (int it = 0; it < 4; ++it) {
-    double v = tr_sliding_of(s, i)->speed, change = tr_slowing(s, i);
-    if (fabs(v) <= TOL_SPEED * tr_speed_unit(s)) break;
-    double dt = -v / change;
-    te += dt;
-    if (!(change < 0.0) || !(te > s->clock.t) || te > s->step.t0 + s->step.size) break;
-    for (int q = 0; q < n; ++q) moved[q] += dt * TR_A(s, dy)[q];
-    if (!tr_project(s, te, moved) || !tr_rhs(s, te, moved, TR_A(s, dy))) break;
-    if (!(fabs(tr_sliding_of(s, i)->speed) < 0.5 * fabs(v))) break;
-    memcpy(y, moved, sizeof moved), *t = te;
-  }
-  tr_rhs(s, *t, y, TR_A(s, dy));
-}
-
-/* Whether the end of a pair's sliding, found inside a step, is to be found anew with the loops closed. */
-static int tr_needs_sharpening(const tr_sim *s, int i) {
-  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i);
-}
-
-/* The pending step's event moved to its sharpened time, so that rows up to it are its own. */
-static void tr_sharpen_pending(tr_sim *s) {
-  double te = s->pending.t, *ye = TR_A(s, cand);
-  if (!tr_needs_sharpening(s, s->pending.which)) return;
-  tr_dense_state(s, s->pending.theta, ye);
-  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return;
-  tr_sharpen(s, s->pending.which, &te, ye);
-  s->pending.t = te, s->pending.theta = (te - s->step.t0) / s->step.size;
-}
-
 /* What became of pair i: an event kind, or 0. */
 static int tr_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
@@ -73,11 +30,6 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
       if (tr_turn_of(p + j, q + j) > TURN_NOTED) kind = TR_EV_TURN;
     if (kind) tr_log(s, t, kind, i, p, q, contacts ? pair->ncontacts : 0);
   }
-}
-
-/* Whether pair i is a ball in motion. */
-static int tr_moving_ball(const tr_sim *s, int i) {
-  return tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s);
 }
 
 /* Whether the event of pair i, just evaluated, is that of a ball that moves and comes to its cone: not one whose sliding ends. */

@@ -15,15 +15,6 @@ BLOCK = 50
 """Seeds of a block: in each, one may end differently at some setting (98 of 100 end alike)."""
 
 
-OPEN = {
-    ("loop", 3, ("auto", 1e-6)),
-    ("loop", 6, ("rk5", 1e-5)),
-    ("loop", 15, ("rk5", 1e-5)),
-    ("loop", 27, ("auto", 1e-4)),
-}
-"""Known to be wrong: the row of the instant at which a ball comes to its cone shows friction up to 6e-5 beyond it."""
-
-
 def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], bool]:
     """What is wrong with a random mechanism at which settings, and whether all of them ended alike."""
     case, wrong, ends = rubbing(kind, seed), {}, set()
@@ -48,8 +39,7 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
     seeds = range(BLOCK * block, BLOCK * (block + 1))
     found = [judged(kind, seed) for seed in seeds]
     wrong = {at: what for one, _ in found for at, what in one.items()}
-    known = {at for at in OPEN if at[0] == kind and at[1] in seeds}
-    assert set(wrong) == known, wrong
+    assert not wrong
     assert sum(not alike for _, alike in found) <= 1
 
 
@@ -61,7 +51,9 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
             "loop",
             19,
             ("auto", 1e-4),
-        ),  # a ball that closes a loop is slow for a moment, at a dead centre of its own, and does not stop
+        ),  # a ball that closes a loop is slow for a moment, at a dead centre of its own: it does not stop
+        ("loop", 15, ("rk5", 1e-5)),  # the row of an event is at it with the loops closed: a sleeve is let go there
+        ("loop", 27, ("auto", 1e-4)),  # the same of balls that come to their cones
     ],
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:

@@ -1,0 +1,74 @@
+/* Events found inside a step on its dense output, where the loops are open by the step's error: their times are found again with the loops
+ * closed, so that what is decided, and the row written there, is at the event and not beside it. */
+#include "modes.h"
+
+#define CLOSE_STEP 1e-3 /* of θ: the first step of the secants that find an event again, */
+#define CLOSE_TIMES 8   /* which are so many at most, */
+#define CLOSE_ENOUGH 10.0 /* down to so many tolerances of the event */
+
+/* Rate of change of the sliding speed of a pair of one component along its direction, at the state just solved. */
+static double tr_slowing(const tr_sim *s, int i) {
+  int e = tr_pair_of(s, i)->eta0;
+  return tr_acceleration_now(s, e) * TR_A(s, arm)[e] * (tr_mode_of(s, i)->direction[0] < 0.0 ? -1.0 : 1.0);
+}
+
+/* The end of sliding of pair i, found inside a step at (t, y) and evaluated there, was found with the loops open by the step's error;
+ * closing them leaves a speed. Where the pair is at its dead centre (whatever moves, its rate is near zero) that speed cannot be taken by
+ * an impulse of its friction: that would stop the whole mechanism. Its time is therefore found anew with the loops closed. */
+static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
+  int n = tr_width(s);
+  double moved[n], te = *t;
+  memcpy(moved, y, sizeof moved);
+  for (int it = 0; it < 4; ++it) {
+    double v = tr_sliding_of(s, i)->speed, change = tr_slowing(s, i);
+    if (fabs(v) <= TOL_SPEED * tr_speed_unit(s)) break;
+    double dt = -v / change;
+    te += dt;
+    if (!(change < 0.0) || !(te > s->clock.t) || te > s->step.t0 + s->step.size) break;
+    for (int q = 0; q < n; ++q) moved[q] += dt * TR_A(s, dy)[q];
+    if (!tr_project(s, te, moved) || !tr_rhs(s, te, moved, TR_A(s, dy))) break;
+    if (!(fabs(tr_sliding_of(s, i)->speed) < 0.5 * fabs(v))) break;
+    memcpy(y, moved, sizeof moved), *t = te;
+  }
+  tr_rhs(s, *t, y, TR_A(s, dy));
+}
+
+/* Whether the end of a pair's sliding, found inside a step, is to be found anew with the loops closed. */
+static int tr_needs_sharpening(const tr_sim *s, int i) {
+  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i);
+}
+
+/* How far pair i is beyond its mode (``tr_violation``, less what is tolerated) at θ of the step just made, with the loops closed. NaN: no
+ * answer there. */
+static double tr_closed_violation(tr_sim *s, int i, double theta) {
+  double *y = TR_A(s, cand), t = s->step.t0 + theta * s->step.size;
+  tr_dense_state(s, theta, y);
+  if (!tr_project(s, t, y) || !tr_rhs(s, t, y, TR_A(s, dy))) return NAN;
+  if (s->friction.still) tr_holding(s);
+  return tr_violation(s, i, 0) - 1.0;
+}
+
+/* The event of a pair that holds or of a ball, found with the loops open by the step's error, is found again with the loops closed: by
+ * secants on θ, which is left as it was where they lead nowhere. */
+static void tr_close_event(tr_sim *s, int i) {
+  double was = s->pending.theta, g0 = tr_closed_violation(s, i, was), theta = was * (1.0 - CLOSE_STEP);
+  for (int it = 0; it < CLOSE_TIMES && fabs(g0) > CLOSE_ENOUGH; ++it) {
+    double g = tr_closed_violation(s, i, theta), next = theta - g * (theta - was) / (g - g0);
+    was = theta, g0 = g, theta = next;
+    if (!(theta > 0.0 && theta <= 1.0)) return;
+  }
+  if (!(fabs(g0) <= CLOSE_ENOUGH)) return;
+  s->pending.theta = was, s->pending.t = s->step.t0 + was * s->step.size;
+}
+
+/* The pending step's event moved to its sharpened time, so that rows up to it are its own. */
+static void tr_sharpen_pending(tr_sim *s) {
+  double te = s->pending.t, *ye = TR_A(s, cand);
+  const int i = s->pending.which;
+  if (s->k->active && i < s->k->nsliders && tr_is_set(s, i) && (tr_is_stuck(s, i) || tr_moving_ball(s, i))) tr_close_event(s, i);
+  if (!tr_needs_sharpening(s, s->pending.which)) return;
+  tr_dense_state(s, s->pending.theta, ye);
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return;
+  tr_sharpen(s, s->pending.which, &te, ye);
+  s->pending.t = te, s->pending.theta = (te - s->step.t0) / s->step.size;
+}
