@@ -14,6 +14,10 @@ int neta : how many
 int rate0 : its first rate in the maps
 int nrates : how many
 int dn0 : where its block of the law's derivative begins
+int kappa0 : the first of its scaled reactions that friction changes
+int nmore : how many (0 unless it sits on a loop, in the redundant variant)
+int more0 : where they begin among all that friction changes
+int dmore0 : where their derivative's block begins
 """)
 
 PAIR = Record("tr_pair", "A sliding pair of a frictional joint.", """
@@ -68,6 +72,8 @@ int nelements : frictional joints
 int npaces : loads that come and go
 int ndn : numbers of the law's derivative
 int nkappa : scaled reactions (redundant variant)
+int nmore : how many of them friction changes
+int ndmore : numbers of their derivative by the reaction components
 int loop_friction : whether friction sits on a loop
 int coupled : whether inactive rows matter to the choice of reactions
 int sets : whether some law is set-valued at rest
@@ -76,6 +82,7 @@ int c_laws : of the laws
 int c_events : of the events
 int c_held : of what is held
 int c_energy : of the energies
+int c_pressed : of what friction changes in the scaled reactions
 const int *active_rows : active: indices of the rows
 const int *row_kind : rows: TR_CONSTRAINS_…
 const int *qkind : nq: TR_COORDINATE_…
@@ -91,6 +98,7 @@ void (*laws)(const double *N, const double *r, const double *x, const double *c,
 void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : without derivative
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : what rest can hold
 void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : without derivative
+void (*pressed)(const double *N, const double *r, const double *x, const double *c, double *more, double *dN) : what friction changes in the scaled reactions
 void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
 void (*qdot)(const double *y, const double *v, double *dq) : coordinate rates
@@ -113,7 +121,7 @@ void (*contacts)({STATE}, const double *z, const double *a, double *out) : tr_co
 void (*kappa)({STATE}, const double *z, const double *a, double *out) : the scaled reactions
 """)
 
-JACOBIAN = Record("tr_jacobian", "[F; R; scaled reactions (nkappa)] by [y, t, z], column-major: all at once, or the point and then "
+JACOBIAN = Record("tr_jacobian", "[F; R; scaled reactions (nkappa); what friction changes in them (nmore)] by [y, t, z], column-major: all at once, or the point and then "
                   "columns one by one.", f"""
 int abi : must be TR_ABI
 int nc : constants

@@ -201,6 +201,21 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return [Contact(fn, (nfn[0], nfn[1], nfn[2]), (0, 2), inboard=True)]
 
 
+def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    """f_n n: −f_c without friction; of a ball that slides, or turns without sliding, along its contact's normal."""
+    f = [w["f1"], w["f2"], w["f3"]]
+    if not laws:
+        return [-x for x in f]
+    law = laws[0]
+    slides = _state(w, rates, law, g)[2]
+    if not law.sets:
+        return slides
+    normal = _spin_normal(w, rates, law)
+    spin = -_dot(normal, f)
+    spins = law.flag > PairState.SLIPS.value + HALF
+    return [ca.if_else(law.stuck, -f[i], ca.if_else(spins, spin * normal[i], slides[i])) for i in range(3)]
+
+
 def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta: list[SX]) -> Contact:
     """The contact under a set-valued law: of a ball that slides, of one that turns without sliding, or of one that is held."""
     fn, f, nfn = _state(w, rates, law, g)
@@ -224,7 +239,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 BALL = ContactElement(
-    "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, 1,
+    "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed_in, 1,
     sizes=(Size("radius", "m", "radius of the ball", POSITIVE, '"20 mm"', symbol="r"),),
     pairs=((0, 1, 2),),
     places=lambda g: [Place("pin", 0, 0.0, g["radius"])],

@@ -99,6 +99,11 @@ def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
     return out
 
 
+def while_sliding(law: Law, ratio: SX) -> SX:
+    """A pair's friction ratio while it slides; none while it is held at rest."""
+    return ca.if_else(law.stuck, 0, ratio) if law.sets else ratio
+
+
 def signum(x: SX) -> SX:
     """−1 for negative numbers, else +1."""
     return ca.if_else(x < 0, -1, 1)
@@ -119,6 +124,10 @@ class ContactElement:
                direction.
     held       (wrench, direction of friction, laws, numbers, adams) → for every pair at rest what it can hold (``Hold``).
     contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction itself.
+    pressed    (wrench, rates, laws, numbers) → components of what its contacts press, each times the root of its spring's compliance over
+               that of one contact (METHOD, "Redundant loops"): without friction where ``laws`` is empty, else with that of sliding
+               (a pair at rest counts as without). As many numbers either way; the wrench has all six components.
+    thrusts    components of f_c that faces across an axis carry.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.
     drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
@@ -135,11 +144,13 @@ class ContactElement:
     held: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[Hold]]
     contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], list[SX]], list[Contact]]
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
+    pressed: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[SX]]
     count: int
     sizes: tuple[Size, ...]
     pairs: tuple[tuple[int, ...], ...]
     places: Callable[[Mapping[str, float]], list[Place]]
     pins: Callable[[Mapping[str, float]], list[Solid]]
+    thrusts: tuple[str, ...] = ()
     anywhere: bool = True
     ideal: str = "pin"
     frame: str = "pin"
@@ -174,8 +185,8 @@ class ContactElement:
         if self.frame not in ("pin", "inboard", "both") or self.ideal not in PARTS:
             found.append(f"frame {self.frame!r} or ideal {self.ideal!r} is unknown")
         for adams in (False, True):
-            if not set(self.needs(list(example), adams)) <= set(COMPONENTS):
-                found.append(f"needs names components other than {', '.join(COMPONENTS)}")
+            if not {*self.needs(list(example), adams), *self.thrusts} <= set(COMPONENTS):
+                found.append(f"needs or thrusts name components other than {', '.join(COMPONENTS)}")
         return found
 
     @property

@@ -7,12 +7,12 @@ pins on the cross the forms are applied to the opposite forces with every k of o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from engine.basics.symbolic import SX, ca
-from engine.contact.base import Contact, ContactElement, Hold, Place, Solid, Wrench, ratio_held, signum
-from engine.contact.journal import HALF_LENGTH, RADIUS, length, split
+from engine.contact.base import Contact, ContactElement, Hold, Place, Solid, Wrench, ratio_held, signum, while_sliding
+from engine.contact.journal import HALF_LENGTH, HALF_ROOT, RADIUS, length, split, sums
 from engine.friction import Law
 
 TINY = 1e-300
@@ -32,13 +32,19 @@ def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) ->
     return w.pin * laws[0].ratios(v[0])[0], -w.pin * laws[1].ratios(v[1])[0]
 
 
-def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, ...], tuple[SX, ...]]:
-    """The contacts of each journal as ``split`` gives them."""
-    p = w.pin
+def _journals(
+    form: Callable[..., tuple[SX, SX, SX, SX]], w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]
+) -> tuple[tuple[SX, SX, SX, SX], tuple[SX, SX, SX, SX]]:
+    """The contacts of each journal as ``form`` (``split`` or ``sums``) gives them."""
+    p, none = w.pin, ca.SX(0)
     c1, c2 = g["half_length[1]"], g["half_length[2]"]
-    first = split(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, ca.SX(0), ca.SX(0), c1)
-    second = split(-p * w["f3"], -p * w["f1"], -p * w["m3"], -p * w["m1"], k2, ca.SX(0), ca.SX(0), c2)
+    first = form(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, none, none, c1)
+    second = form(-p * w["f3"], -p * w["f1"], -p * w["m3"], -p * w["m1"], k2, none, none, c2)
     return first, second
+
+
+def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, SX, SX, SX], tuple[SX, SX, SX, SX]]:
+    return _journals(split, w, k1, k2, g)
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
@@ -76,6 +82,13 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
     return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(_velocity(rates, g), laws, strict=True)]
 
 
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    both = zip(laws, _ratios(w, rates, laws, g), strict=True) if laws else ()
+    k1, k2 = [while_sliding(law, k) for law, k in both] or (ca.SX(0), ca.SX(0))
+    first, second = _journals(sums, w, k1, k2, g)
+    return [HALF_ROOT * x for x in (*first, *second)]
+
+
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """Contacts 1, 2 on journal 1 (n = cosθ u3 + sinθ u2), 3, 4 on journal 2 (n = cosθ u1 + sinθ u3)."""
     k = list(_ratios(w, rates, laws, g))
@@ -99,6 +112,7 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
 
 
 CROSS = ContactElement(
-    "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, 4,
+    "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 4,
     sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="both",
+    thrusts=("f1", "f2"),
 )  # fmt: skip

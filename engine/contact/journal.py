@@ -5,23 +5,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
-from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum
+from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
 from engine.friction import Law
 
 TINY = 1e-300
+HALF_ROOT = math.sqrt(0.5)
 
 
-def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
-    """Solution of (124): (a1, b1, a2, b2), the components of the two normal forces along e3 and e2, N. kr, ks: friction ratios
-    around and along the pin; radius of the pin and half length c, m."""
+def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
+    """Solution of (124) as a1 + a2, b1 + b2, a1 − a2, b1 − b2 of the components of the two normal forces along e3 and e2, N. kr, ks:
+    friction ratios around and along the pin; radius of the pin and half length c, m."""
     n = 1 / (1 + kr * kr)
     a, b = -(kr * f2 + f3) * n, (kr * f3 - f2) * n
     y2, y3 = (m2 - ks * radius * a) / c, (m3 + ks * radius * b) / c
-    da, db = (kr * y3 - y2) * n, (kr * y2 + y3) * n
+    return a, b, (kr * y3 - y2) * n, (kr * y2 + y3) * n
+
+
+def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
+    """(a1, b1, a2, b2) of ``sums``."""
+    a, b, da, db = sums(f2, f3, m2, m3, kr, ks, radius, c)
     return 0.5 * (a + da), 0.5 * (b + db), 0.5 * (a - da), 0.5 * (b - db)
 
 
@@ -33,6 +40,13 @@ def length(a: SX, b: SX) -> SX:
 def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX]:
     """``split`` of what the joint presses, with the element's sizes."""
     return split(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], g["half_length"])
+
+
+def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
+    """The two forces across a pin as their ``sums`` over √2: the same sum of squares, and what presses both ends alike is apart from
+    what tilts the pin."""
+    found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], g["half_length"])
+    return [HALF_ROOT * x for x in found]
 
 
 def as_contacts(a1: SX, b1: SX, a2: SX, b2: SX) -> list[Contact]:
@@ -86,6 +100,11 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return as_contacts(*pair(w, kr, ca.SX(0), g))
 
 
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    kr = while_sliding(laws[0], _ratio(w, rates, laws, g)) if laws else ca.SX(0)
+    return pressed(w, kr, ca.SX(0), g)
+
+
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     v = _velocity(rates, g)[0]
     return [ca.fabs(v[0]) * laws[0].sign(v, (1.0,))]
@@ -110,8 +129,8 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
 
 
 JOURNAL = ContactElement(
-    "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, 2,
-    sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins,
+    "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 2,
+    sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins, thrusts=("f1",),
 )  # fmt: skip
 
 
@@ -170,12 +189,18 @@ def _shaft_contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str,
     return as_contacts(*pair(w, kr, ks, g))
 
 
+def _shaft_pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    ks, kr = (while_sliding(laws[0], k) for k in _shaft_ratios(w, rates, laws, g)) if laws else (ca.SX(0), ca.SX(0))
+    return pressed(w, kr, ks, g)
+
+
 def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     v, u = _shaft_velocity(rates, g)[0]
     return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
 
 
 SHAFT = ContactElement(
-    "shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, 2,
+    "shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, _shaft_pressed,
+    2,
     sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins,
 )  # fmt: skip

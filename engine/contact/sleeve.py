@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
-from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum
-from engine.contact.journal import HALF_LENGTH, length
+from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
+from engine.contact.journal import HALF_LENGTH, HALF_ROOT, length
 from engine.friction import Law
 
 TINY = 1e-300
@@ -58,6 +58,14 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
     return [ca.fabs(rates[0]) * laws[0].sign(rates, (1.0,))]
 
 
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    """Forces of both ends as sums and differences over √2, and that of the couple which carries the torsion."""
+    k = while_sliding(laws[0], _ratio(w, rates, laws, g)) if laws else ca.SX(0)
+    a, b, c = g["half_width"], g["half_height"], g["half_length"]
+    tilts = ((w["m3"] - k * a * w["f2"]) / c, (w["m2"] + k * b * w["f3"]) / c)
+    return [*(HALF_ROOT * x for x in (w["f2"], w["f3"], *tilts)), w["m1"] / ca.fmax(a, b)]
+
+
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """The outward normal on the inner part is opposite to the force on it; contact 5 is the couple about e1."""
     k = _ratio(w, rates, laws, g)
@@ -78,7 +86,7 @@ def _places(g: Mapping[str, float]) -> list[Place]:
 
 
 SLEEVE = ContactElement(
-    "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, 5,
+    "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 5,
     sizes=(
         HALF_LENGTH, Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
         Size("half_height", "m", "b: half size of the guide along e3", POSITIVE, '"20 mm"', symbol="b", drawn=0.02),

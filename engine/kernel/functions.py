@@ -9,8 +9,9 @@ from engine.kernel.calling import CONST, STATE, inputs, qdot
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.expressions import kinetic, potential
 from engine.kernel.powers import coordinates_of
-from engine.recursion.elements import Element, laws, numbers, wrench
+from engine.recursion.elements import Element, elements, laws, numbers, wrench
 from engine.recursion.reduction import Model
+from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 
@@ -120,6 +121,28 @@ def energy_function(sym: Symbols, m: Model | None) -> Code:
     return emit(inputs(sym), [Output("out", 0, [kinetic(m), potential(m)] if m else [SX(0, 1)], 1)], stages)
 
 
+def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Code:
+    """What friction changes in the scaled reactions of joints on loops, in their order, and its derivative with N (dense block per
+    element, column-major)."""
+    every = elements(sym.system)
+    N, rates = SX.sym("N", sum(len(e.needs) for e in every)), SX.sym("r", sum(e.joint.kind.nv for e in every) + sym.b.numel())
+    nr = rates.numel() - sym.b.numel()
+    values, derivative = SX(0, 1), SX(0, 1)
+    for e, _, _ in parts:
+        mine = N[e.n0 : e.n0 + len(e.needs)]
+        r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
+        found = rubbed(e, complete_wrench(e, mine), r, laws(sym, e, rates[nr:]), numbers(sym, e))
+        values = ca.vertcat(values, found)
+        derivative = ca.vertcat(derivative, ca.vec(ca.densify(ca.jacobian(found, mine))))
+    stages = [
+        Stage("k_prepare_pressed", f"{CONST}p,double*restrict c", "c"),
+        Stage("k_pressed", f"{CONST}N,{CONST}r,{CONST}x,{CONST}c,double*restrict more,double*restrict dN", ""),
+    ]
+    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
+    outs = [Output("more", 0, ca.densify(values), 1), Output("dN", 0, derivative, 1)]
+    return emit(ins, [o for o in outs if o.values.numel()], stages)
+
+
 def coordinate_rates_function(sym: Symbols) -> Code:
     """C function of q̇ for any rates v, by which corrections of positions move along quaternions too."""
     stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,double*restrict dq", "")]
@@ -132,10 +155,10 @@ def coordinate_rates_function(sym: Symbols) -> Code:
 
 def prepare_all(codes: list[Code]) -> str:
     """One function that fills the constants of all parts, and where each part's constants start."""
-    names = ["k_prepare", "k_prepare_closure", "k_prepare_laws", "k_prepare_events", "k_prepare_held", "k_prepare_energy"]
+    names = [f"k_prepare{part}" for part in ("", "_closure", "_laws", "_events", "_held", "_energy", "_pressed")]
     starts = [sum(c.kept[0] for c in codes[:i]) for i in range(len(codes))]
     calls = "".join(f"{n}(p,c+{at});" for n, at in zip(names, starts, strict=True))
-    places = zip(("CLOSURE", "LAWS", "EVENTS", "HELD", "ENERGY"), starts[1:], strict=True)
+    places = zip(("CLOSURE", "LAWS", "EVENTS", "HELD", "ENERGY", "PRESSED"), starts[1:], strict=True)
     return (
         f"enum {{{','.join(f'K_C_{name}={at}' for name, at in places)}}};\n"
         f"void k_prepare_all({CONST}p,double*restrict c){{{calls}}}\n"

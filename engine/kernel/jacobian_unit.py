@@ -27,7 +27,8 @@ from engine.recursion.elements import (
     wrench,
 )
 from engine.recursion.reduction import Model
-from engine.recursion.redundancy import scaled_reactions
+from engine.recursion.redundancy import rubbing_on_loops, scaled_reactions
+from engine.recursion.springs import rubbing_rows
 from engine.recursion.vectors import SX
 from engine.system.external import TABLE
 
@@ -73,7 +74,8 @@ def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> Jacob
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
     extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
     kappa = scaled_reactions(m, acc, pick) if redundant else SX(0, 1)
-    f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active), kappa)
+    turned = [rubbing_rows(m, e, reaction_rows(m, acc, e, pick)) for e, _, _ in rubbing_on_loops(sym.system)] if redundant else []
+    f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active), kappa, *turned)
     inactive = [k for k in range(sym.system.rows) if k not in active]
     if inactive:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))

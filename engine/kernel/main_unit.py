@@ -8,7 +8,7 @@ components, r rates and k scaled reactions it holds, one after the other:
   N0 (n), Nl (n×a), Ne (n×e)     reaction components of frictional joints, N0 + Nl λ + Ne η
   rates (r)                      of the freedoms of frictional joints, and behind them the states of friction laws
   Q0 (e), Ql (e×a), Qe (e×e)     accelerations of these freedoms, which rest sets to zero; only where some law is set-valued
-  κ0 (k), κl (k×a), κe (k×e)     scaled reactions, which decide what redundant loops leave open; only in the redundant variant,
+  κ0 (k), κl (k×a), κe (k×e)     scaled reactions (friction counted as any other force), which decide what redundant loops leave open; only in the redundant variant,
                                  needed while stepping when friction depends on them
 """
 
@@ -26,6 +26,7 @@ from engine.kernel.functions import (
     energy_function,
     held_function,
     laws_function,
+    pressed_function,
     prepare_all,
     stops_function,
 )
@@ -42,7 +43,7 @@ from engine.recursion.elements import (
     reaction_rows,
 )
 from engine.recursion.reduction import Model, model
-from engine.recursion.redundancy import inactive_rows_couple, loop_joints, scaled_reactions
+from engine.recursion.redundancy import inactive_rows_couple, rubbing_on_loops, rubs, scaled_reactions
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 
@@ -83,6 +84,8 @@ class MainUnit:
     elements: list[Element]
     operations: dict[str, int]
     looped: bool
+    turned: dict[str, tuple[int, int]]
+    """Of joints on loops that rub: their first scaled reaction that friction changes, and how many (``rubbing_on_loops``)."""
 
 
 def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainUnit:
@@ -93,8 +96,7 @@ def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainU
     m = model(sym)
     active = list(range(system.rows)) if redundant else list(active_rows(m))
     maps, nn, nrates, nkappa = _maps(m, parts, active, redundant)
-    on_loops = {j.name for j in loop_joints(system)}
-    loop_friction = any(e.joint.name in on_loops for e in parts)
+    loop_friction = rubs(system)
     inactive = [k for k in range(system.rows) if k not in active]
     coupled = loop_friction and inactive_rows_couple(m, outward(m), inactive)
     rate, quads = _derivative(m, parts, quadratures)
@@ -141,12 +143,15 @@ def _complete(sym: Symbols, m: Model | None, parts: list[Element], code: Code, s
     laws_code = laws_function(sym, parts)
     rates_code = coordinate_rates_function(sym)
     stops_code = stops_function(sym, m)
-    codes = [code, closure, laws_code, stops_code, held_function(sym, parts), energy_function(sym, m)]
+    turned = rubbing_on_loops(sym.system) if sizes.nkappa else []
+    codes = [
+        code, closure, laws_code, stops_code, held_function(sym, parts), energy_function(sym, m), pressed_function(sym, turned),
+    ]  # fmt: skip
     text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
     sizes = replace(sizes, nc=sum(c.kept[0] for c in codes))
     ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
            "laws": laws_code.operations[1], "closure": closure.operations[1]}
-    return MainUnit(text, sizes, parts, ops, m is None)
+    return MainUnit(text, sizes, parts, ops, m is None, {e.joint.name: (at, count) for e, at, count in turned})
 
 
 def _without_inactive(sym: Symbols, values: list[SX], active: list[int]) -> list[SX]:

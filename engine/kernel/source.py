@@ -82,10 +82,15 @@ def element_table(main: MainUnit) -> tuple[list[tuple[int, ...]], list[tuple[int
     """Rows of the tables of elements and pairs, and the length of the law Jacobian block."""
     rows: list[tuple[int, ...]] = []
     sliders: list[tuple[int, ...]] = []
-    dn = contact = 0
+    dn = contact = more = dmore = 0
     for number, e in enumerate(main.elements):
         n, nv = len(e.needs), e.joint.kind.nv
-        rows.append(ELEMENT.row(n0=e.n0, needs=n, eta0=e.eta[0], neta=nv, rate0=e.rate0, nrates=nv, dn0=dn))
+        kappa0, count = main.turned.get(e.joint.name, (0, 0))
+        rows.append(ELEMENT.row(
+            n0=e.n0, needs=n, eta0=e.eta[0], neta=nv, rate0=e.rate0, nrates=nv, dn0=dn, kappa0=kappa0, nmore=count, more0=more,
+            dmore0=dmore,
+        ))  # fmt: skip
+        more, dmore = more + count, dmore + count * n
         dn += nv * n
         pairs = e.friction.sliders
         each = e.contact.count // len(pairs)
@@ -113,12 +118,15 @@ def _kernel_text(system: System, main: MainUnit) -> str:
                 [RowKind.TRAVEL] * len(c.kind.rows_s) + [RowKind.TURNING] * len(c.kind.rows_r)]
     sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
         "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
-        "nquat": len(quat), "nelements": len(main.elements), "ndn": dn, "npaces": len(paces),
+        "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
+        "nmore": sum(n for _, n in main.turned.values()),
+        "ndmore": sum(n * len(e.needs) for e in main.elements for _, n in [main.turned.get(e.joint.name, (0, 0))]), "npaces": len(paces),
         "sets": int(any(e.sets for e in main.elements)),
         "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD", "c_energy": "K_C_ENERGY",
+        "c_pressed": "K_C_PRESSED",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
-    functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "closure", "events", "qdot")}
+    functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot")}
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}

@@ -1,13 +1,15 @@
 """Reactions of the joints on loops, scaled so that the sum of their squares decides between the reactions that redundant loops
-leave open (METHOD, "Redundant loops")."""
+leave open (METHOD, "Redundant loops"): where nothing rubs on a loop by the inertia of the parts, else by the compliance of contacts."""
 
 from __future__ import annotations
 
 import casadi as ca
 
 from engine.recursion.accelerations import Accelerations
+from engine.recursion.elements import Element, elements, reaction_rows
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
+from engine.recursion.springs import contact_rows, rubbing_rows, springs_of
 from engine.recursion.vectors import SX, cross
 from engine.system.structure import GROUND, Body, Joint, System
 
@@ -31,13 +33,27 @@ def loop_joints(system: System) -> list[Joint]:
     return [j for j in system.joints if j.name in wanted]
 
 
+def rubs(system: System) -> bool:
+    """Whether a joint on a loop has friction."""
+    return any(j.friction for j in loop_joints(system))
+
+
 def rows_of(system: System) -> list[tuple[str, int]]:
-    """How many rows of ``scaled_reactions`` belong to each joint, in their order: 6 for each of its parts that is not the
-    ground."""
+    """How many rows of ``scaled_reactions`` belong to each joint, in their order."""
+    if rubs(system):
+        return [(j.name, springs_of(j)) for j in loop_joints(system)]
     return [(j.name, 6 * sum(b != GROUND for b in (j.out, j.inb))) for j in loop_joints(system)]
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
+    """What decides between open reactions, as affine maps (rows×columns), or numbers (rows×1) with ``pick`` = [1; λ; η]."""
+    system = m.sym.system
+    if not rubs(system):
+        return _by_inertia(m, acc, pick)
+    return ca.sparsify(ca.vertcat(*[contact_rows(m, acc, j, pick) for j in loop_joints(system)]))
+
+
+def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
     """Reaction of every joint on a loop on each of its two parts: force over √m, torque about the mass centre over √j, m the
     part's mass and j half the trace of its inertia. Affine maps (rows×columns), or numbers (rows×1) with ``pick`` = [1; λ; η]."""
     blocks = [SX(0, m.columns if pick is None else 1)]
@@ -60,8 +76,30 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
         return False
     maps = scaled_reactions(m, acc)
     free = maps[:, [1 + k for k in inactive]]
+    if rubs(m.sym.system):
+        maps += _friction_turns(m, acc)
     others = [c for c in range(m.columns) if c - 1 not in inactive]
     return bool(ca.sparsify(free.T @ maps[:, others]).nnz())
+
+
+def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
+    """Joints on loops that rub, where the rows of each begin among the scaled reactions, and how many of these friction changes."""
+    first, at = {}, 0
+    for name, rows in rows_of(system):
+        first[name] = at
+        at += rows
+    found = [e for e in elements(system) if e.joint.name in first]
+    return [(e, first[e.joint.name], springs_of(e.joint) - len(e.contact.thrusts) - len(e.joint.driven)) for e in found]
+
+
+def _friction_turns(m: Model, acc: Accelerations) -> SX:
+    """Affine maps (rows×columns) of what friction changes in the scaled reactions, linearised."""
+    system = m.sym.system
+    out = SX(sum(n for _, n in rows_of(system)), m.columns)
+    for e, at, count in rubbing_on_loops(system):
+        values = SX.sym("N", len(e.needs))
+        out[at : at + count, :] = ca.jacobian(rubbing_rows(m, e, values), values) @ reaction_rows(m, acc, e)
+    return ca.sparsify(out)
 
 
 def _outboard_point(m: Model, j: Joint) -> SX:

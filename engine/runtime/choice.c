@@ -2,7 +2,8 @@
  *
  * λ is chosen by Vᵀ κlᵀ κ = 0, where S V = 0 and κ = κ0 + κl λ + κe η are the scaled reactions. With the rest w = κ, for which κlᵀ w = S p,
  * a change of state d gives Vᵀ κlᵀ dκ + cᵈ = 0, cᵈ_q = wᵀ (dκl) V_q − pᵀ (dS) V_q: V turns with the state. Both products are
- * differences of the Jacobian unit's rows between multipliers λ + V_q and λ, in which these rows are affine. */
+ * differences of the Jacobian unit's rows between multipliers λ + V_q and λ, in which these rows are affine. Where joints on loops rub,
+ * w is what the springs carry with friction (``pressed.c``), and what friction changes in it turns too. */
 #include "tr.h"
 
 typedef struct tr_choice {
@@ -11,10 +12,10 @@ typedef struct tr_choice {
   tr_least least;
 } tr_choice;
 
-/* Rows of the Jacobian unit's columns: F, R, and in the redundant variant the scaled reactions. */
+/* Rows of the Jacobian unit's columns: F, R, and in the redundant variant the scaled reactions and what friction changes in them. */
 static inline int tr_jacobian_rows(const tr_sim *s) {
   const tr_kernel *k = s->k;
-  return s->ny + k->nquad + k->active + k->neta + k->nkappa;
+  return s->ny + k->nquad + k->active + k->neta + k->nkappa + k->nmore;
 }
 
 /* The first `cols` columns by [y, t, z] at (y, z), signals in place. */
@@ -40,6 +41,7 @@ static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int
 static tr_choice tr_choice_of(tr_sim *s, const double *y, const double *J) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now, cols = s->ny + 1, ld = tr_jacobian_rows(s);
+  int top = s->ny + k->nquad;
   tr_choice q;
   memset(&q, 0, sizeof q);
   if (m == 0 || r <= 0) return q;
@@ -53,6 +55,8 @@ static tr_choice tr_choice_of(tr_sim *s, const double *y, const double *J) {
   memcpy(w, k0, sizeof w);
   tr_add_columns(m, a, kl, z, 1.0, w);
   tr_add_columns(m, e, ke, z + a, 1.0, w);
+  for (int i = 0; i < k->nelements && k->nmore; ++i)
+    for (int j = 0; j < k->element[i].nmore; ++j) w[k->element[i].kappa0 + j] += TR_A(s, more)[k->element[i].more0 + j];
   for (int i = 0; i < a; ++i) b[i] = tr_dot(kl + i * m, w, m), size = fmax(size, fabs(z[i]));
   tr_solve_S(s, b, p);
   for (int i = 0; i < r; ++i) {
@@ -60,7 +64,7 @@ static tr_choice tr_choice_of(tr_sim *s, const double *y, const double *J) {
     tr_add_columns(a, 1, q.V + i * a, &size, 1.0, moved);
     tr_jacobian_columns(s, y, moved, cols, other);
     for (int j = 0; j < cols; ++j) {
-      const double *now = J + (size_t)j * ld + ld - m - e - a, *then = other + (size_t)j * ld + ld - m - e - a;
+      const double *now = J + (size_t)j * ld + top, *then = other + (size_t)j * ld + top;
       double c = 0.0;
       for (int row = 0; row < m; ++row) c += w[row] * (then[a + e + row] - now[a + e + row]);
       for (int row = 0; row < a; ++row) c -= p[row] * (then[row] - now[row]);
@@ -70,13 +74,37 @@ static tr_choice tr_choice_of(tr_sim *s, const double *y, const double *J) {
   return q;
 }
 
-/* Add to lam, some dλ of column j (its scaled reactions' derivative: K), what keeps it the choice. */
+/* Where joints on loops rub: the same with the springs' loads as friction turns them. more: derivative of what it changes. */
+static void tr_follow_pressed(tr_sim *s, const tr_choice *q, int j, double *kap, const double *more, double *lam) {
+  const tr_kernel *k = s->k;
+  int m = k->nkappa, n = k->nn, r = tr_open_count(s), a = k->active;
+  double f[r], shift[n];
+  memset(shift, 0, sizeof shift), memset(f, 0, sizeof f);
+  tr_add_columns(n, a, map_Nl(k, TR_A(s, maps)), lam, 1.0, shift);
+  tr_add_columns(r, n, TR_A(s, openB), shift, 1.0, f);
+  for (int i = 0; i < k->nelements; ++i)
+    for (int row = 0; row < k->element[i].nmore; ++row) kap[k->element[i].kappa0 + row] += more[k->element[i].more0 + row];
+  for (int p = 0; p < r; ++p) {
+    int from = q->least.perm[p];
+    f[p] += tr_dot(TR_A(s, openQ) + (size_t)p * m, kap, m) + q->least.d[from] * q->turn[from + j * q->r];
+    f[p] = -f[p];
+  }
+  tr_lu_solve(r, TR_A(s, openF), (const int *)TR_A(s, openP), f);
+  tr_add_columns(a, r, TR_A(s, openV), f, 1.0, lam);
+}
+
+/* Add to lam, some dλ of column j (its scaled reactions' derivative, and that of what friction changes in them: K), what keeps it the
+ * choice. */
 static void tr_follow_choice(tr_sim *s, const tr_choice *q, int j, const double *K, double *lam) {
   const tr_kernel *k = s->k;
   int m = k->nkappa;
   double kap[m], x[q->r];
   memcpy(kap, K, sizeof kap);
   tr_add_columns(m, k->active, map_kappa(k, TR_A(s, maps)) + m, lam, 1.0, kap);
+  if (tr_open_count(s)) {
+    tr_follow_pressed(s, q, j, kap, K + m, lam);
+    return;
+  }
   tr_least_solve(&q->least, kap, q->turn + j * q->r, x);
   tr_add_columns(k->active, q->r, q->V, x, 1.0, lam);
 }

@@ -22,11 +22,15 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(smin, pairs); TR_PLACE(smax, pairs); TR_PLACE(zone, TR_DOUBLES(tr_zone) * pairs); TR_PLACE(h_res, 2 * rows);
   TR_PLACE(ev, TR_DOUBLES(tr_event) * s->events.capacity); TR_PLACE(breaks, s->clock.nbreaks); TR_PLACE(tables, ntable);
   TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? TR_DOUBLES(tr_memory) * o->npost : 0);
+  const int r = k->nmore ? a : 0;
+  TR_PLACE(openV, a * r); TR_PLACE(openQ, k->nkappa * r); TR_PLACE(openN, k->nn * r); TR_PLACE(amounts, r); TR_PLACE(openY, r * e);
+  TR_PLACE(openF, r * r); TR_PLACE(openP, r); TR_PLACE(openB, r * k->nn); TR_PLACE(openE, r ? k->nn * e : 0);
+  TR_PLACE(more, k->nmore); TR_PLACE(dmore, k->ndmore);
   TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0); TR_PLACE(gram, tr_least_size(rows));
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 2 * e); TR_PLACE(share, e);
   TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs);
   TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
-  int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa) * (ny + 1 + nz);
+  int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
   TR_PLACE(jp, s->j ? s->j->nw : 0); TR_PLACE(W, s->j ? ny * ny : 0); TR_PLACE(wperm, s->j ? ny : 0);

@@ -85,11 +85,14 @@ static void tr_add_columns(int m, int n, const double *A, const double *x, doubl
   }
 }
 
+#include "pressed.c"
+
 /* Redundant variant: choose, among the λ the motion leaves open, those of least scaled reactions; they stay affine in η.
- * lam0 and the columns of T are corrected in place. */
+ * lam0 and the columns of T are corrected in place. Where joints on loops rub this is the middle from which ``pressed.c`` starts. */
 static void tr_choose_reactions(tr_sim *s, double *lam0) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now;
+  s->loops.open = m && r > 0 ? s->loops.open : 0;
   if (m == 0 || r <= 0) return;
   double *V = TR_A(s, nul), *Q = V + a * a, *T = TR_A(s, T), kap[m], x[r];
   const double *k0 = map_kappa(k, TR_A(s, maps)), *kl = k0 + m, *ke = kl + m * a;
@@ -104,6 +107,7 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
     tr_least_solve(&least, kap, 0, x);
     tr_add_columns(a, r, V, x, sign, lam);
   }
+  if (k->nmore) tr_keep_open(s, r, V, Q, &least);
 }
 
 /* q̈ of the sliding freedoms = Q0' + Qe' η with λ eliminated. */

@@ -18,6 +18,7 @@ static void tr_law(tr_sim *s, const double *eta) {
   for (int i = 0; i < n; ++i) N[i] = N0[i];
   for (int j = 0; j < e; ++j)
     for (int i = 0; i < n; ++i) N[i] += Ne[i + j * n] * eta[j];
+  if (tr_open_count(s)) tr_press(s, N);
   k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
@@ -25,7 +26,7 @@ static void tr_law(tr_sim *s, const double *eta) {
 static void tr_law_jacobian(tr_sim *s, double *J) {
   const tr_kernel *k = s->k;
   int n = k->nn, e = k->neta;
-  const double *Ne = TR_A(s, Np) + n, *dn = TR_A(s, dn);
+  const double *Ne = tr_by_friction(s), *dn = TR_A(s, dn);
   for (int m = 0; m < k->nelements; ++m) {
     const tr_element *el = k->element + m;
     int n0 = el->n0, nn = el->needs, e0 = el->eta0, ne = el->neta;
@@ -48,7 +49,7 @@ static double tr_share_row(tr_sim *s, int m, int at, int i, const double *eta, d
   int L = lead->multiplier, atl = lead->dhold;
   const tr_element *el = k->element + tr_pair_of(s, m)->element, *ell = k->element + tr_pair_of(s, lead->pair)->element;
   const tr_hold *hold = tr_hold_of(s, m), *holdl = tr_hold_of(s, lead->pair);
-  const double *u = TR_A(s, share), *Ne = TR_A(s, Np) + n, *dhold = TR_A(s, dhold);
+  const double *u = TR_A(s, share), *Ne = tr_by_friction(s), *dhold = TR_A(s, dhold);
   double fit = hold->capacity / hold->size, fitl = holdl->capacity / holdl->size, ratio = u[i] / u[L], share = ratio * fit / fitl;
   for (int j = 0; j < e; ++j) {
     double d = 0.0, dl = 0.0;
@@ -179,6 +180,10 @@ static int tr_multipliers(tr_sim *s) {
   for (int i = 0; i < a; ++i) {
     lam[i] = lam0[i];
     for (int j = 0; j < e; ++j) lam[i] -= T[i + j * a] * eta[j];
+  }
+  if (tr_open_count(s)) {
+    tr_law(s, eta);
+    tr_add_columns(a, tr_open_count(s), TR_A(s, openV), TR_A(s, amounts), 1.0, lam);
   }
   return 1;
 }

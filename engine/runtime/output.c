@@ -35,7 +35,7 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
 static void tr_resolve(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
-  if (rows == 0 || m == 0 || (k->active == rows && s->loops.rank_now == k->active)) return;
+  if (rows == 0 || m == 0 || k->nmore || (k->active == rows && s->loops.rank_now == k->active)) return;
   double *base = TR_A(s, kap), *N = base + m, *dir = TR_A(s, cand), x[rows];
   int count = tr_open_reactions(s, y, z, dir, N, base);
   tr_least least = tr_least_of(m, count, N, TR_A(s, gram));

@@ -30,7 +30,7 @@ static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double
  * decides where redundant loops leave λ open, its rows behind R (0: the basic solution). */
 static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const tr_choice *choice, double *dz) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny + k->nquad;
+  int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny + k->nquad, open = choice ? tr_open_count(s) : 0;
   const double *T = TR_A(s, T), *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);
   double *lu = TR_A(s, lu), b[a + 1], lam[a + 1], shift[n + 1];
   int *perm = (int *)TR_A(s, perm) + a;
@@ -62,6 +62,11 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
     tr_lu_solve(e, lu, perm, deta);
     for (int i = 0; i < a; ++i)
       for (int q = 0; q < e; ++q) out[i] -= T[i + q * a] * deta[q];
+    for (int q = 0; q < e && open; ++q) { /* the open reactions follow friction too */
+      double x[open];
+      for (int p = 0; p < open; ++p) x[p] = TR_A(s, openY)[p + q * open] * deta[q];
+      tr_add_columns(a, open, TR_A(s, openV), x, 1.0, out);
+    }
   }
   return 1;
 }

@@ -57,6 +57,7 @@ typedef struct tr_waiting {
 typedef struct tr_loops {
   int rank;            /* at accurate states: the largest found */
   int rank_now;        /* of the factor in place */
+  int open;            /* directions of reactions that friction decides on (``pressed.c``) */
   double least_pivot;  /* smallest pivot within the rank when that was found */
 } tr_loops;
 
@@ -135,6 +136,10 @@ typedef struct tr_places {
   int h_res;        /* residuals of the loops and their rates */
   int ev, breaks, tables; /* event records; break times; tables of signals */
   int nul, gram, kap; /* open reactions: directions, least squares, their scaled reactions */
+  int openV, openQ, openN; /* open directions where joints on loops rub: λ, the springs' loads, N */
+  int amounts, openY;  /* how much of each; its derivative by η */
+  int openF, openP, openB, openE; /* matrix of their equations and its order; Qᵀ ∂δ/∂N; ∂N/∂η with them */
+  int more, dmore;     /* δ, what friction changes in the springs' loads; its derivative */
   int wrap;         /* tr_memory of each column treated afterwards */
   int Q, rowk, lead, share; /* freedoms at rest: q̈ = Q0 + Qe η; how each is found (int); tr_leader each; shares */
   int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */

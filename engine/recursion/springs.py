@@ -1,0 +1,115 @@
+"""Contacts of the joints on loops as springs: all of one radial stiffness, a face across an axis the same (METHOD, "Redundant loops").
+
+The rows are what the contacts press, each a force; their sum of squares is the elastic energy but for a factor. A joint without
+friction counts as one with contacts as pictures draw them, their sizes as parts of the radius of gyration of its own parts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import casadi as ca
+
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import ContactElement, Wrench
+from engine.contact.base import COMPONENTS
+from engine.recursion.accelerations import Accelerations
+from engine.recursion.elements import Element, joint_rates, laws, numbers
+from engine.recursion.reactions import frames, on_outboard, on_pin
+from engine.recursion.reduction import Model
+from engine.recursion.vectors import SX, cross
+from engine.system.structure import GROUND, Body, Joint
+
+PART = 0.1
+"""Half length of the contacts of a joint without friction, of the radius of gyration of its parts."""
+HALF_ROOT = math.sqrt(0.5)
+NO_SIZE = 1e-300
+
+
+def _element(j: Joint) -> ContactElement | None:
+    return CONTACTS[j.kind.friction] if j.kind.friction else None
+
+
+def springs_of(j: Joint) -> int:
+    """How many rows a joint has: its contacts', its faces', or all six components; and one for each drive."""
+    element = _element(j)
+    if element is None:
+        return 6 + len(j.driven)
+    example: Mapping[str, SX] = {label: SX(1) for s in element.sizes for label in s.labels}
+    none = Wrench(dict.fromkeys(COMPONENTS, SX(1)), 1)
+    return len(element.pressed(none, [], [], example)) + len(element.thrusts) + len(j.driven)
+
+
+def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
+    """What a joint's springs carry, friction counted as any other force: affine maps (rows×columns), or numbers (rows×1) with
+    ``pick`` = [1; λ; η]."""
+    element, arm = _element(j), _arm(m, j)
+    f, t, s = on_outboard(m, acc, j, pick)
+    drives = [_along(m, j, k, f, t) / arm for k in j.driven]
+    if element is None:
+        Ein = frames(m, j)[0]
+        rows = [HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f)))]
+        return ca.sparsify(ca.vertcat(*rows, *drives))
+    fc, mc = on_pin(m, acc, j, pick)
+    parts = [*(fc[k, :] for k in range(3)), *(mc[k, :] for k in range(3))]
+    columns, unit = fc.size2(), SX.sym("unit", 6)
+    w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, -1 if j.pin_out else 1)
+    pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(m, j, element, arm)), *[w[n] for n in element.thrusts])
+    map_ = ca.sparsify(ca.jacobian(pressed, unit))
+    out = map_ @ ca.vertcat(*parts)
+    assert out.size2() == columns
+    return ca.sparsify(ca.vertcat(out, *drives))
+
+
+def rubbing_rows(m: Model, e: Element, values: SX, states: SX | None = None) -> SX:
+    """What the friction of sliding changes in the first rows of a joint (rows×1), its needed components of f_c, m_c given."""
+    return rubbed(e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e, states), numbers(m.sym, e))
+
+
+def complete_wrench(e: Element, values: SX) -> Wrench:
+    """A wrench of all six components from those an element needs; friction changes nothing in what the others press."""
+    have = dict(zip(e.needs, [values[k] for k in range(values.numel())], strict=True))
+    return Wrench({n: have.get(n, SX(0)) for n in COMPONENTS}, -1 if e.joint.pin_out else 1)
+
+
+def rubbed(e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:
+    """The same with everything given. With Adams' friction, which knows no contacts, none."""
+    without = e.contact.pressed(w, rates, [], g)
+    if e.friction.adams:
+        return SX.zeros(len(without))
+    with_ = e.contact.pressed(w, rates, ls, g)
+    return ca.vertcat(*[a - b for a, b in zip(with_, without, strict=True)])
+
+
+def _sizes(m: Model, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
+    """A joint's own sizes, or those of one without friction."""
+    if j.friction:
+        return {name: m.sym.leaf(leaf) for name, leaf in j.friction.numbers}
+    return {label: arm for s in element.sizes for label in s.labels}
+
+
+def _arm(m: Model, j: Joint) -> SX:
+    """Half length of the contacts of a joint without friction, m."""
+    bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
+    square = sum((_gyration(m, b) for b in bodies), SX(0)) / len(bodies)
+    return PART * ca.sqrt(square + NO_SIZE)
+
+
+def _gyration(m: Model, b: Body) -> SX:
+    """Square of a body's radius of gyration, m²: half the trace of its inertia over its mass; of a point mass the square of its
+    distance from its joint."""
+    j = [m.sym.leaf(x) for x in b.inertia[:3]]
+    if all(x.is_zero() for x in j):
+        c = m.sym.leaves(b.center)
+        return ca.dot(c, c)
+    total = 0.5 * (j[0] + j[1] + j[2])
+    return total if b.per_mass else total / m.sym.leaf(b.mass)
+
+
+def _along(m: Model, j: Joint, k: int, f: SX, t: SX) -> SX:
+    """What acts along a driven freedom on the outboard part: force times the arm, or torque."""
+    Ein, Eout = frames(m, j)
+    axis = j.kind.axes[k][0]
+    direction = (Ein if axis.side == "in" else Eout)[:, axis.index]
+    return direction.T @ t if axis.rot else direction.T @ f * _arm(m, j)

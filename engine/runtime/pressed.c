@@ -1,0 +1,114 @@
+/* Reactions that redundant loops leave open where joints on them rub (METHOD, "Redundant loops"): the limit of stiff contacts.
+ *
+ * Rigid parts ask that what the contacts are pressed in, along their normals, fits together: Qᵀ(κ + Q y + δ(N)) = 0 over the amounts y of
+ * the open directions V. κ, affine in η, are the springs' loads with friction counted as any other force (``loops.c`` makes Qᵀκ = 0, by the
+ * least elastic energy), Q those of the directions; δ is what changes because friction turns the normals away from the forces. Friction
+ * is not variational, so this is no minimum; it is one where nothing rubs. y follows from η by Newton's method, in one step where δ is linear. */
+#include "linalg.h"
+#include "maps.h"
+#include "modes.h"
+
+#define PRESS_MAX 40      /* iterations; two or three where only balls make δ nonlinear */
+#define PRESS_EXACT 1e-15 /* of the largest load: a step of round-off */
+#define PRESS_LAST 1e-9   /* of the largest load: the next step would be its square */
+#define PRESS_NONE 1e-250 /* N: no load at all, whose digits are none */
+
+static int tr_finite(int n, const double *a);
+
+/* Whether the amounts of open directions are unknowns beside the friction: in the redundant variant, where there are any. */
+static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
+
+/* The directions left open, from V (a×r) and their loads Q (m×r): brought to unit loads, what depends on others dropped. */
+static void tr_keep_open(tr_sim *s, int r, const double *V, const double *Q, const tr_least *least) {
+  const tr_kernel *k = s->k;
+  int a = k->active, m = k->nkappa, n = k->nn, kept = 0;
+  double *Vo = TR_A(s, openV), *Qo = TR_A(s, openQ), *No = TR_A(s, openN);
+  const double *Nl = map_Nl(k, TR_A(s, maps));
+  for (int i = 0; i < least->rank; ++i) {
+    int q = least->perm[i];
+    double unit = least->d[q];
+    for (int j = 0; j < a; ++j) Vo[j + kept * a] = unit * V[j + q * a];
+    for (int j = 0; j < m; ++j) Qo[j + kept * m] = unit * Q[j + q * m];
+    memset(No + kept * n, 0, sizeof(double) * n);
+    tr_add_columns(n, a, Nl, Vo + kept * a, 1.0, No + kept * n);
+    ++kept;
+  }
+  if (kept != s->loops.open) memset(TR_A(s, amounts), 0, sizeof(double) * kept);
+  s->loops.open = kept;
+}
+
+/* B (r×n) = Qᵀ ∂δ/∂N, from the derivatives in place. */
+static void tr_press_derivative(tr_sim *s, int r, double *B) {
+  const tr_kernel *k = s->k;
+  const double *Qo = TR_A(s, openQ), *dmore = TR_A(s, dmore);
+  memset(B, 0, sizeof(double) * r * k->nn);
+  for (int e = 0; e < k->nelements; ++e) {
+    const tr_element *el = k->element + e;
+    const double *D = dmore + el->dmore0;
+    for (int i = 0; i < el->needs; ++i)
+      for (int q = 0; q < r; ++q)
+        for (int row = 0; row < el->nmore; ++row) B[q + (el->n0 + i) * r] += Qo[el->kappa0 + row + q * k->nkappa] * D[row + i * el->nmore];
+  }
+}
+
+/* Residual Qᵀ(Q y + δ(N)) into f (r), N being in place; returns the size of the loads. */
+static double tr_press_residual(tr_sim *s, int r, const double *y, double *f) {
+  const tr_kernel *k = s->k;
+  int m = k->nkappa;
+  const double *Qo = TR_A(s, openQ), *more = TR_A(s, more);
+  double load[m], size = 0.0;
+  k->pressed(TR_A(s, NN), map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_pressed, TR_A(s, more), TR_A(s, dmore));
+  memset(load, 0, sizeof load);
+  for (int e = 0; e < k->nelements; ++e)
+    for (int i = 0; i < k->element[e].nmore; ++i) load[k->element[e].kappa0 + i] = more[k->element[e].more0 + i];
+  for (int i = 0; i < m; ++i) size = fmax(size, fabs(load[i]));
+  tr_add_columns(m, r, Qo, y, 1.0, load);
+  for (int q = 0; q < r; ++q) f[q] = tr_dot(Qo + (size_t)q * m, load, m);
+  return size;
+}
+
+/* N += N_open y with y such that the contacts fit together; how N then follows η (Ne', n×e, in openE). After tr_eliminate. 0: no way. */
+static int tr_press(tr_sim *s, double *N) {
+  const tr_kernel *k = s->k;
+  int r = tr_open_count(s), n = k->nn, e = k->neta, m = k->nkappa, *perm = (int *)TR_A(s, openP);
+  const double *No = TR_A(s, openN), *Qo = TR_A(s, openQ);
+  double *y = TR_A(s, amounts), *F = TR_A(s, openF), *B = TR_A(s, openB), base[n], f[r], last = INFINITY;
+  memcpy(base, N, sizeof base);
+  for (int it = 0; it < PRESS_MAX; ++it) {
+    double step = 0.0, size;
+    memcpy(N, base, sizeof base);
+    tr_add_columns(n, r, No, y, 1.0, N);
+    size = tr_press_residual(s, r, y, f);
+    tr_press_derivative(s, r, B);
+    for (int q = 0; q < r; ++q)
+      for (int p = 0; p < r; ++p) {
+        double sum = tr_dot(Qo + (size_t)q * m, Qo + (size_t)p * m, m);
+        for (int i = 0; i < n; ++i) sum += B[q + i * r] * No[i + p * n];
+        F[q + p * r] = sum;
+      }
+    if (!tr_lu(r, F, perm)) break;
+    tr_lu_solve(r, F, perm, f);
+    if (!tr_finite(r, f)) break;
+    for (int q = 0; q < r; ++q) y[q] -= f[q], step = fmax(step, fabs(f[q])), size = fmax(size, fabs(y[q]));
+    if (step <= PRESS_EXACT * size || size < PRESS_NONE || (step <= PRESS_LAST * size && step < last)) {
+      memcpy(N, base, sizeof base);
+      tr_add_columns(n, r, No, y, 1.0, N);
+      memcpy(TR_A(s, openE), TR_A(s, Np) + n, sizeof(double) * n * e);
+      for (int j = 0; j < e; ++j) {
+        memset(f, 0, sizeof f);
+        tr_add_columns(r, n, B, TR_A(s, Np) + n + j * n, -1.0, f);
+        tr_lu_solve(r, F, perm, f);
+        memcpy(TR_A(s, openY) + j * r, f, sizeof f);
+        tr_add_columns(n, r, No, f, 1.0, TR_A(s, openE) + j * n);
+      }
+      return 1;
+    }
+    last = step;
+  }
+  memset(y, 0, sizeof(double) * r);
+  for (int i = 0; i < n; ++i) N[i] = NAN;
+  return 0;
+}
+
+/* Derivative of the reaction components by η (n×e) at the law's last evaluation. */
+static inline const double *tr_by_friction(const tr_sim *s) { return tr_open_count(s) ? TR_A(s, openE) : TR_A(s, Np) + s->k->nn; }
