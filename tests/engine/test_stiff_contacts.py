@@ -1,0 +1,77 @@
+"""Where loops leave reactions open and joints on them rub, the engine's contacts are the limit of stiff ones: checked against a
+model that knows no joint rows, only springs with friction (``reference.compliant``), and against hand statics of doors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.scene import model as sm
+from engine.simulation.run import simulate
+from tests.engine.compare import engine_row, results
+from tests.reference import forward
+from tests.reference.compliant import Compliant
+from tests.reference.random_scenes import Case
+from tests.reference.streams import stream
+
+LIMIT = 1e-9
+"""Agreement asked for, relative to the largest load: round-off times the condition of the springs."""
+
+
+def _rub(rng: np.random.Generator, kind: str) -> sm.Friction:
+    sizes = {"radius": rng.uniform(0.005, 0.03), "mu": rng.uniform(0.05, 0.6), "law": "coulomb"}
+    if kind != "spherical":
+        sizes["half_length"] = rng.uniform(0.02, 0.08)
+    if kind == "prismatic":  # long enough not to wedge
+        sizes |= {"mu": rng.uniform(0.05, 0.3), "half_length": rng.uniform(0.15, 0.3)}
+        sizes |= {"half_width": rng.uniform(0.01, 0.03), "half_height": rng.uniform(0.01, 0.03)}
+        del sizes["radius"]
+    if kind == "revolute" and rng.random() < 0.5:
+        sizes["thrust_radius"] = 0.01
+    return sm.Friction(**sizes)
+
+
+def _carried(rng: np.random.Generator, kinds: tuple[str, ...], rate: float) -> Case:
+    """A body that several joints on one axis carry: a door on its hinges, a carriage on two rails, a shaft in bearings."""
+    rails = "prismatic" in kinds
+    where = [np.array([0.0, 0.3 * i, 0.1 * i]) if rails else np.array([0.0, 0.0, s]) for i, s in enumerate(np.cumsum(rng.uniform(0.2, 1.0, len(kinds))))]
+    body = sm.Body(mass=rng.uniform(5, 30), center=tuple(rng.uniform(-0.3, 0.6, 3)), inertia=(2.0, 2.5, 1.8, 0.1, -0.2, 0.05))
+    joints, q, qd = {}, {}, {}
+    for i, (kind, at) in enumerate(zip(kinds, where, strict=True)):
+        name = f"j{i}"
+        axis = {} if kind == "spherical" else {"axis": "x" if rails else "z"}
+        joints[name] = sm.Joint(
+            type=kind, inboard=sm.Side("ground", tuple(at)), outboard=sm.Side("body", tuple(at)), friction=_rub(rng, kind),
+            pin=str(rng.choice(["inboard", "outboard"])), **axis,
+        )  # fmt: skip
+        angle = 0.3
+        q[name] = {"spherical": np.r_[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], "cylindrical": np.array([0.0, angle])}.get(kind, np.array([0.0 if rails else angle]))
+        qd[name] = {"spherical": np.array([0, 0, rate]), "cylindrical": np.array([0.0, rate])}.get(kind, np.array([rate]))
+    scene = sm.Scene({"body": body}, joints, "carried", gravity=tuple(rng.uniform(-8, 8, 3)))
+    return Case(scene, q, qd, 0.0, ("j0",))
+
+
+FAMILIES = {
+    "door": ("revolute", "revolute"),
+    "three hinges": ("revolute", "revolute", "revolute"),
+    "hinge and ball": ("revolute", "spherical"),
+    "shaft in bearings": ("revolute", "cylindrical", "cylindrical"),
+    "carriage on rails": ("prismatic", "prismatic"),
+}
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(family: str) -> None:
+    for seed in range(4):
+        rng = stream(seed, family, "stiff")
+        case = _carried(rng, FAMILIES[family], float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0)))
+        mine = results(*engine_row(case))
+        model = Compliant(forward(case.scene, {"j0": case.q["j0"]}, case.qd, 0.0))
+        acceleration, _ = model.solve()
+        largest = max(max(f) for f in model.normal_force.values())
+        assert model.residual <= LIMIT
+        for name in case.scene.joints:
+            contacts = mine[name, "normal_force"]
+            expected = model.normal_force[name]
+            assert np.abs(contacts - expected[: len(contacts)]).max() <= LIMIT * largest, (seed, name)
+        assert mine["body", "acceleration"] == pytest.approx(acceleration[:3], rel=LIMIT, abs=LIMIT * np.abs(acceleration).max())
