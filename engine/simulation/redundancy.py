@@ -15,11 +15,13 @@ SHARE = 1e-6
 @dataclass(frozen=True)
 class Redundancy:
     """Which reactions are not unique. count: how many independent reaction patterns the motion leaves open; joints: names of
-    the joints whose reactions are therefore not unique (the reactions reported there are the smallest in the bodies' own
-    metric)."""
+    the joints whose reactions are therefore not unique; rubbing: those among them that have friction, which then, and the motion
+    with it, is not unique for rigid bodies either. Reported are the reactions that are smallest in the bodies' own metric, or,
+    where joints on loops rub, the limit of stiff contacts (METHOD, "Redundant loops")."""
 
     count: int
     joints: tuple[str, ...] = ()
+    rubbing: tuple[str, ...] = ()
 
 
 def redundancy(block: Block) -> Redundancy:
@@ -35,7 +37,8 @@ def redundancy(block: Block) -> Redundancy:
         at += rows
         if part.size and np.abs(part).max() > SHARE:
             names.append(name)
-    return Redundancy(open_directions.shape[1], tuple(names))
+    rubbing = {j.name for j in block.system.joints if j.friction}
+    return Redundancy(open_directions.shape[1], tuple(names), tuple(n for n in names if n in rubbing))
 
 
 def redundancy_notes(r: Redundancy) -> list[str]:
@@ -43,5 +46,11 @@ def redundancy_notes(r: Redundancy) -> list[str]:
     if r.count == 0:
         return []
     times = "once" if r.count == 1 else f"{r.count} times"
-    joints = ", ".join(r.joints)
-    return [f"the loops are redundant {times}: the motion is unique, the reactions of {joints} are not (smallest reported)"]
+    joints, redundant = ", ".join(r.joints), f"the loops are redundant {times}"
+    if not r.rubbing:
+        return [f"{redundant}: the motion is unique, the reactions of {joints} are not (smallest reported)"]
+    rubbing = ", ".join(r.rubbing)
+    return [
+        f"{redundant}: rigid bodies leave the reactions of {joints} open, and with them the friction of {rubbing} and the motion; "
+        "reported is the limit of stiff contacts, all of one radial stiffness"
+    ]

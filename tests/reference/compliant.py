@@ -15,13 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root
 
+from engine.scene.model import Friction
+
 from .bodies import GROUND
 from .contacts import E1, E2, E3, pin_force
 from .equations import Equations, typical_length
 from .kinematics import State
-from .laws import law_of
+from .laws import Law, law_of
 from .rotation import cross
-from .rubbing import Rubbing, pin_of
+from .rubbing import pin_of, rates_of
 
 
 @dataclass(frozen=True)
@@ -35,21 +37,29 @@ class Site:
     face: bool = False
 
 
-def sites_of(joint) -> list[Site]:
-    """The contact springs of a joint with friction."""
-    g = joint.friction
+def sites_of(state: State, name: str) -> list[Site]:
+    """The contact springs of a joint; of one without friction with a tenth of its parts' radius of gyration for its half length."""
+    joint = state.scene.joints[name]
+    if joint.type not in ("revolute", "spherical", "prismatic", "cylindrical"):
+        raise NotImplementedError(f"{name}: no springs for a {joint.type} joint")
+    g = joint.friction or Friction(**dict.fromkeys(("radius", "half_length", "half_width", "half_height"), _arm(state, name)))
     if joint.type == "spherical":
         return [Site(np.zeros(3), (E1, E2, E3), g.radius)]
     ends = [-g.half_length * E1, g.half_length * E1]
     if joint.type == "prismatic":
-        faces = [Site(p, (e,), h) for e, h in ((E2, g.half_width), (E3, g.half_height)) for p in ends]
-        return faces
+        return [Site(p, (e,), h) for e, h in ((E2, g.half_width), (E3, g.half_height)) for p in ends]
     across = [Site(p, (E2, E3), g.radius) for p in ends]
     return across if joint.type == "cylindrical" else [*across, Site(np.zeros(3), (E1,), g.thrust_radius or 0.0, True)]
 
 
+def _arm(state: State, name: str) -> float:
+    pose = state.joint_pose(name)
+    bodies = [state.parts[b] for b in (pose.inboard, pose.outboard) if b != GROUND]
+    return 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in bodies])))
+
+
 class Compliant:
-    """A scene at a state, all of whose joints rub and slide."""
+    """A scene at a state in which all that rubs slides."""
 
     def __init__(self, state: State):
         self.state, self.eq = state, Equations(state)
@@ -62,23 +72,24 @@ class Compliant:
         """Contact forces on all bodies (6 each: force, torque about the mass centre) for displacements delta."""
         out = np.zeros(self.size)
         for name, joint in self.state.scene.joints.items():
-            pin, pose, rub = pin_of(self.state, name), self.state.joint_pose(name), Rubbing(self.state, name)
-            law = law_of(self.state.scene, joint.friction)
+            pin, pose, rates = pin_of(self.state, name), self.state.joint_pose(name), rates_of(self.state, name)
+            law = law_of(self.state.scene, joint.friction) if joint.friction else Law("viscous")
             inner, outer = (pose.inboard, pose.outboard) if pin.sign > 0 else (pose.outboard, pose.inboard)
             loads = []
-            for site in sites_of(joint):
+            for site in sites_of(self.state, name):
                 at = pin.point + pin.A @ site.place
                 gap = pin.A.T @ (self._moved(delta, inner, at) - self._moved(delta, outer, at))
                 u = sum((e @ gap) * e for e in site.axes)
                 f = float(np.linalg.norm(u))
                 n = u / f if f > 0 else site.axes[0]
                 loads.append(f)
-                force, moment = self._contact(site, n, f, rub.rates, law, share)
+                force, moment = self._contact(site, n, f, rates, law, share)
                 F, T = pin.A @ force, pin.A @ moment
                 self._apply(out, inner, at, F, T)
                 self._apply(out, outer, at, -F, -T)
             if joint.type == "prismatic":
-                loads.append(self._torsion(out, delta, pin, inner, outer, joint, rub.rates, law, share))
+                arm = max(joint.friction.half_width, joint.friction.half_height) if joint.friction else _arm(self.state, name)
+                loads.append(self._torsion(out, delta, pin, inner, outer, arm, rates, law, share))
             self.normal_force[name] = loads
         return out
 
@@ -93,9 +104,8 @@ class Compliant:
         force = f * pin_force(n, arm, rates[3:], rates[:3], slope)
         return force, cross(arm, force)
 
-    def _torsion(self, out, delta, pin, inner, outer, joint, rates, law, share) -> float:
+    def _torsion(self, out, delta, pin, inner, outer, arm, rates, law, share) -> float:
         """The couple on a sleeve's faces: a spring at the longer arm. Returns its total force."""
-        arm = max(joint.friction.half_width, joint.friction.half_height)
         turn = E1 @ pin.A.T @ (self._turned(delta, inner) - self._turned(delta, outer))
         force = arm * turn
         axial = share * law.slope(abs(rates[0])) * rates[0] * abs(force) * (pin.A @ E1)

@@ -30,6 +30,13 @@ def pin_of(state: State, name: str) -> Pin:
     return Pin(-1.0, pose.A_out, pose.p_out)
 
 
+def rates_of(state: State, name: str) -> np.ndarray:
+    """Rates of the bearing relative to the pin, in the pin's frame: travel (3), then turn (3)."""
+    six, pin = directions(state, name), pin_of(state, name)
+    world = six.F[:3].T @ six.rate[:3], six.T[3:].T @ six.rate[3:]
+    return pin.sign * np.concatenate([pin.A.T @ x for x in world])
+
+
 def pair(value) -> tuple[float, float]:
     """Two numbers, one for each journal of a universal joint, from one that stands for both or from two."""
     return tuple(value) if isinstance(value, (tuple, list)) else (value, value)
@@ -85,9 +92,7 @@ class Rubbing:
         self.law = law_of(state.scene, self.joint.friction)
         self.adams = is_adams(state.scene, self.joint.friction)
         self.qd = state.qd[name]
-        # ``rates`` are those of the bearing relative to the pin, in the pin's frame: travel (3), then turn (3).
-        world = self.six.F[:3].T @ self.six.rate[:3], self.six.T[3:].T @ self.six.rate[3:]
-        self.rates = self.pin.sign * np.concatenate([self.pin.A.T @ x for x in world])
+        self.rates = rates_of(state, name)
 
     def friction(self, wrench, devices, scale: float = 1.0) -> tuple[np.ndarray, list]:
         """Friction on the inboard part along each freedom, and the contacts."""
