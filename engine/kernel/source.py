@@ -37,6 +37,7 @@ def kernel_source(
     main = main_unit(sym, quadratures, redundant)
     out = output_unit(model(sym, reduce=False), chosen, quadratures)
     facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active), "loop_rows": rows_of(system)}
+    facts["rubbing"] = [j.name for j in system.frictional]
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
 
 

@@ -37,7 +37,7 @@ def redundancy(block: Block) -> Redundancy:
         at += rows
         if part.size and np.abs(part).max() > SHARE:
             names.append(name)
-    rubbing = {j.name for j in block.system.joints if j.friction}
+    rubbing = block.kernel.facts["rubbing"]
     return Redundancy(open_directions.shape[1], tuple(names), tuple(n for n in names if n in rubbing))
 
 
