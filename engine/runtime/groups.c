@@ -96,6 +96,38 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, doub
   }
 }
 
+/* Acceleration of multiplier c[i]'s freedom without friction of the n multipliers c. */
+static double tr_unheld(const tr_sim *s, int n, const int *c, int i) {
+  int e = s->k->neta;
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + s->k->active;
+  double acc = Q0[c[i]];
+  for (int j = 0; j < e; ++j) acc += Qe[c[i] + j * e] * eta[j];
+  for (int j = 0; j < n; ++j) acc -= Qe[c[i] + c[j] * e] * eta[c[j]];
+  return acc;
+}
+
+/* One freedom would move the n multipliers c together, with rates v or −v: balls among them share by the friction they would have in
+ * that motion, the way it would begin. Returns the one that leads: `leader`, or where that is a ball's the one that would carry the largest share. */
+static int tr_impending(tr_sim *s, int n, const int *c, const double *v, int leader) {
+  int at, balls = 0;
+  double most = 0.0, way = tr_unheld(s, n, c, leader) < 0.0 ? -1.0 : 1.0;
+  for (int i = 0; i < n; ++i) {
+    const tr_pair *pair = tr_pair_of(s, tr_owner(s, c[i], &at));
+    if (pair->cone) TR_A(s, impend)[pair->rate0 + c[i] - pair->eta0] = way * v[i], balls = 1;
+  }
+  if (!balls) return leader;
+  s->friction.impending = 1;
+  tr_law(s, TR_A(s, z) + s->k->active);
+  tr_impending_law(s);
+  if (!tr_pair_of(s, tr_owner(s, c[leader], &at))->cone) return leader;
+  for (int i = 0; i < n; ++i) {
+    int m = tr_owner(s, c[i], &at);
+    double mine = fabs(tr_impends(s, m) ? TR_A(s, limit)[c[i]] / TR_A(s, arm)[c[i]] : 0.0);
+    if (mine > most) most = mine, leader = i;
+  }
+  return leader;
+}
+
 /* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
  * of their capacity do so equally. */
 static void tr_group_of(tr_sim *s, int n, const int *c) {
@@ -112,6 +144,9 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
   int leader = perm[0];
   if (rank == 1) { /* one freedom: all oppose its motion */
     for (int i = 0; i < n; ++i) x[i] = A[i + leader * n] * arm[c[i]] * arm[c[i]];
+    leader = tr_impending(s, n, c, A + leader * n, leader);
+    for (int i = 0; i < n; ++i) perm[i] = i;
+    perm[0] = leader, perm[leader] = 0;
   } else {
     tr_share_loads(s, n, c, A, cap, x);
     for (int i = 0; i < n; ++i) perm[i] = i;
@@ -135,6 +170,7 @@ static void tr_group(tr_sim *s) {
   const double *Qe = TR_A(s, Q) + e;
   for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_STILL;
   memset(TR_A(s, share), 0, sizeof(double) * e);
+  memset(TR_A(s, impend), 0, sizeof(double) * k->nrates);
   for (int i = 0; i < e; ++i) {
     if (!left[i]) continue;
     int n = 0;

@@ -40,25 +40,7 @@ static void tr_law_jacobian(tr_sim *s, double *J) {
   }
 }
 
-/* Residual and row i of the Jacobian J of a multiplier of pair m (its derivative of the capacity begins at `at`) that carries a share of a
- * group's load: its part of the capacity is the leader's part, times the ratio of their shares. */
-static double tr_share_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
-  const tr_kernel *k = s->k;
-  int e = k->neta, n = k->nn;
-  const tr_leader *lead = tr_leaders(s) + i;
-  int L = lead->multiplier, atl = lead->dhold;
-  const tr_element *el = k->element + tr_pair_of(s, m)->element, *ell = k->element + tr_pair_of(s, lead->pair)->element;
-  const tr_hold *hold = tr_hold_of(s, m), *holdl = tr_hold_of(s, lead->pair);
-  const double *u = TR_A(s, share), *Ne = tr_by_friction(s), *dhold = TR_A(s, dhold);
-  double fit = hold->capacity / hold->size, fitl = holdl->capacity / holdl->size, ratio = u[i] / u[L], share = ratio * fit / fitl;
-  for (int j = 0; j < e; ++j) {
-    double d = 0.0, dl = 0.0;
-    for (int q = 0; q < el->needs; ++q) d += dhold[at + q] * Ne[el->n0 + q + j * n];
-    for (int q = 0; q < ell->needs; ++q) dl += dhold[atl + q] * Ne[ell->n0 + q + j * n];
-    J[i + j * e] = (i == j) - eta[L] * share * (d / hold->capacity - dl / holdl->capacity) - (j == L ? share : 0.0);
-  }
-  return eta[L] * share - eta[i];
-}
+#include "impending.c"
 
 /* Residual and Jacobian rows of pairs held at rest replace those of their law: q̈ = 0 (scaled to the own multiplier), η = 0 where the
  * motion is prescribed, or a share of the group's load: friction ratio equal to the leader's. */
@@ -68,6 +50,7 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
   const int *row = tr_row_kinds(s);
   const double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
   if (s->friction.shares) k->held(TR_A(s, NN), TR_A(s, share), TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  if (s->friction.impending) tr_impending_law(s);
   for (int m = 0, at = 0; m < k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
     for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i) {
