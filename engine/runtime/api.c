@@ -15,6 +15,7 @@ static void tr_certify(tr_sim *s);
 #include "coulomb.c"
 #include "groups.c"
 #include "verify.c"
+#include "bound.c"
 TR_RARE
 #include "onset.c"
 #include "rest.c"

@@ -6,28 +6,39 @@
 #define CLOSE_TIMES 8   /* which are so many at most, */
 #define CLOSE_ENOUGH 10.0 /* down to so many tolerances of the event */
 
-/* Rate of change of the sliding speed of a pair of one component along its direction, at the state just solved. */
-static double tr_slowing(const tr_sim *s, int i) {
-  int e = tr_pair_of(s, i)->eta0;
-  return tr_acceleration_now(s, e) * TR_A(s, arm)[e] * (tr_mode_of(s, i)->direction[0] < 0.0 ? -1.0 : 1.0);
+/* Sliding speed of a pair that moves on a line, m/s, along the direction it had (`change`: its rate of change), at the state just solved. */
+static double tr_speed_on_line(const tr_sim *s, int i, double *change) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
+  double v = 0.0, size = 0.0;
+  *change = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) {
+    double along = dir[j] * arm[j];
+    v += r[j] * arm[j] * along, *change += tr_acceleration_now(s, pair->eta0 + j) * arm[j] * along, size += along * along;
+  }
+  *change /= sqrt(size);
+  return v / sqrt(size);
 }
 
 /* The end of sliding of pair i, found inside a step at (t, y) and evaluated there, was found with the loops open by the step's error;
  * closing them leaves a speed. Where the pair is at its dead centre (whatever moves, its rate is near zero) that speed cannot be taken by
- * an impulse of its friction: that would stop the whole mechanism. Its time is therefore found anew with the loops closed. */
+ * an impulse of its friction: that would stop the whole mechanism; and others that the loops bind to it are then not yet at rest. Its time
+ * is therefore found anew with the loops closed. */
 static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
   int n = tr_width(s);
-  double moved[n], te = *t;
+  double moved[n], te = *t, change;
+  if (tr_pair_of(s, i)->nrates > 1 && !tr_stops_on_line(s, i)) return;
   memcpy(moved, y, sizeof moved);
   for (int it = 0; it < 4; ++it) {
-    double v = tr_sliding_of(s, i)->speed, change = tr_slowing(s, i);
+    double v = tr_speed_on_line(s, i, &change);
     if (fabs(v) <= TOL_SPEED * tr_speed_unit(s)) break;
-    double dt = -v / change;
+    double dt = -v / change, next;
     te += dt;
     if (!(change < 0.0) || !(te > s->clock.t) || te > s->step.t0 + s->step.size) break;
     for (int q = 0; q < n; ++q) moved[q] += dt * TR_A(s, dy)[q];
     if (!tr_project(s, te, moved) || !tr_rhs(s, te, moved, TR_A(s, dy))) break;
-    if (!(fabs(tr_sliding_of(s, i)->speed) < 0.5 * fabs(v))) break;
+    next = tr_speed_on_line(s, i, &change);
+    if (!(fabs(next) < 0.5 * fabs(v))) break;
     memcpy(y, moved, sizeof moved), *t = te;
   }
   tr_rhs(s, *t, y, TR_A(s, dy));
@@ -35,7 +46,7 @@ static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
 
 /* Whether the end of a pair's sliding, found inside a step, is to be found anew with the loops closed. */
 static int tr_needs_sharpening(const tr_sim *s, int i) {
-  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i);
+  return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }
 
 /* How far pair i is beyond its mode (``tr_violation``, less what is tolerated) at θ of the step just made, with the loops closed. NaN: no

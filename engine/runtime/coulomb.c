@@ -87,7 +87,7 @@ static void tr_group(tr_sim *s);
 static void tr_note_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
   int e = k->neta, *row = tr_row_kinds(s);
-  s->friction.still = s->friction.shares = s->friction.impending = 0;
+  s->friction.still = s->friction.shares = s->friction.by_law = 0;
   for (int i = 0; i < k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     int stuck = tr_is_stuck(s, i) || i == s->friction.freed;

@@ -14,18 +14,33 @@
 #define SHARE_GAIN 1e-10   /* of the capacity: by so much a group must hold better when its load is shared anew */
 #define DIFFERENT 1e-6     /* of length · rate²: accelerations by which two answers differ; far above round-off, far below a motion's own */
 
-/* Turn a stuck pair into one that slips the way its friction pulls (or, where its motion is prescribed, the way it accelerates). */
+/* Turn a stuck pair into one that slips the way its friction pulls (or, where its motion is prescribed, the way it accelerates); and with it
+ * all that are bound to it. */
 static void tr_let_slip(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *arm = TR_A(s, arm) + pair->eta0;
   tr_mode *m = tr_mode_of(s, i);
   int prescribed = tr_row_kinds(s)[pair->eta0] == TR_ROW_FREE || tr_contradicts(s, pair->eta0);
+  if (tr_bound(s)[i]) {
+    double way = 0.0;
+    for (int q = 0; q < s->k->nsliders; ++q)
+      for (int e = tr_pair_of(s, q)->eta0; e < tr_pair_of(s, q)->eta0 + tr_pair_of(s, q)->neta && tr_bound_to(s, q, i); ++e)
+        way += TR_A(s, line)[e] * (prescribed ? tr_freedom_acceleration(s, e) : TR_A(s, z)[s->k->active + e]);
+    tr_slip_along(s, i, way);
+    return;
+  }
   m->flag = TR_SLIPS;
   for (int j = 0; j < 3; ++j) m->direction[j] = 0.0;
   if (pair->nrates == 1)
     m->direction[0] = (prescribed ? tr_freedom_acceleration(s, pair->eta0) : eta[0]) < 0.0 ? -1.0 : 1.0;
   else
     for (int j = 0; j < pair->nrates; ++j) m->direction[j] = prescribed ? tr_freedom_acceleration(s, pair->eta0 + j) : eta[j] / (arm[j] * arm[j]);
+}
+
+/* Stop pair i, and with it all of the pairs `rest` that are bound to it. */
+static void tr_let_stick(tr_sim *s, const int *rest, int n, int i) {
+  for (int q = 0; q < n; ++q)
+    if (tr_bound_to(s, rest[q], i)) tr_mode_of(s, rest[q])->flag = TR_STUCK;
 }
 
 /* How far pair i (at rest) is from satisfying its mode, after tr_solve_modes; > 0: it does not. */
@@ -67,21 +82,41 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
       if (!(v <= most)) most = v, worst = rest[q];
     }
     if (worst < 0) return tr_holds(s, rest, n);
-    if (!tr_slides(s, worst)) tr_let_slip(s, worst); else tr_mode_of(s, worst)->flag = TR_STUCK;
+    if (!tr_slides(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
   }
   return 0;
 }
 
-/* Put the combination `code` of the pairs at rest in force: each sticks, or slips one way or the other; one of several components
- * sticks, or slips the way that is found from its `guess`. */
-static void tr_put_combination(tr_sim *s, const int *rest, int n, int code, const double *guess) {
+/* Of the pairs at rest those that are decided by themselves: one of each class. Their number. */
+static int tr_decided_apart(const tr_sim *s, const int *rest, int n, int *apart) {
+  int count = 0;
   for (int q = 0; q < n; ++q) {
-    tr_mode *m = tr_mode_of(s, rest[q]);
-    int single = tr_pair_of(s, rest[q])->nrates == 1, ways = single ? 3 : 2, way = code % ways;
+    int first = 1;
+    for (int p = 0; p < q; ++p) first &= !tr_bound_to(s, rest[p], rest[q]);
+    if (first) apart[count++] = rest[q];
+  }
+  return count;
+}
+
+/* In how many ways pair i may rest or start: two along its line, each way; where it has none, the one that is found from a guess. */
+static int tr_ways(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_bound(s)[i] ? 3 : 2; }
+
+/* Put the combination `code` of the pairs at rest in force: each that is decided by itself (`apart`, count) sticks, or slips one way or the
+ * other, and with it its class; one of several components without a line sticks, or slips the way that is found from its `guess`. */
+static void tr_put_combination(tr_sim *s, const int *rest, int n, const int *apart, int count, int code, const double *guess) {
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+  for (int u = 0; u < count; ++u) {
+    const int i = apart[u], ways = tr_ways(s, i), way = code % ways;
+    tr_mode *m = tr_mode_of(s, i);
     code /= ways;
-    m->flag = way ? TR_SLIPS : TR_STUCK;
-    if (single) m->direction[0] = way == 2 ? -1.0 : 1.0;
-    else memcpy(m->direction, guess + 3 * q, sizeof(double) * 3);
+    if (!way) continue;
+    if (tr_bound(s)[i]) {
+      tr_slip_along(s, i, way == 2 ? -1.0 : 1.0);
+      continue;
+    }
+    m->flag = TR_SLIPS;
+    if (ways == 3) m->direction[0] = way == 2 ? -1.0 : 1.0;
+    else memcpy(m->direction, guess + 3 * u, sizeof(double) * 3);
   }
 }
 
@@ -89,16 +124,17 @@ static void tr_put_combination(tr_sim *s, const int *rest, int n, int code, cons
  * them is left in force. */
 static int tr_enumerate(tr_sim *s, const int *rest, int n, int most) {
   const tr_kernel *k = s->k;
-  int total = 1, found = 0;
+  int total = 1, found = 0, apart[n + 1], count = tr_decided_apart(s, rest, n, apart);
   const long work = s->stats.newton_iterations + ENUMERATE_WORK;
   double *eta = TR_A(s, z) + k->active, known[k->neta + 1], first[k->neta + 1], guess[3 * n + 1];
   tr_mode modes[k->nsliders + 1];
-  for (int q = 0; q < n; ++q) {
-    total *= tr_pair_of(s, rest[q])->nrates == 1 ? 3 : 2;
-    memcpy(guess + 3 * q, tr_mode_of(s, rest[q])->direction, sizeof(double) * 3);
+  if (count > ENUMERATE_MAX) return 0;
+  for (int u = 0; u < count; ++u) {
+    total *= tr_ways(s, apart[u]);
+    memcpy(guess + 3 * u, tr_mode_of(s, apart[u])->direction, sizeof(double) * 3);
   }
   for (int code = 0; code < total && found < most && s->stats.newton_iterations < work; ++code) {
-    tr_put_combination(s, rest, n, code, guess);
+    tr_put_combination(s, rest, n, apart, count, code, guess);
     memset(eta, 0, sizeof(double) * k->neta);
     int ok = tr_solve_onsets(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
@@ -135,11 +171,9 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   memcpy(old, eta, sizeof(double) * s->k->neta);
   if (released >= 0 && s->friction.shares) {
     if (tr_hold_anew(s, rest, n)) return 2;
-    tr_mode_of(s, released)->flag = TR_SLIPS;
     memcpy(eta, old, sizeof(double) * s->k->neta);
   }
-  for (int q = 0; q < n; ++q)
-    if (rest[q] != released) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = released >= 0 && tr_bound_to(s, rest[q], released) ? TR_SLIPS : TR_STUCK;
   if (tr_settle_from(s, rest, n)) return 1;
   if (released >= 0) {
     memcpy(eta, old, sizeof(double) * s->k->neta);
@@ -149,7 +183,7 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   memcpy(eta, old, sizeof(double) * s->k->neta);
   for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
   if (tr_settle_from(s, rest, n)) return 1;
-  return n <= ENUMERATE_MAX && tr_enumerate(s, rest, n, 1) > 0;
+  return tr_enumerate(s, rest, n, 1) > 0;
 }
 
 /* Note when other modes of these pairs, `most` of them at most, would have done as well: then the motion is not determined by the law. */

@@ -106,23 +106,28 @@ static double tr_unheld(const tr_sim *s, int n, const int *c, int i) {
   return acc;
 }
 
-/* One freedom would move the n multipliers c together, with rates v or −v: balls among them share by the friction they would have in
- * that motion, the way it would begin. Returns the one that leads: `leader`, or where that is a ball's the one that would carry the largest share. */
+/* One freedom would move the n multipliers c together, with rates v: the axes of the balls among them. Returns the one that leads: `leader`,
+ * or where that is a ball's, which may have nothing to hold along it, one of another pair, or the largest of a ball. */
 static int tr_impending(tr_sim *s, int n, const int *c, const double *v, int leader) {
-  int at, balls = 0;
-  double most = 0.0, way = tr_unheld(s, n, c, leader) < 0.0 ? -1.0 : 1.0;
+  int owner[n], at, first = -1;
+  double t[3], dt[9], most = 0.0;
   for (int i = 0; i < n; ++i) {
-    const tr_pair *pair = tr_pair_of(s, tr_owner(s, c[i], &at));
-    if (pair->cone) TR_A(s, impend)[pair->rate0 + c[i] - pair->eta0] = way * v[i], balls = 1;
+    const tr_pair *pair = tr_pair_of(s, owner[i] = tr_owner(s, c[i], &at));
+    if (pair->cone) TR_A(s, impend)[pair->rate0 + c[i] - pair->eta0] = v[i];
+    else if (first < 0) first = i;
   }
-  if (!balls) return leader;
-  s->friction.impending = 1;
-  tr_law(s, TR_A(s, z) + s->k->active);
-  tr_impending_law(s);
-  if (!tr_pair_of(s, tr_owner(s, c[leader], &at))->cone) return leader;
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    double *w = TR_A(s, impend) + tr_pair_of(s, m)->rate0, size = 0.0;
+    if (!tr_impends(s, m)) continue;
+    for (int j = 0; j < 3; ++j) size += w[j] * w[j];
+    for (int j = 0; j < 3; ++j) w[j] /= sqrt(size);
+    s->friction.by_law = 1;
+  }
+  if (!tr_pair_of(s, owner[leader])->cone) return leader;
+  if (first >= 0) return first;
   for (int i = 0; i < n; ++i) {
-    int m = tr_owner(s, c[i], &at);
-    double mine = fabs(tr_impends(s, m) ? TR_A(s, limit)[c[i]] / TR_A(s, arm)[c[i]] : 0.0);
+    tr_across(s, owner[i], t, dt);
+    double mine = fabs(t[c[i] - tr_pair_of(s, owner[i])->eta0]);
     if (mine > most) most = mine, leader = i;
   }
   return leader;
@@ -137,14 +142,15 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
   double A[n * n], L[n * n], d[n], cap[n], x[n], *u = TR_A(s, share), *arm = TR_A(s, arm);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) A[i + j * n] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
-    d[i] = 1.0 / sqrt(A[i + i * n]);
+    d[i] = tr_response_unit(s, c[i], A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
   if (rank == n) return;
   int leader = perm[0];
   if (rank == 1) { /* one freedom: all oppose its motion */
-    for (int i = 0; i < n; ++i) x[i] = A[i + leader * n] * arm[c[i]] * arm[c[i]];
-    leader = tr_impending(s, n, c, A + leader * n, leader);
+    double v[n], way = tr_unheld(s, n, c, leader) < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < n; ++i) v[i] = way * A[i + leader * n], x[i] = v[i] * arm[c[i]] * arm[c[i]];
+    leader = tr_impending(s, n, c, v, leader);
     for (int i = 0; i < n; ++i) perm[i] = i;
     perm[0] = leader, perm[leader] = 0;
   } else {

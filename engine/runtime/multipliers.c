@@ -3,6 +3,7 @@
 #include "loops.c"
 
 #define PRESCRIBED 1e-9      /* response of a freedom through the loops over its own: below it, its motion is prescribed (as EXACT_PIVOT) */
+#define RESPONSE_FLOOR 1e-4  /* of a freedom's response without the loops: round-off of it is then 1e-11 of the unit, below GROUP_PIVOT */
 #define NEWTON_MAX 30
 #define SINGULAR 1e-300      /* derivative of the one complement equation: what is less cannot be divided by */
 #define NEWTON_EXACT 1e-15   /* of the largest friction: a step of round-off */
@@ -50,7 +51,7 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
   const int *row = tr_row_kinds(s);
   const double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
   if (s->friction.shares) k->held(TR_A(s, NN), TR_A(s, share), TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
-  if (s->friction.impending) tr_impending_law(s);
+  if (s->friction.by_law) tr_impending_law(s);
   for (int m = 0, at = 0; m < k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
     for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i) {
@@ -115,6 +116,25 @@ static int tr_newton(tr_sim *s, double *eta) {
 
 static void tr_note_modes(tr_sim *s);
 
+/* η by Newton's method, with groups at rest that share their load in the sense in which it pulls. */
+static int tr_newton_in_sense(tr_sim *s, double *eta) {
+  if (!tr_newton(s, eta)) return 0;
+  if (!s->friction.by_law || !tr_turn_impending(s, eta) || tr_newton(s, eta)) return 1;
+  memset(eta, 0, sizeof(double) * s->k->neta);
+  return tr_newton(s, eta);
+}
+
+/* η with balls of stuck groups sharing by their axes, where they do not by their law; 1 when found. */
+static int tr_newton_otherwise(tr_sim *s, const double *warm) {
+  double *eta = TR_A(s, z) + s->k->active;
+  if (!s->friction.by_law) return 0;
+  s->friction.by_law = 0;
+  memcpy(eta, warm, sizeof(double) * s->k->neta);
+  if (tr_newton(s, eta)) return 1;
+  memset(eta, 0, sizeof(double) * s->k->neta);
+  return tr_newton(s, eta);
+}
+
 /* Whether the motion of a held freedom has become prescribed by the loops (a dead centre), or has ceased to be. After tr_held_maps. */
 static int tr_kinds_changed(const tr_sim *s) {
   const tr_kernel *k = s->k;
@@ -130,6 +150,13 @@ static int tr_kinds_changed(const tr_sim *s) {
     }
   }
   return 0;
+}
+
+/* By what the response of multiplier i's freedom to frictions is scaled when its rank is looked for: by its own response, but no finer
+ * than round-off allows of what cancels in it, its response without the loops. */
+static double tr_response_unit(const tr_sim *s, int i, double own) {
+  double raw = fabs(map_Qe(s->k, TR_A(s, maps))[i + i * s->k->neta]);
+  return 1.0 / sqrt(fmax(own, RESPONSE_FLOOR * raw));
 }
 
 /* z = [λ active | η] at the state whose maps are in place; warm-started from the last z. 0 when there is no reachable root. */
@@ -152,9 +179,10 @@ static int tr_multipliers(tr_sim *s) {
   }
   double warm[e];
   memcpy(warm, eta, sizeof warm);
-  if (!tr_newton(s, eta)) {
+  if (!tr_newton_in_sense(s, eta)) {
     memset(eta, 0, sizeof(double) * e);
-    if (!tr_newton(s, eta) && !tr_newton_by_tilt(s, warm) && !(s->friction.anywhere && tr_newton_anywhere(s, eta))) {
+    if (!tr_newton_in_sense(s, eta) && !tr_newton_otherwise(s, warm) && !tr_newton_by_tilt(s, warm) &&
+        !(s->friction.anywhere && tr_newton_anywhere(s, eta))) {
       memset(eta, 0, sizeof(double) * e);
       return 0;
     }

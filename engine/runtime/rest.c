@@ -4,11 +4,29 @@
 #define HELD_PART 0.25 /* of a period or a turn: eight points see every top of a margin that swings with it (``search.c``) */
 #define TURN 6.283185307179586
 
-/* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none). Maps in place. */
+/* Whether pair i, of a class, is as slow as the class is while pair j of it is as good as at rest. */
+static int tr_rests_with(const tr_sim *s, int i, int j) {
+  if (!tr_bound_to(s, i, j)) return 0;
+  double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);
+  return tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s) * fmax(1.0, ratio);
+}
+
+/* Pairs that are stuck, or as good as at rest, and those in `also` (−1: none); with them those that the loops bind to them. Maps in place. */
 static int tr_at_rest(tr_sim *s, int also, int *rest) {
-  int n = 0;
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s))) rest[n++] = i;
+  const int pairs = s->k->nsliders;
+  int n = 0, resting[pairs + 1];
+  for (int i = 0; i < pairs; ++i) {
+    resting[i] = tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s));
+    n += resting[i];
+  }
+  if (!n) return 0;
+  tr_bind(s);
+  n = 0;
+  for (int i = 0; i < pairs; ++i) {
+    int rests = resting[i];
+    for (int j = 0; j < pairs && !rests && tr_is_set(s, i); ++j) rests = resting[j] && tr_rests_with(s, i, j);
+    if (rests) rest[n++] = i;
+  }
   return n;
 }
 
@@ -42,7 +60,7 @@ static int tr_stopping_impulses(const tr_sim *s, const int *rest, int n, double 
   int perm[count];
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) A[i + j * count] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
-    d[i] = 1.0 / sqrt(A[i + i * count]);
+    d[i] = tr_response_unit(s, c[i], A[i + i * count]);
   }
   int rank = tr_cholesky(count, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT);
   tr_cholesky_solve(count, rank, L, perm, d, v, x);

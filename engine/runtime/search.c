@@ -85,6 +85,7 @@ static int tr_event_at(tr_sim *s, double theta, int which) {
   double along = 0.0;
   for (int j = 0; j < tr_pair_of(s, which)->nrates; ++j) along += r[j] * m->direction[j] * arm[j] * arm[j];
   if (!(along < 0.0 && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s))) return TR_FOUND;
+  if (tr_stops_on_line(s, which)) return TR_FOUND; /* what the step leaves the loops open is what it has across */
   s->friction.missed = which;
   return TR_TOO_LARGE;
 }

@@ -156,6 +156,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   tr_mode modes[s->k->nsliders + 1];
   double change[nv + 1], unit[nv + 1];
   int events = s->events.count;
+  long refused = s->stats.refused;
   tr_keep_modes(s, modes);
   int has = tr_rhs(s, t, y, TR_A(s, dy));
   if (has) {
@@ -166,7 +167,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
     has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
   }
   tr_put_modes(s, modes);
-  s->events.count = events;
+  s->events.count = events, s->stats.refused = refused;
   tr_note_modes(s);
   return has;
 }

@@ -68,7 +68,7 @@ typedef struct tr_friction {
   int anywhere;        /* friction is sought from all starts there are: else the run would end */
   double eased;        /* part of friction that is left out for the moment (``starts.c``) */
   double searched;     /* time at which all has been tried, s */
-  int impending;       /* whether balls share by the friction of the motion that impends */
+  int by_law;          /* balls of stuck groups share by the friction of the motion that impends */
   double pace;         /* frequency of the fastest load that comes and goes, Hz */
   int freed;           /* pair whose friction is left out for the moment (``tr_stumbling_pair``); -1: none */
   int missed;          /* pair that has turned too fast for a step; -1: none */
@@ -143,7 +143,9 @@ typedef struct tr_places {
   int more, dmore;     /* δ, what friction changes in the springs' loads; its derivative */
   int wrap;         /* tr_memory of each column treated afterwards */
   int Q, rowk, lead, share; /* freedoms at rest: q̈ = Q0 + Qe η; how each is found (int); tr_leader each; shares */
-  int impend, limit, dlimit; /* balls that share: rates of the motion that impends, friction in it, its derivative */
+  int bound, line;  /* int a pair: its class (``bound.c``), the multiplier it is named by and 1; 0: none; rates of the class */
+  int limit, dlimit; /* the law in that motion, and its derivative */
+  int impend;       /* balls of such groups: unit axis of their turning in that motion, in the places of their rates */
   int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */
   int arm, vmin;    /* levers of the multipliers; speed at which capture was last tried in vain */
   int con;          /* contacts at the last accepted state */
