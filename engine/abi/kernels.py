@@ -98,7 +98,7 @@ void (*laws)(const double *N, const double *r, const double *x, const double *c,
 void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : without derivative
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : what rest can hold
 void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : without derivative
-void (*pressed)(const double *N, const double *r, const double *x, const double *c, double *more, double *dN) : what friction changes in the scaled reactions
+void (*pressed)(const double *N, const double *r, const double *x, const double *c, double *more, double *dN) : δ of friction
 void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
 void (*qdot)(const double *y, const double *v, double *dq) : coordinate rates
@@ -121,8 +121,8 @@ void (*contacts)({STATE}, const double *z, const double *a, double *out) : tr_co
 void (*kappa)({STATE}, const double *z, const double *a, double *out) : the scaled reactions
 """)
 
-JACOBIAN = Record("tr_jacobian", "[F; R; scaled reactions (nkappa); what friction changes in them (nmore)] by [y, t, z], column-major: all at once, or the point and then "
-                  "columns one by one.", f"""
+JACOBIAN = Record("tr_jacobian", "[F; R; scaled reactions (nkappa); what friction changes in them (nmore)] by [y, t, z], "
+                  "column-major: all at once, or the point and then columns one by one.", f"""
 int abi : must be TR_ABI
 int nc : constants
 int nw : values the point keeps

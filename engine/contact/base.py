@@ -124,9 +124,10 @@ class ContactElement:
                direction.
     held       (wrench, direction of friction, laws, numbers, adams) → for every pair at rest what it can hold (``Hold``).
     contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction itself.
-    pressed    (wrench, rates, laws, numbers) → components of what its contacts press, each times the root of its spring's compliance over
-               that of one contact (METHOD, "Redundant loops"): without friction where ``laws`` is empty, else with that of sliding
-               (a pair at rest counts as without). As many numbers either way; the wrench has all six components.
+    pressed    (wrench, rates, laws, numbers) → components of what its contacts press, each times the root of its spring's
+               compliance over that of one contact (METHOD, "Redundant loops"): without friction where ``laws`` is empty,
+               else with that of sliding (a pair at rest counts as without). As many numbers either way; the
+               wrench has all six components.
     thrusts    components of f_c that faces across an axis carry.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.

@@ -18,8 +18,8 @@ HALF_ROOT = math.sqrt(0.5)
 
 
 def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
-    """Solution of (124) as a1 + a2, b1 + b2, a1 − a2, b1 − b2 of the components of the two normal forces along e3 and e2, N. kr, ks:
-    friction ratios around and along the pin; radius of the pin and half length c, m."""
+    """Solution of (124) as a1 + a2, b1 + b2, a1 − a2, b1 − b2 of the components of the two normal forces along e3 and e2, N. kr,
+    ks: friction ratios around and along the pin; radius of the pin and half length c, m."""
     n = 1 / (1 + kr * kr)
     a, b = -(kr * f2 + f3) * n, (kr * f3 - f2) * n
     y2, y3 = (m2 - ks * radius * a) / c, (m3 + ks * radius * b) / c
@@ -43,8 +43,8 @@ def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX
 
 
 def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
-    """The two forces across a pin as their ``sums`` over √2: the same sum of squares, and what presses both ends alike is apart from
-    what tilts the pin."""
+    """The two forces across a pin as their ``sums`` over √2: the same sum of squares, and what presses both ends alike is apart
+    from what tilts the pin."""
     found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], g["half_length"])
     return [HALF_ROOT * x for x in found]
 

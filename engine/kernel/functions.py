@@ -140,7 +140,7 @@ def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Cod
     ]
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), Input("r", rates, 1)]
     outs = [Output("more", 0, ca.densify(values), 1), Output("dN", 0, derivative, 1)]
-    return emit(ins, [o for o in outs if o.values.numel()], stages)
+    return emit(ins, outs if values.numel() else [], stages)
 
 
 def coordinate_rates_function(sym: Symbols) -> Code:

@@ -8,8 +8,8 @@ components, r rates and k scaled reactions it holds, one after the other:
   N0 (n), Nl (n×a), Ne (n×e)     reaction components of frictional joints, N0 + Nl λ + Ne η
   rates (r)                      of the freedoms of frictional joints, and behind them the states of friction laws
   Q0 (e), Ql (e×a), Qe (e×e)     accelerations of these freedoms, which rest sets to zero; only where some law is set-valued
-  κ0 (k), κl (k×a), κe (k×e)     scaled reactions (friction counted as any other force), which decide what redundant loops leave open; only in the redundant variant,
-                                 needed while stepping when friction depends on them
+  κ0 (k), κl (k×a), κe (k×e)     scaled reactions (friction counted as any other force), which decide what redundant loops leave
+                                 open; only in the redundant variant, needed while stepping when friction depends on them
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from engine.kernel.functions import (
     energy_function,
     held_function,
     laws_function,
-    pressed_function,
     prepare_all,
+    pressed_function,
     stops_function,
 )
 from engine.kernel.looped import Looped, loops_pay

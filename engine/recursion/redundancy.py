@@ -1,5 +1,6 @@
 """Reactions of the joints on loops, scaled so that the sum of their squares decides between the reactions that redundant loops
-leave open (METHOD, "Redundant loops"): where nothing rubs on a loop by the inertia of the parts, else by the compliance of contacts."""
+leave open (METHOD, "Redundant loops"): where nothing rubs on a loop by the inertia of the parts, else by the compliance of
+contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Contacts of the joints on loops as springs: all of one radial stiffness, a face across an axis the same (METHOD, "Redundant loops").
+"""Contacts of the joints on loops as springs: all of one radial stiffness, a face across an axis the same (METHOD, "Redundant
+loops").
 
 The rows are what the contacts press, each a force; their sum of squares is the elastic energy but for a factor. A joint without
 friction counts as one with contacts as pictures draw them, their sizes as parts of the radius of gyration of its own parts.

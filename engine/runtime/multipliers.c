@@ -70,10 +70,10 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
   }
 }
 
-/* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
- * convergence has made the next one negligible (the Jacobian is exact). */
 static void tr_ease(const tr_sim *s, const double *eta, double *r, double *J);
 
+/* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
+ * convergence has made the next one negligible (the Jacobian is exact). */
 static int tr_newton(tr_sim *s, double *eta) {
   const tr_kernel *k = s->k;
   int e = k->neta;

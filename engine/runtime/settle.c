@@ -32,9 +32,11 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
   }
 }
 
-/* Whether the event of pair i, just evaluated, is that of a ball that moves and comes to its cone: not one whose sliding ends. */
+/* Whether the event of pair i, just evaluated, is that of a ball that moves and comes to its cone: not one whose sliding ends, which leaves
+ * no more speed than what closes the loops. */
 static int tr_at_cone(const tr_sim *s, int i) {
   if (!tr_moving_ball(s, i)) return 0;
+  if (tr_pair_speed(s, i) > fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) return 1;
   return tr_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
 }
 

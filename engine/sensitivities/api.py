@@ -124,7 +124,8 @@ def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: 
     open_joints, problems = found.joints, []
     if found.rubbing:
         hint = "leave out joints, or their friction, until the mechanism is statically determinate"
-        text = f"the friction of {', '.join(found.rubbing)} follows from reactions that redundant loops leave open: no derivative is known"
+        joints = ", ".join(found.rubbing)
+        text = f"the friction of {joints} follows from reactions that redundant loops leave open: no derivative is known"
         raise SceneError([Problem("joints", text, hint)])
     for i, c in enumerate(chosen):
         if not c.quantity.reacts or c.key[1] not in open_joints:

@@ -1,5 +1,5 @@
-"""Many rubbing joints on one freedom: their events do not hang on method or tolerance, are events of all of them at once, and the motion
-is the one to which a law without any set-valued part tends as it is made steep."""
+"""Many rubbing joints on one freedom: their events do not hang on method or tolerance, are events of all of them at once, and the
+motion is the one to which a law without any set-valued part tends as it is made steep."""
 
 from __future__ import annotations
 

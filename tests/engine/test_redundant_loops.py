@@ -1,5 +1,5 @@
-"""Loops with more constraints than the motion needs: the reactions reported are the smallest in the bodies' own metric, where joints on
-them rub the limit of stiff contacts; neither depends on how the mechanism is told or where the loop is cut."""
+"""Loops with more constraints than the motion needs: the reactions reported are the smallest in the bodies' own metric, where
+joints on them rub the limit of stiff contacts; neither depends on how the mechanism is told or where the loop is cut."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from engine.simulation.run import simulate
 from engine.system.spanning import span
 from tests.engine.compare import engine_row, engine_table, results, worst
 from tests.engine.redundant import case_of, four_bar, open_reactions, smallest
-from tests.reference.reversal import reversed_joint
 from tests.reference.compliant import Compliant
+from tests.reference.reversal import reversed_joint
 from tests.reference.rubbing import Rubbing, pin_of, reaction
 from tests.reference.transforms import reframed, rotated, shuffled
 from tests.reference.units import rescaled

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from engine.scene import model as sm
-from engine.simulation.run import simulate
 from tests.engine.compare import engine_row, results
 from tests.reference import forward
 from tests.reference.compliant import Compliant
@@ -34,7 +33,8 @@ def _rub(rng: np.random.Generator, kind: str) -> sm.Friction:
 def _carried(rng: np.random.Generator, kinds: tuple[str, ...], rate: float) -> Case:
     """A body that several joints on one axis carry: a door on its hinges, a carriage on two rails, a shaft in bearings."""
     rails = "prismatic" in kinds
-    where = [np.array([0.0, 0.3 * i, 0.1 * i]) if rails else np.array([0.0, 0.0, s]) for i, s in enumerate(np.cumsum(rng.uniform(0.2, 1.0, len(kinds))))]
+    along = np.cumsum(rng.uniform(0.2, 1.0, len(kinds)))
+    where = [np.array([0.0, 0.3 * i, 0.1 * i]) if rails else np.array([0.0, 0.0, s]) for i, s in enumerate(along)]
     body = sm.Body(mass=rng.uniform(5, 30), center=tuple(rng.uniform(-0.3, 0.6, 3)), inertia=(2.0, 2.5, 1.8, 0.1, -0.2, 0.05))
     joints, q, qd = {}, {}, {}
     for i, (kind, at) in enumerate(zip(kinds, where, strict=True)):
@@ -45,7 +45,8 @@ def _carried(rng: np.random.Generator, kinds: tuple[str, ...], rate: float) -> C
             pin=str(rng.choice(["inboard", "outboard"])), **axis,
         )  # fmt: skip
         angle = 0.3
-        q[name] = {"spherical": np.r_[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], "cylindrical": np.array([0.0, angle])}.get(kind, np.array([0.0 if rails else angle]))
+        turned = {"spherical": np.r_[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], "cylindrical": np.array([0.0, angle])}
+        q[name] = turned.get(kind, np.array([0.0 if rails else angle]))
         qd[name] = {"spherical": np.array([0, 0, rate]), "cylindrical": np.array([0.0, rate])}.get(kind, np.array([rate]))
     scene = sm.Scene({"body": body}, joints, "carried", gravity=tuple(rng.uniform(-8, 8, 3)))
     return Case(scene, q, qd, 0.0, ("j0",))

@@ -1,11 +1,11 @@
-"""Rigid bodies held together by contacts that are stiff springs with friction: where rigid joints leave reactions open, theirs are the
-limit of these for large stiffness.
+"""Rigid bodies held together by contacts that are stiff springs with friction: where rigid joints leave reactions open, theirs are
+the limit of these for large stiffness.
 
-Every body is given a small displacement (three translations of its mass centre, three turns). A contact is pressed with the stiffness
-times the displacement of the pin there against its bearing; its normal is the direction of that displacement, its friction follows
-the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone. Displacements do
-not act back on the geometry, which makes the solution the limit itself. Unknown are displacements across the mechanism's motions
-and the accelerations along them.
+Every body is given a small displacement (three translations of its mass centre, three turns). A contact is pressed with the
+stiffness times the displacement of the pin there against its bearing; its normal is the direction of that displacement, its
+friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
+Displacements do not act back on the geometry, which makes the solution the limit itself. Unknown are displacements across the
+mechanism's motions and the accelerations along them.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from .rubbing import pin_of, rates_of
 
 @dataclass(frozen=True)
 class Site:
-    """A contact spring of a joint: where it is (pin's frame, from the pin's point), along which axes of that frame it is pressed, how
-    far its friction acts outward along the normal, and whether it is a face across the axis."""
+    """A contact spring of a joint: where it is (pin's frame, from the pin's point), along which axes of that frame it is pressed,
+    how far its friction acts outward along the normal, and whether it is a face across the axis."""
 
     place: np.ndarray
     axes: tuple[np.ndarray, ...]
@@ -97,7 +97,8 @@ class Compliant:
     def _contact(site: Site, n, f, rates, law, share) -> tuple[np.ndarray, np.ndarray]:
         """Force on the pin and torque about the site, pin's frame."""
         if site.face:
-            torque = -share * law.slope(abs(site.arm * rates[3]) or 1.0) * site.arm**2 * (-rates[3]) * E1 * f if site.arm else np.zeros(3)
+            slope = law.slope(abs(site.arm * rates[3]) or 1.0)
+            torque = share * slope * site.arm**2 * rates[3] * E1 * f if site.arm else np.zeros(3)
             return -f * n, torque
         arm = site.arm * n
         slope = share * law.slope(float(np.linalg.norm(rates[:3] + cross(rates[3:], arm))))
