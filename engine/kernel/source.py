@@ -128,7 +128,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "c_pressed": "K_C_PRESSED",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
-    functions = {n: f"k_{n}" for n in ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot")}
+    named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot")
+    functions = {n: f"k_{n}" for n in named}
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}
