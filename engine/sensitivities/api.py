@@ -119,14 +119,9 @@ def _per(unit: str, by: str) -> str:
 
 def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: np.ndarray) -> None:
     """SceneError when a chosen column shows reactions that redundant loops leave open: these are a choice of the runtime's, and
-    a choice has no derivative. Likewise when friction, and the motion with it, follows from such reactions."""
-    found = redundancy(model.block)
-    open_joints, problems = found.joints, []
-    if found.rubbing:
-        hint = "leave out joints, or their friction, until the mechanism is statically determinate"
-        joints = ", ".join(found.rubbing)
-        text = f"the friction of {joints} follows from reactions that redundant loops leave open: no derivative is known"
-        raise SceneError([Problem("joints", text, hint)])
+    a choice has no derivative."""
+    open_joints = redundancy(model.block).joints
+    problems = []
     for i, c in enumerate(chosen):
         if not c.quantity.reacts or c.key[1] not in open_joints:
             continue

@@ -37,7 +37,7 @@ def redundancy(block: Block) -> Redundancy:
         at += rows
         if part.size and np.abs(part).max() > SHARE:
             names.append(name)
-    rubbing = block.kernel.facts["rubbing"]
+    rubbing = block.kernel.facts["rubbing"] if block.kernel.sizes["nkappa"] else ()  # else no open reaction presses on what rubs
     return Redundancy(open_directions.shape[1], tuple(names), tuple(n for n in names if n in rubbing))
 
 
