@@ -18,6 +18,7 @@
 #define START_BACKWARDS 1e-6 /* of the accelerations that cancel: a pair that starts may be so near to not starting */
 #define SLOW_TURNS 1e-10   /* of the speed unit: slower sliding of several components may turn by more than a right angle (as NEAR_MISS) */
 #define FAINT_START 1e-5   /* of what cancels: less acceleration has no direction (as FAINT_RATIO) */
+#define FRICTION_NOTHING 1e-12 /* of the load: no friction at all */
 #define NOTHING_HELD 1e-290 /* N: friction of nothing */
 #define STOP_MISSED 1e-9   /* of the length, or rad: how deep an open stop, or how far off a pressed one, may be */
 
@@ -92,15 +93,19 @@ static int tr_drives(const tr_sim *s, int i, const tr_answer *it, int starts) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *arm = TR_A(s, arm) + pair->eta0;
   const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
+  const tr_element *el = s->k->element + pair->element;
+  double friction = 0.0, load = 0.0; /* without a coefficient friction is the round-off of its load */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = tr_speed_unit(s) * (pair->nrates == 1 ? AT_REST_SPEED : SLOW_TURNS);
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
   if (power >= 0.0) return 0; /* the levers below cancel in the power */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * arm[j], f = eta[j] / arm[j];
-    power += f * v, size += fabs(f * v), fast += v * v;
+    power += f * v, size += fabs(f * v), fast += v * v, friction = fmax(friction, fabs(f));
     if (starts) cancel += it->acc_size[pair->eta0 + j] * arm[j], size += fabs(f) * it->acc_size[pair->eta0 + j] * arm[j];
   }
+  for (int q = 0; q < el->needs; ++q) load = fmax(load, fabs(it->N[el->n0 + q]));
+  if (friction <= FRICTION_NOTHING * load) return 0;
   if (sqrt(fast) <= (starts ? FAINT_START * cancel : slow)) return 0;
   return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
 }
