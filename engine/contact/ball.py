@@ -48,7 +48,7 @@ def _state(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[S
     mue2_p = None if k_p is None else k_p * k_p * (ww - along2) / (1 + k_p * k_p * along2)
     k_s = mue2_s = None
     if level is not None:
-        level = level * law.sign(law.moving(rates, (1.0, 1.0, 1.0)), (1.0, 1.0, 1.0))
+        level = level * law.side(rates, (1.0, 1.0, 1.0))
         s2, drag = ca.fmax(ww - along2 * (1 + level * level), FLOOR * ww), _drag(rates, omega, law, g)
         s, given = ca.sqrt(s2 + TINY), law.tilt * ca.sqrt(ww + TINY)
         if drag is not None:
@@ -148,7 +148,7 @@ def _adams(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX
     slope = _slope(f, rates, law, g)
     proportional = None if slope is None else slope * g["radius"]
     level, drag = _level(f, rates, law, g), _drag(rates, omega, law, g)
-    side = law.sign(law.moving(rates, (1.0, 1.0, 1.0)), (1.0, 1.0, 1.0))
+    side = law.side(rates, (1.0, 1.0, 1.0))
     sliding = None if level is None else level * side / s + (0 if drag is None else drag)
     k = law.choose(sliding, proportional)
     return [g["radius"] * k * x / F for x in _cross(f, wf)]

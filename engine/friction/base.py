@@ -28,6 +28,10 @@ HAIR = 1e-120
 length, which then is the direction of sliding (the first step of slip from rest, ``onset.c``)."""
 
 
+LINE = 1e134
+"""Length beyond which a frozen direction is that of a pair that moves along a line (``onset.c``)."""
+
+
 class Rest(Enum):
     """What a law is where the sliding velocity is zero, which decides what the runtime does there."""
 
@@ -178,6 +182,12 @@ class Law(ABC):
         dot = sum(x * d * a for x, d, a in zip(v, self.frozen, arms, strict=False))
         return ca.if_else(dot < 0, -1, 1)
 
+    def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
+        """The same for friction: of a direction that is frozen because the pair moves along a line (``onset.c``: it is that long),
+        +1 past its reversal too, where friction goes on as it was until the event is made."""
+        on_line = sum(d * d for d in self.frozen) > LINE**2
+        return ca.if_else(on_line, 1, self.sign(v, arms))
+
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
         """Signed ratios k, one for each component of the sliding velocity v (m/s). On the sliding branch the sign is frozen
         over a step: k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line. ``arms``: as in ``sign``."""
@@ -193,7 +203,7 @@ class Law(ABC):
         else:
             moved = self.moving(v, arms)
             speed = ca.sqrt(sum(x * x for x in moved) + TINY)
-            sliding = [level * self.sign(moved, arms) * x / speed for x in moved]
+            sliding = [level * self.side(v, arms) * x / speed for x in moved]
         if self.drag is not None:
             sliding = [None if k is None else k + self.drag * x for k, x in zip(sliding, v, strict=True)]
         return [self.choose(s, p) for s, p in zip(sliding, proportional, strict=True)]

@@ -203,6 +203,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   tr_course course = {.start = start, .middle = middle};
   s->step.watch = 0;
   tr_turn_directions(s);
+  tr_leave_lines(s);
   if (!fixed) tr_moreau_stops(s, s->clock.t, TR_A(s, y));
   tr_keep_modes(s, start);
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * tr_width(s));

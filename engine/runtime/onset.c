@@ -51,6 +51,13 @@ static int tr_starts_sliding(const tr_sim *s, int i) {
   return length > STILL_FROZEN * TR_FROZEN && length < LINE_LEAST;
 }
 
+/* Steps of impulses freeze no direction of sliding: pairs that moved along a line have its direction, of no length that outweighs rates. */
+static void tr_leave_lines(tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) > LINE_LEAST)
+      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] /= ON_LINE;
+}
+
 /* Whether pair i, which began to slide along a line, is still on it. Across the line friction is so stiff at low speed that explicit
  * methods blow round-off up from stage to stage; with the direction frozen there is nothing across it. */
 static int tr_stays_on_line(tr_sim *s, int i) {
