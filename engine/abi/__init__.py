@@ -2,6 +2,7 @@
 and the C header generated from them (``header``). No other file may know a number, a size or a layout of these."""
 
 from engine.abi.choices import (
+    LINE,
     Array,
     Breaks,
     Coordinate,
@@ -20,6 +21,6 @@ from engine.abi.choices import (
 )
 
 __all__ = [
-    "Array", "Breaks", "Coordinate", "EventKind", "Law", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState",
+    "LINE", "Array", "Breaks", "Coordinate", "EventKind", "Law", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState",
     "TableKind", "Verdict", "Wants", "Why",
 ]  # fmt: skip

@@ -60,6 +60,10 @@ class PairState(Named):
         return "\n".join([f"/* {' '.join((cls.__doc__ or '').split())} */", "enum {", *lines, "};\n"])
 
 
+LINE = 1e134
+"""Length beyond which the direction in a pair's mode is that of a pair that moves along a line (``onset.c``)."""
+
+
 class PairKind(Named, prefix="TR_KIND_"):
     """What a pair's law does at rest and at its kink."""
 

@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 
 from engine.abi import batches, kernels, runs
-from engine.abi.choices import ENUMERATIONS, Law
+from engine.abi.choices import ENUMERATIONS, LINE, Law
 from engine.abi.records import Record
 from engine.integrators import METHODS
 
@@ -28,10 +28,11 @@ def records() -> list[Record]:
 
 
 def sizes() -> str:
-    """C definitions of the counts that are no field of a record."""
+    """C definitions of the counts and lengths that are no field of a record."""
     counts = {"TR_EVENT_CONTACTS": runs.EVENT_CONTACTS, "TR_EVENT_KINDS": batches.EVENT_KINDS}
     counts |= {"TR_METHODS": len(METHODS), "TR_LAWS": len(Law)}
-    return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n"
+    lengths = f"#define TR_LINE {LINE!r} /* a direction in a mode that is longer is that of a pair on a line */\n"
+    return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n" + lengths
 
 
 @lru_cache(maxsize=1)

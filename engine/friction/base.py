@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, ClassVar
 
-from engine.abi import PairState
+from engine.abi import LINE, PairState
 from engine.basics.numbers import Number, checked_numbers
 from engine.basics.symbolic import SX, ca
 
@@ -26,10 +26,6 @@ HALF = 0.5
 HAIR = 1e-120
 """Part of the frozen direction added to a velocity of several components: nothing, unless the runtime freezes a direction of huge
 length, which then is the direction of sliding (the first step of slip from rest, ``onset.c``)."""
-
-
-LINE = 1e134
-"""Length beyond which a frozen direction is that of a pair that moves along a line (``onset.c``)."""
 
 
 class Rest(Enum):

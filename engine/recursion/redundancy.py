@@ -10,11 +10,9 @@ from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import Element, elements, reaction_rows
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
-from engine.recursion.springs import contact_rows, rubbing_rows, springs_of
+from engine.recursion.springs import contact_rows, rubbing_rows, spin, springs_of
 from engine.recursion.vectors import SX, cross
-from engine.system.structure import GROUND, Body, Joint, System
-
-TINY = 1e-300
+from engine.system.structure import GROUND, Joint, System
 
 
 def loop_joints(system: System) -> list[Joint]:
@@ -66,7 +64,7 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
             b, motion = m.sym.system.bodies[body], m.motions[body]
             arm = ca.sparsify(_outboard_point(m, j) - (motion.r + motion.R @ m.sym.leaves(b.center)))
             torque = t + cross(arm, f)
-            blocks += [sign * f / ca.sqrt(m.sym.leaf(b.mass)), sign * torque / ca.sqrt(_spin(m, b))]
+            blocks += [sign * f / ca.sqrt(m.sym.leaf(b.mass)), sign * torque / ca.sqrt(spin(m, b))]
     return ca.sparsify(ca.vertcat(*blocks))
 
 
@@ -110,13 +108,3 @@ def _outboard_point(m: Model, j: Joint) -> SX:
         return c.out.r + c.c_out
     step, motion = m.steps[j.child], m.motions[j.child]
     return motion.r if j.forward else motion.r + step.s
-
-
-def _spin(m: Model, b: Body) -> SX:
-    """Half the trace of a body's inertia, kg m²; of a point mass m |c|², c being its distance from its joint."""
-    j = [m.sym.leaf(x) for x in b.inertia[:3]]
-    mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
-    if all(x.is_zero() for x in j):
-        return mass * (ca.dot(c, c) + TINY)
-    total = 0.5 * (j[0] + j[1] + j[2])
-    return total * mass if b.per_mass else total

@@ -2,12 +2,11 @@
 loops").
 
 The rows are what the contacts press, each a force; their sum of squares is the elastic energy but for a factor. A joint without
-friction counts as one with contacts as pictures draw them, their sizes as parts of the radius of gyration of its own parts.
+friction counts as one whose contacts are a part of its parts' radius of gyration apart.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import casadi as ca
@@ -15,6 +14,7 @@ import casadi as ca
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement, Wrench
 from engine.contact.base import COMPONENTS
+from engine.contact.journal import HALF_ROOT
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import Element, joint_rates, laws, numbers
 from engine.recursion.reactions import frames, on_outboard, on_pin
@@ -24,7 +24,6 @@ from engine.system.structure import GROUND, Body, Joint
 
 PART = 0.1
 """Half length of the contacts of a joint without friction, of the radius of gyration of its parts."""
-HALF_ROOT = math.sqrt(0.5)
 NO_SIZE = 1e-300
 
 
@@ -54,18 +53,16 @@ def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None)
         return ca.sparsify(ca.vertcat(*rows, *drives))
     fc, mc = on_pin(m, acc, j, pick)
     parts = [*(fc[k, :] for k in range(3)), *(mc[k, :] for k in range(3))]
-    columns, unit = fc.size2(), SX.sym("unit", 6)
+    unit = SX.sym("unit", 6)
     w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, -1 if j.pin_out else 1)
     pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(m, j, element, arm)), *[w[n] for n in element.thrusts])
     map_ = ca.sparsify(ca.jacobian(pressed, unit))
-    out = map_ @ ca.vertcat(*parts)
-    assert out.size2() == columns
-    return ca.sparsify(ca.vertcat(out, *drives))
+    return ca.sparsify(ca.vertcat(map_ @ ca.vertcat(*parts), *drives))
 
 
-def rubbing_rows(m: Model, e: Element, values: SX, states: SX | None = None) -> SX:
+def rubbing_rows(m: Model, e: Element, values: SX) -> SX:
     """What the friction of sliding changes in the first rows of a joint (rows×1), its needed components of f_c, m_c given."""
-    return rubbed(e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e, states), numbers(m.sym, e))
+    return rubbed(e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
 
 
 def complete_wrench(e: Element, values: SX) -> Wrench:
@@ -93,19 +90,18 @@ def _sizes(m: Model, j: Joint, element: ContactElement, arm: SX) -> Mapping[str,
 def _arm(m: Model, j: Joint) -> SX:
     """Half length of the contacts of a joint without friction, m."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
-    square = sum((_gyration(m, b) for b in bodies), SX(0)) / len(bodies)
+    square = sum((spin(m, b) / m.sym.leaf(b.mass) for b in bodies), SX(0)) / len(bodies)
     return PART * ca.sqrt(square + NO_SIZE)
 
 
-def _gyration(m: Model, b: Body) -> SX:
-    """Square of a body's radius of gyration, m²: half the trace of its inertia over its mass; of a point mass the square of its
-    distance from its joint."""
+def spin(m: Model, b: Body) -> SX:
+    """Half the trace of a body's inertia, kg m²; of a point mass m |c|², c being its distance from its joint."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
+    mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):
-        c = m.sym.leaves(b.center)
-        return ca.dot(c, c)
+        return mass * (ca.dot(c, c) + NO_SIZE)
     total = 0.5 * (j[0] + j[1] + j[2])
-    return total if b.per_mass else total / m.sym.leaf(b.mass)
+    return total * mass if b.per_mass else total
 
 
 def _along(m: Model, j: Joint, k: int, f: SX, t: SX) -> SX:

@@ -10,6 +10,7 @@
 static int tr_have_dense(tr_sim *s);
 static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 static int tr_settle(tr_sim *s, double t, double *y, int which);
+static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int others);
 static void tr_certify(tr_sim *s);
 #include "manifold.c"
 #include "coulomb.c"

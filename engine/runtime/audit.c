@@ -7,7 +7,7 @@
 #define LEAST_RTOL 1e-12 /* tighter tolerances than that are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, of the energy turned over: inaccurate */
 #define AT_MOST 0.1      /* of the energy turned over: inaccurate whatever the tolerance */
-#define SINGULAR 1e-6    /* of the energy turned over: what loops may lose in a singular position at any tolerance */
+#define SINGULAR_LOSS 1e-6   /* of the energy turned over: what loops may lose in a singular position at any tolerance */
 #define NOTED 0.1        /* of what is inaccurate: worth a note */
 #define ROUND_OFF_TERMS 1e-11 /* of all terms of the balance: their round-off along a run */
 #define LAW_LEAST 1e-6   /* of a law's unit: smaller figures are no news, */
@@ -27,11 +27,7 @@ static inline void tr_audit_figure(tr_audit *a, int law, double size, int pair) 
 
 /* Acceleration of freedom i over all that cancels in it, from the maps as they are and all multipliers. */
 static double tr_audit_unrest(const tr_sim *s, int i) {
-  const tr_kernel *k = s->k;
-  const double *z = TR_A(s, z), *maps = TR_A(s, maps), *Ql = map_Ql(k, maps) + i, *Qe = map_Qe(k, maps) + i;
-  double sum = map_Q0(k, maps)[i], size = fabs(sum);
-  for (int q = 0; q < k->active; ++q) sum += Ql[q * k->neta] * z[q], size += fabs(Ql[q * k->neta] * z[q]);
-  for (int q = 0; q < k->neta; ++q) sum += Qe[q * k->neta] * z[k->active + q], size += fabs(Qe[q * k->neta] * z[k->active + q]);
+  double size, sum = tr_acceleration_sum(s, i, &size);
   return size > 0.0 ? fabs(sum) / size : 0.0;
 }
 
@@ -167,7 +163,7 @@ void tr_judge(const tr_sim *s, tr_judgement *out) {
   const tr_audit *a = &s->audit;
   *out = a->all;
   const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s);
-  const double far = fmin(FAR_OFF * tolerance, AT_MOST), limit = fmax(far, s->k->active ? SINGULAR : 0.0);
+  const double far = fmin(FAR_OFF * tolerance, AT_MOST), limit = fmax(far, s->k->active ? SINGULAR_LOSS : 0.0);
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
   out->noted = fmax(LAW_LEAST, LAW_PART * tolerance), out->noted_energy = NOTED * far;
   const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;

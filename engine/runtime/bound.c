@@ -26,14 +26,11 @@ static int tr_are_one(const tr_sim *s, int i, int j) {
 /* The multiplier of pair m that moves it most, where it moves along a line that the loops leave it; -1: it has more ways, or none. */
 static int tr_line_of(const tr_sim *s, int m) {
   const tr_pair *pair = tr_pair_of(s, m);
-  const double *Qe = TR_A(s, Q) + s->k->neta, *raw = map_Qe(s->k, TR_A(s, maps));
-  int most = -1, e = s->k->neta;
-  for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i) {
-    if (!(fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e]))) continue;
-    if (most < 0 || tr_response(s, i, i) > tr_response(s, most, most)) most = i;
-  }
+  int most = -1;
+  for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i)
+    if (!tr_is_prescribed(s, i) && (most < 0 || tr_response(s, i, i) > tr_response(s, most, most))) most = i;
   for (int i = pair->eta0; i < pair->eta0 + pair->neta && most >= 0; ++i)
-    if (i != most && fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e]) && !tr_are_one(s, i, most)) most = -1;
+    if (i != most && !tr_is_prescribed(s, i) && !tr_are_one(s, i, most)) most = -1;
   return most;
 }
 
@@ -79,7 +76,7 @@ static double tr_line_speed(const tr_sim *s, int i) {
 /* Whether pair i, of several components, is about to stop on a line that the loops leave it: it then passes through zero, as one of one
  * component does, but for a speed across it by which a step leaves the loops open. Maps in place. */
 static int tr_stops_on_line(tr_sim *s, int i) {
-  if (!s->k->active || tr_pair_speed(s, i) > fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) return 0;
+  if (!s->k->active || tr_pair_speed(s, i) > tr_creep(s)) return 0;
   tr_bind(s);
   return tr_bound(s)[i] != 0;
 }

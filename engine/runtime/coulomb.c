@@ -96,9 +96,8 @@ static void tr_note_modes(tr_sim *s) {
   }
   if (!s->friction.still) return;
   tr_without_loops(s, 1);
-  const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps));
   for (int i = 0; i < e; ++i)
-    if (row[i] == TR_ROW_STILL && !(fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e]))) row[i] = TR_ROW_FREE;
+    if (row[i] == TR_ROW_STILL && tr_is_prescribed(s, i)) row[i] = TR_ROW_FREE;
   tr_group(s);
 }
 
@@ -118,14 +117,21 @@ static double tr_freedom_acceleration(tr_sim *s, int i) {
   return acc;
 }
 
-/* The same from the maps as they are, λ included: also where nothing is held. */
-static double tr_acceleration_now(const tr_sim *s, int i) {
+/* The same from the maps as they are, λ included: also where nothing is held. size: the sum of the sizes of what it is made of. */
+static double tr_acceleration_sum(const tr_sim *s, int i, double *size) {
   const tr_kernel *k = s->k;
-  const double *z = TR_A(s, z), *maps = TR_A(s, maps);
+  const double *z = TR_A(s, z), *maps = TR_A(s, maps), *Ql = map_Ql(k, maps) + i, *Qe = map_Qe(k, maps) + i;
   double acc = map_Q0(k, maps)[i];
-  for (int q = 0; q < k->active; ++q) acc += map_Ql(k, maps)[i + q * k->neta] * z[q];
-  for (int q = 0; q < k->neta; ++q) acc += map_Qe(k, maps)[i + q * k->neta] * z[k->active + q];
+  *size = fabs(acc);
+  for (int q = 0; q < k->active; ++q) acc += Ql[q * k->neta] * z[q], *size += fabs(Ql[q * k->neta] * z[q]);
+  for (int q = 0; q < k->neta; ++q) acc += Qe[q * k->neta] * z[k->active + q], *size += fabs(Qe[q * k->neta] * z[k->active + q]);
   return acc;
+}
+
+/* The sum alone. */
+static double tr_acceleration_now(const tr_sim *s, int i) {
+  double size;
+  return tr_acceleration_sum(s, i, &size);
 }
 
 /* How far freedom i is from rest: its acceleration over what cancels in it. Of freedoms held by the loops or as one of a group, whose rest

@@ -124,21 +124,15 @@ static int tr_slowest(const tr_sim *s) {
  * so slow a sliding turns faster than any step. 1 when the run can go on. */
 static int tr_slow_pair_stops(tr_sim *s) {
   const tr_kernel *k = s->k;
-  double *y = TR_A(s, y), old[tr_width(s)];
   tr_mode modes[k->nsliders + 1];
   if (!k->sets) return 0;
   s->step.watch = 0;
-  tr_maps_at(s, y);
+  tr_maps_at(s, TR_A(s, y));
   int slow = tr_slowest(s);
   if (slow < 0) return 0;
-  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  tr_keep_modes(s, modes);
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
-  if (tr_settle(s, s->clock.t, y, slow) != TR_OK) {
-    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
-    return 0;
-  }
-  s->step.have_k1 = s->step.have_jac = 0;
-  s->step.h = s->set.hfixed;
+  if (!tr_settles_anew(s, slow, modes, 0)) return 0;
   s->stats.events++;
   return 1;
 }

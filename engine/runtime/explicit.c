@@ -111,18 +111,23 @@ static double tr_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
 }
 
+/* Put η where Newton's iteration is to begin at θ of the last step, between the multipliers at the step's ends: from elsewhere it might find
+ * another root. */
+static void tr_start_between(tr_sim *s, double theta) {
+  const double *start = TR_A(s, zstart) + s->k->active, *end = TR_A(s, zend) + s->k->active;
+  double *eta = TR_A(s, z) + s->k->active;
+  for (int i = 0; i < s->k->neta; ++i) eta[i] = (1.0 - theta) * start[i] + theta * end[i];
+}
+
 /* Rows of the dense output into kstep, from the states at both ends of the step and K; extra stages are evaluated for it. Always 1
  * unless one of these cannot be. */
 static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
   int n = tr_width(s), nv = n / 4;
   double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
-  int watch = s->step.watch, e = s->k->neta;
-  double *eta = TR_A(s, z) + s->k->active;
-  const double *start = TR_A(s, zstart) + s->k->active, *end = TR_A(s, zend) + s->k->active;
+  int watch = s->step.watch;
   s->step.watch = 0;
   for (int i = 0; i < m->extra; ++i) {
-    double c = m->c[m->stages + 1 + i];
-    for (int j = 0; j < e; ++j) eta[j] = (1.0 - c) * start[j] + c * end[j]; /* from the end's alone another root may be found */
+    tr_start_between(s, m->c[m->stages + 1 + i]);
     m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
     if (!tr_rhs(s, s->step.t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
   }
@@ -151,13 +156,10 @@ static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
   }
 }
 
-/* The state at θ of the last step, from its dense output; η is put where Newton's iteration is to begin there, between the multipliers at
- * the step's ends: from elsewhere it might find another root. */
+/* The state at θ of the last step, from its dense output, and η where Newton's iteration is to begin there. */
 static void tr_dense_state(tr_sim *s, double theta, double *out) {
-  const double *start = TR_A(s, zstart) + s->k->active, *end = TR_A(s, zend) + s->k->active;
-  double *eta = TR_A(s, z) + s->k->active;
   tr_dense_eval(s, theta, out);
-  for (int i = 0; i < s->k->neta; ++i) eta[i] = (1.0 - theta) * start[i] + theta * end[i];
+  tr_start_between(s, theta);
 }
 
 /* The multipliers in place are those at the end of the step just made. */

@@ -24,7 +24,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(nul, a * (a + k->nkappa)); TR_PLACE(wrap, o ? TR_DOUBLES(tr_memory) * o->npost : 0);
   const int r = k->nmore ? a : 0;
   TR_PLACE(openV, a * r); TR_PLACE(openQ, k->nkappa * r); TR_PLACE(openN, k->nn * r); TR_PLACE(amounts, r); TR_PLACE(openY, r * e);
-  TR_PLACE(openF, r * r); TR_PLACE(openP, r); TR_PLACE(openB, r * k->nn); TR_PLACE(openE, r ? k->nn * e : 0);
+  TR_PLACE(openG, r * r); TR_PLACE(openF, r * r); TR_PLACE(openP, r); TR_PLACE(openB, r * k->nn); TR_PLACE(openE, r ? k->nn * e : 0);
   TR_PLACE(more, k->nmore); TR_PLACE(dmore, k->ndmore);
   TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0); TR_PLACE(gram, tr_least_size(rows));
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 2 * e); TR_PLACE(share, e);

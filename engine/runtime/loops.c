@@ -107,7 +107,7 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
     tr_least_solve(&least, kap, 0, x);
     tr_add_columns(a, r, V, x, sign, lam);
   }
-  if (k->nmore) tr_keep_open(s, r, V, Q, &least);
+  if (k->nmore) tr_keep_open(s, V, Q, &least);
 }
 
 /* q̈ of the sliding freedoms = Q0' + Qe' η with λ eliminated. */

@@ -111,5 +111,3 @@ static int tr_moreau_part(tr_sim *s, double t, const double *y, double h, double
   if (s->friction.still) tr_watch(s);
   return tr_has_turned(s, t + h, ynew) ? TR_MORE : TR_OK;
 }
-/* Numbers that say in which modes stops and pairs are. */
-static int tr_switches(const tr_sim *s) { return s->k->nstops + (int)TR_DOUBLES(tr_mode) * s->k->nsliders; }

@@ -135,19 +135,22 @@ static int tr_newton_otherwise(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
+/* Whether the motion of multiplier i's freedom is prescribed by the loops: its response to its own friction through them vanishes. After
+ * tr_held_maps. */
+static inline int tr_is_prescribed(const tr_sim *s, int i) {
+  const int at = i + i * s->k->neta;
+  return !(fabs((TR_A(s, Q) + s->k->neta)[at]) > PRESCRIBED * fabs(map_Qe(s->k, TR_A(s, maps))[at]));
+}
+
 /* Whether the motion of a held freedom has become prescribed by the loops (a dead centre), or has ceased to be. After tr_held_maps. */
 static int tr_kinds_changed(const tr_sim *s) {
   const tr_kernel *k = s->k;
-  int e = k->neta;
   const int *row = tr_row_kinds(s);
-  const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps));
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_stuck(s, i) || i == s->friction.freed) continue;
     const tr_pair *pair = tr_pair_of(s, i);
-    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) {
-      int prescribed = !(fabs(Qe[j + j * e]) > PRESCRIBED * fabs(raw[j + j * e]));
-      if (prescribed != (row[j] == TR_ROW_FREE)) return 1;
-    }
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
+      if (tr_is_prescribed(s, j) != (row[j] == TR_ROW_FREE)) return 1;
   }
   return 0;
 }

@@ -10,8 +10,8 @@
 #include "modes.h"
 
 #define TR_FROZEN 1e126 /* length of a frozen direction: outweighs any velocity by more than a double's digits (its share there is 1e-120) */
-#define ON_LINE 1e140     /* length of the direction of a pair that moves along a line, which stays frozen while it does */
-#define LINE_LEAST 1e134  /* what is longer is such a direction, whatever unit vector and levers it was made of */
+#define ON_LINE 1e140     /* length of the direction of a pair that moves along a line, which stays frozen while it does: beyond TR_LINE
+                             whatever unit vector and levers it was made of */
 #define LINE_WIDTH 1e-9   /* of the speed: what is across the line and is round-off, or as good as that */
 #define STILL_FROZEN 1e-6 /* of that length: a direction is frozen when it is so long, whatever unit vector and levers it was made of */
 #define FAINT 1e-7     /* of length · rate², and */
@@ -48,13 +48,13 @@ static double tr_frozen_length(const tr_sim *s, int i) {
 /* Whether the pair is in its first step from rest. */
 static int tr_starts_sliding(const tr_sim *s, int i) {
   double length = tr_frozen_length(s, i);
-  return length > STILL_FROZEN * TR_FROZEN && length < LINE_LEAST;
+  return length > STILL_FROZEN * TR_FROZEN && length < TR_LINE;
 }
 
 /* Steps of impulses freeze no direction of sliding: pairs that moved along a line have its direction, of no length that outweighs rates. */
 static void tr_leave_lines(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) > LINE_LEAST)
+    if (tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) > TR_LINE)
       for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] /= ON_LINE;
 }
 
@@ -63,7 +63,7 @@ static void tr_leave_lines(tr_sim *s) {
 static int tr_stays_on_line(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   double rate[3], v[3], d[3], along = 0.0, speed = 0.0, across = 0.0;
-  if (!(tr_frozen_length(s, i) > LINE_LEAST)) return 0;
+  if (!(tr_frozen_length(s, i) > TR_LINE)) return 0;
   tr_rates_of_state(s, i, rate);
   for (int j = 0; j < pair->nrates; ++j) {
     double arm = TR_A(s, arm)[pair->eta0 + j];
@@ -236,7 +236,7 @@ static int tr_onset(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;
   double d[3], other[3], guess[3], length = tr_frozen_length(s, i);
-  double huge = length > LINE_LEAST ? ON_LINE : length > STILL_FROZEN * TR_FROZEN ? TR_FROZEN : 1.0;
+  double huge = length > TR_LINE ? ON_LINE : length > STILL_FROZEN * TR_FROZEN ? TR_FROZEN : 1.0;
   for (int j = 0; j < n; ++j) guess[j] = tr_mode_of(s, i)->direction[j] * TR_A(s, arm)[pair->eta0 + j] / huge;
   int guessed = tr_unit(n, guess) > 0.0;
   for (int q = guessed ? -2 : 0; q < 26; ++q) {

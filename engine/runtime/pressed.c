@@ -19,7 +19,7 @@ static int tr_finite(int n, const double *a);
 static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
 
 /* The directions left open, from V (a×r) and their loads Q (m×r): brought to unit loads, what depends on others dropped. */
-static void tr_keep_open(tr_sim *s, int r, const double *V, const double *Q, const tr_least *least) {
+static void tr_keep_open(tr_sim *s, const double *V, const double *Q, const tr_least *least) {
   const tr_kernel *k = s->k;
   int a = k->active, m = k->nkappa, n = k->nn, kept = 0;
   double *Vo = TR_A(s, openV), *Qo = TR_A(s, openQ), *No = TR_A(s, openN);
@@ -33,6 +33,8 @@ static void tr_keep_open(tr_sim *s, int r, const double *V, const double *Q, con
     tr_add_columns(n, a, Nl, Vo + kept * a, 1.0, No + kept * n);
     ++kept;
   }
+  for (int q = 0; q < kept; ++q)
+    for (int p = 0; p < kept; ++p) TR_A(s, openG)[q + p * kept] = tr_dot(Qo + (size_t)q * m, Qo + (size_t)p * m, m);
   if (kept != s->loops.open) memset(TR_A(s, amounts), 0, sizeof(double) * kept);
   s->loops.open = kept;
 }
@@ -70,8 +72,8 @@ static double tr_press_residual(tr_sim *s, int r, const double *y, double *f) {
 /* N += N_open y with y such that the contacts fit together; how N then follows η (Ne', n×e, in openE). After tr_eliminate. 0: no way. */
 static int tr_press(tr_sim *s, double *N) {
   const tr_kernel *k = s->k;
-  int r = tr_open_count(s), n = k->nn, e = k->neta, m = k->nkappa, *perm = (int *)TR_A(s, openP);
-  const double *No = TR_A(s, openN), *Qo = TR_A(s, openQ);
+  int r = tr_open_count(s), n = k->nn, e = k->neta, *perm = (int *)TR_A(s, openP);
+  const double *No = TR_A(s, openN), *G = TR_A(s, openG);
   double *y = TR_A(s, amounts), *F = TR_A(s, openF), *B = TR_A(s, openB), base[n], f[r], last = INFINITY;
   memcpy(base, N, sizeof base);
   for (int it = 0; it < PRESS_MAX; ++it) {
@@ -82,7 +84,7 @@ static int tr_press(tr_sim *s, double *N) {
     tr_press_derivative(s, r, B);
     for (int q = 0; q < r; ++q)
       for (int p = 0; p < r; ++p) {
-        double sum = tr_dot(Qo + (size_t)q * m, Qo + (size_t)p * m, m);
+        double sum = G[q + p * r];
         for (int i = 0; i < n; ++i) sum += B[q + i * r] * No[i + p * n];
         F[q + p * r] = sum;
       }

@@ -46,13 +46,13 @@ static double tr_fastest(const tr_sim *s, const int *rest, int n) {
 static int tr_stopping_impulses(const tr_sim *s, const int *rest, int n, double *deta) {
   const tr_kernel *k = s->k;
   int e = k->neta, c[e + 1], count = 0;
-  const double *Qe = TR_A(s, Q) + e, *raw = map_Qe(k, TR_A(s, maps)), *rates = map_rates(k, TR_A(s, maps));
+  const double *Qe = TR_A(s, Q) + e, *rates = map_rates(k, TR_A(s, maps));
   double v[e + 1];
   for (int q = 0; q < n; ++q) {
     const tr_pair *pair = tr_pair_of(s, rest[q]);
     for (int j = 0; j < pair->nrates; ++j) {
       int i = pair->eta0 + j;
-      if (fabs(Qe[i + i * e]) > PRESCRIBED * fabs(raw[i + i * e])) v[count] = rates[pair->rate0 + j], c[count++] = i;
+      if (!tr_is_prescribed(s, i)) v[count] = rates[pair->rate0 + j], c[count++] = i;
     }
   }
   if (!count) return 0;

@@ -36,7 +36,7 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
  * no more speed than what closes the loops. */
 static int tr_at_cone(const tr_sim *s, int i) {
   if (!tr_moving_ball(s, i)) return 0;
-  if (tr_pair_speed(s, i) > fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) return 1;
+  if (tr_pair_speed(s, i) > tr_creep(s)) return 1;
   return tr_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
 }
 
@@ -116,12 +116,27 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   return TR_OK;
 }
 
+/* Decide anew at the block's state, for the sake of pair `which` (-1: of none); what changed is undone where that fails, or leaves the modes
+ * as they were in `modes` though others are wanted. 1 when the run goes on from there. */
+static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int others) {
+  double *y = TR_A(s, y), old[tr_width(s)];
+  memcpy(old, y, sizeof old);
+  int ok = tr_settle(s, s->clock.t, y, which) == TR_OK;
+  if (!ok || (others && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders) == 0)) {
+    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
+    return 0;
+  }
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
+  return 1;
+}
+
 /* Whether the pair of several components whose turning has cut the steps will be at rest within a distance that does not count: then
  * the pair, else −1. (One that stops along a line passes through zero and is located as any other.) After an accepted step, its end
  * evaluated. */
 static int tr_ends_sliding(tr_sim *s) {
   const tr_kernel *k = s->k;
-  const double *rates = map_rates(k, TR_A(s, maps)), *z = TR_A(s, z);
+  const double *rates = map_rates(k, TR_A(s, maps));
   for (int i = s->friction.missed; i >= 0 && i < k->nsliders; i = k->nsliders) {
     const tr_pair *pair = tr_pair_of(s, i);
     double *least = TR_A(s, vmin) + i;

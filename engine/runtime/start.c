@@ -61,48 +61,35 @@ static int tr_start_modes(tr_sim *s) {
  * they are others then. */
 static int tr_decides_anew(tr_sim *s) {
   const tr_kernel *k = s->k;
-  double *y = TR_A(s, y), old[tr_width(s)];
+  const double *y = TR_A(s, y);
   tr_mode modes[k->nsliders + 1];
   if (!k->sets || s->step.trouble != TR_FAIL_MODES) return 0;
   s->step.watch = 0, s->step.trouble = TR_OK;
   tr_set_time(s, s->clock.t);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  tr_keep_modes(s, modes);
   for (int i = 0; i < k->nsliders; ++i) {
     tr_mode *m = tr_mode_of(s, i);
-    if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s)) continue;
+    if (!tr_is_set(s, i) || tr_pair_speed(s, i) <= tr_creep(s)) continue;
     if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     tr_freeze(s, i);
   }
-  int changed = tr_settle(s, s->clock.t, y, -1) == TR_OK && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * k->nsliders) != 0;
-  if (!changed) {
-    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
-    return 0;
-  }
-  s->step.have_k1 = s->step.have_jac = 0;
-  s->step.h = s->set.hfixed;
-  return 1;
+  return tr_settles_anew(s, -1, modes, 1);
 }
 
 /* A decision at the block's state has failed: once more, with friction sought from all starts there are. 1 when it then succeeds. */
 static int tr_searches_on(tr_sim *s, int code) {
   const tr_kernel *k = s->k;
-  double *y = TR_A(s, y), old[tr_width(s)];
+  const double *y = TR_A(s, y);
   tr_mode modes[k->nsliders + 1];
   if (!k->sets || s->friction.searched == s->clock.t || (code != TR_FAIL_MODES && s->step.have_k1)) return 0;
   s->friction.searched = s->clock.t, s->step.watch = 0;
-  tr_keep_modes(s, modes), memcpy(old, y, sizeof old);
+  tr_keep_modes(s, modes);
   tr_set_time(s, s->clock.t);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
   s->friction.anywhere = 1;
-  int found = tr_settle(s, s->clock.t, y, -1) == TR_OK;
+  int found = tr_settles_anew(s, -1, modes, 0);
   s->friction.anywhere = 0;
-  if (!found) {
-    tr_put_modes(s, modes), memcpy(y, old, sizeof old);
-    return 0;
-  }
-  s->step.have_k1 = s->step.have_jac = 0;
-  s->step.h = s->set.hfixed;
-  s->stats.events++;
-  return 1;
+  s->stats.events += found;
+  return found;
 }

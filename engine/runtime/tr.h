@@ -137,7 +137,7 @@ typedef struct tr_places {
   int h_res;        /* residuals of the loops and their rates */
   int ev, breaks, tables; /* event records; break times; tables of signals */
   int nul, gram, kap; /* open reactions: directions, least squares, their scaled reactions */
-  int openV, openQ, openN; /* open directions where joints on loops rub: λ, the springs' loads, N */
+  int openV, openQ, openN, openG; /* open directions where joints on loops rub: λ, the springs' loads Q, N; QᵀQ */
   int amounts, openY;  /* how much of each; its derivative by η */
   int openF, openP, openB, openE; /* matrix of their equations and its order; Qᵀ ∂δ/∂N; ∂N/∂η with them */
   int more, dmore;     /* δ, what friction changes in the springs' loads; its derivative */

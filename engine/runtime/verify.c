@@ -22,6 +22,9 @@
 #define NOTHING_HELD 1e-290 /* N: friction of nothing */
 #define STOP_MISSED 1e-9   /* of the length, or rad: how deep an open stop, or how far off a pressed one, may be */
 
+/* Speed of a pair at rest that is none, m/s: what closing the loops leaves of it. */
+static inline double tr_creep(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
+
 /* Whether row i of the loops has just been given up, because the mechanism passes a singular position: the one thing asked of the code
  * that found the answer. No λ carries such a row there, and for a moment it is off by more than any bound of its own size. */
 static int tr_given_up(const tr_sim *s, int i) {
@@ -116,8 +119,8 @@ static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hol
   int broken = 0;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
     if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e])) broken = TR_BREAKS_REST;
-  const double crawl = pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED : fmax(CREEPS, CREEPS_PART * s->set.rtol);
-  if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl * tr_speed_unit(s))) broken = TR_BREAKS_REST;
+  const double crawl = pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED * tr_speed_unit(s) : tr_creep(s);
+  if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl)) broken = TR_BREAKS_REST;
   double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);
   return over <= CONE_BROKEN * hold->capacity + NOTHING_HELD ? broken : broken | TR_BREAKS_CONE;
 }
