@@ -18,6 +18,7 @@ static void tr_certify(tr_sim *s);
 #include "verify.c"
 #include "bound.c"
 TR_RARE
+#include "line.c"
 #include "onset.c"
 #include "rest.c"
 #include "decide.c"

@@ -10,9 +10,6 @@
 #include "modes.h"
 
 #define TR_FROZEN 1e126 /* length of a frozen direction: outweighs any velocity by more than a double's digits (its share there is 1e-120) */
-#define ON_LINE 1e140     /* length of the direction of a pair that moves along a line, which stays frozen while it does: beyond TR_LINE
-                             whatever unit vector and levers it was made of */
-#define LINE_WIDTH 1e-9   /* of the speed: what is across the line and is round-off, or as good as that */
 #define STILL_FROZEN 1e-6 /* of that length: a direction is frozen when it is so long, whatever unit vector and levers it was made of */
 #define FAINT 1e-7     /* of length · rate², and */
 #define FAINT_RATIO 1e-5 /* of what friction itself accelerates: less has no direction; friction keeps the one it had while holding */
@@ -30,49 +27,10 @@ static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
   for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, arm)[pair->eta0 + j];
 }
 
-/* Make v (n) a unit vector; returns the length it had. */
-static double tr_unit(int n, double *v) {
-  double len = 0.0;
-  for (int j = 0; j < n; ++j) len += v[j] * v[j];
-  len = sqrt(len);
-  for (int j = 0; j < n && len > 0.0; ++j) v[j] /= len;
-  return len;
-}
-
-/* Length of the direction that is frozen for pair i, by its largest component. */
-static double tr_frozen_length(const tr_sim *s, int i) {
-  const double *d = tr_mode_of(s, i)->direction;
-  return tr_is_set(s, i) && tr_slides(s, i) ? fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2]))) : 0.0;
-}
-
 /* Whether the pair is in its first step from rest. */
 static int tr_starts_sliding(const tr_sim *s, int i) {
   double length = tr_frozen_length(s, i);
   return length > STILL_FROZEN * TR_FROZEN && length < TR_LINE;
-}
-
-/* Steps of impulses freeze no direction of sliding: pairs that moved along a line have its direction, of no length that outweighs rates. */
-static void tr_leave_lines(tr_sim *s) {
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) > TR_LINE)
-      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] /= ON_LINE;
-}
-
-/* Whether pair i, which began to slide along a line, is still on it. Across the line friction is so stiff at low speed that explicit
- * methods blow round-off up from stage to stage; with the direction frozen there is nothing across it. */
-static int tr_stays_on_line(tr_sim *s, int i) {
-  const tr_pair *pair = tr_pair_of(s, i);
-  double rate[3], v[3], d[3], along = 0.0, speed = 0.0, across = 0.0;
-  if (!(tr_frozen_length(s, i) > TR_LINE)) return 0;
-  tr_rates_of_state(s, i, rate);
-  for (int j = 0; j < pair->nrates; ++j) {
-    double arm = TR_A(s, arm)[pair->eta0 + j];
-    v[j] = rate[j] * arm, d[j] = tr_mode_of(s, i)->direction[j] * arm / ON_LINE;
-  }
-  tr_unit(pair->nrates, d);
-  for (int j = 0; j < pair->nrates; ++j) along += v[j] * d[j], speed += v[j] * v[j];
-  for (int j = 0; j < pair->nrates; ++j) across += (v[j] - along * d[j]) * (v[j] - along * d[j]);
-  return across <= LINE_WIDTH * LINE_WIDTH * speed && along >= 0.0;
 }
 
 /* Surface acceleration of pair i too small to have a direction, at the solution in place. */
