@@ -34,7 +34,7 @@ class AdviseWish:
 def advise_command(wish: AdviseWish) -> int:
     """Seek the least model and print it; the exit code (failure when no model meets the error)."""
     from engine.advise import advise
-    from engine.chart.machine import pin
+    from engine.chart.machine import one_core
     from engine.chart.measures import NORMS
     from engine.cli.charting import print_lines
     from engine.cli.meter import Meter
@@ -55,8 +55,7 @@ def advise_command(wish: AdviseWish) -> int:
     found.end()
     assert scene is not None
     assert error is not None
-    pin()
-    with Meter(f"advise {scene.name}") as meter:
+    with one_core(), Meter(f"advise {scene.name}") as meter:
         advice = advise(scene, error, tuple(wish.outputs), until, norm, wish.repeats, tell=meter.tell)
     written = write_scene(advice, path) if path else []
     code = DONE if advice.chosen else FAILED

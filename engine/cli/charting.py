@@ -38,7 +38,7 @@ def chart_command(wish: ChartWish) -> int:
     """Measure the chart and write its files; the exit code."""
     from engine.chart import chart, write
     from engine.chart.files import folder_of
-    from engine.chart.machine import pin
+    from engine.chart.machine import one_core
     from engine.cli.meter import Meter
     from engine.cli.simulating import talk
 
@@ -49,8 +49,7 @@ def chart_command(wish: ChartWish) -> int:
         return scaling_command(wish)
     scene, arguments = understood(wish)
     folder_of(wish.folder or "")
-    pin()
-    with Meter(f"chart {scene.name}") as meter:
+    with one_core(), Meter(f"chart {scene.name}") as meter:
         study = chart(scene, _choice(arguments), meter.tell)
     files = [str(p) for p in write(study, wish.folder or "")]
     if wish.as_json:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def scaling_command(wish: ChartWish) -> int:
     """Measure how cost grows with size and write the files; the exit code."""
     from engine.chart.files import folder_of
-    from engine.chart.machine import pin
+    from engine.chart.machine import one_core
     from engine.chart.scaling import scaling, write_scaling
     from engine.cli.meter import Meter
     from engine.cli.summary import plain, table
@@ -25,8 +25,7 @@ def scaling_command(wish: ChartWish) -> int:
     if problems:
         raise SceneError(problems)
     folder = folder_of(wish.folder or "")
-    pin()
-    with Meter("scaling") as meter:
+    with one_core(), Meter("scaling") as meter:
         families = scaling(wish.repeats, tell=meter.tell)
     files = [str(p) for p in write_scaling(families, folder)]
     if wish.as_json:

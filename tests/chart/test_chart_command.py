@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,15 @@ def test_it_writes_four_files_and_says_what_is_fastest(tmp_path: Path, capsys: p
     assert {p.name for p in (tmp_path / "c").iterdir()} == {"chart.svg", "chart.png", "chart.html", "chart.csv"}
     assert "fastest at each error" in out
     assert "which differ by" in out
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="this system does not tell which cores a process may use")
+@pytest.mark.parametrize("after", ["a chart", "a mistake"])
+def test_the_process_may_use_all_its_cores_afterwards(after: str, tmp_path: Path) -> None:
+    allowed = os.sched_getaffinity(0)
+    wrong = ["--outputs", "no.such"] if after == "a mistake" else []
+    main(["chart", "simple_pendulum", "-o", str(tmp_path), *FEW, *wrong])
+    assert os.sched_getaffinity(0) == allowed
 
 
 def test_its_json_is_one_document(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
