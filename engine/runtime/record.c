@@ -67,6 +67,19 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   zone->inside = 0;
 }
 
+/* The friction of pair i, at the kink of its law at (t, y), may turn back a little before the kink (a ball near its cone: hysteresis): just
+ * evaluated it is on the sliding branch still, which is there no longer an instant later. Whether it is below the kink on the other one;
+ * then that is in place. */
+static int tr_turns_back(tr_sim *s, int i, double t, const double *y) {
+  tr_mode *m = tr_mode_of(s, i);
+  if (tr_sliding_of(s, i)->speed < 0.0) return 0; /* the direction has turned by more than a right angle since it was frozen */
+  m->flag = TR_PROPORTIONAL;
+  if (tr_rhs(s, t, y, TR_A(s, dy)) && fabs(tr_sliding_of(s, i)->speed) <= tr_sliding_of(s, i)->border) return 1;
+  m->flag = TR_SATURATED;
+  tr_rhs(s, t, y, TR_A(s, dy));
+  return 0;
+}
+
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
 static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
@@ -83,8 +96,8 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   }
   tr_mode *m = tr_mode_of(s, which);
   const int saturated = tr_flag(m) == TR_SATURATED;
-  if (saturated && fabs(tr_sliding_of(s, which)->speed) > tr_sliding_of(s, which)->border) {
-    tr_freeze(s, which); /* still sliding fast: only the direction has turned by more than a right angle since it was frozen */
+  if (saturated && fabs(tr_sliding_of(s, which)->speed) > tr_sliding_of(s, which)->border && !tr_turns_back(s, which, t, y)) {
+    tr_freeze(s, which); /* still sliding fast */
   } else if (saturated) {
     tr_enter_zone(s, which, t, y);
     m->flag = TR_PROPORTIONAL;

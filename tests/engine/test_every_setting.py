@@ -28,8 +28,6 @@ LARGER, SLOWER = 100.0, 10.0
 TIGHT = 1e-9
 ENDS = 200.0
 """Times the tolerance: how far off coordinates may end. The last of a sliding, a distance that does not count, is cut short."""
-OPEN = {("big_ball", "rosenbrock", 1e-5)}
-"""Known to be worse, in every world: the ball ends 4e-3 off."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ def check(name: str, world: str, settings) -> None:
     exact = run(name, own, "rk8", TIGHT)
     assert exact.outcome.ok, exact.outcome
     wrong = {(name, m, t): c for m, t in settings if (c := complaints(name, told[world], m, t, exact, own))}
-    assert set(wrong) == {at for at in OPEN if at[0] == name and at[1:] in settings}, wrong
+    assert not wrong, wrong
 
 
 @pytest.mark.slow
@@ -148,3 +146,9 @@ def test_a_hard_case_is_the_same_at_every_setting_in_every_world(name: str, worl
 @pytest.mark.parametrize("name", ["late_slip", "two_answers_at_the_start"])
 def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None:
     check(name, world, [("auto", 1e-4), ("auto", 1e-6), ("rk5", 1e-8)])
+
+
+@pytest.mark.parametrize("world", ["as it is", "larger"])
+def test_a_ball_whose_sliding_turns_back_before_the_kink_of_its_law_goes_below_it(world: str) -> None:
+    """There it is on the other branch at once. Taken for sliding that goes on, the step behind it came to a root far away."""
+    check("big_ball", world, [("rosenbrock", 2e-5), ("rosenbrock", 1e-5), ("rk5", 1e-5)])
