@@ -75,23 +75,42 @@ static void tr_chance(const tr_sim *s, const double *size, int which, unsigned *
   for (int i = 0; i < s->k->neta; ++i) eta[i] = reach * size[i] * tr_next_number(seed);
 }
 
-/* Whether what Newton's iteration has come to is a root: of a size that can be, and on the branches that the modes say. */
-static int tr_is_root(tr_sim *s, const double *size, const double *eta) {
+/* Whether what Newton's iteration has come to is of a size that a root can be; the law there is then in place. */
+static int tr_is_near(tr_sim *s, const double *size, const double *eta) {
   double most = 0.0, load = 0.0;
   for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(eta[i])), load = fmax(load, size[i]);
   tr_law(s, eta);
-  return most <= FAR * load && tr_fits_branches(s);
+  return most <= FAR * load;
 }
 
-/* η from any of these, where it is on the branches that the modes say. */
+/* Whether it is a root: of such a size, and on the branches that the modes say. */
+static int tr_is_root(tr_sim *s, const double *size, const double *eta) { return tr_is_near(s, size, eta) && tr_fits_branches(s); }
+
+/* Whether all that is amiss at the solution in place is that balls that are to slide are inside their cones: where modes are decided they
+ * then turn about their contacts (``settle.c``, ``start.c``), and from there that root is near. */
+static int tr_balls_would_spin(tr_sim *s) {
+  tr_mode modes[s->k->nsliders + 1];
+  tr_keep_modes(s, modes);
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_set(s, i) && tr_slides_on_cone(s, i) && tr_sliding_of(s, i)->cone < 0.0) tr_mode_of(s, i)->flag = TR_CONE;
+  int fits = tr_fits_branches(s);
+  tr_put_modes(s, modes);
+  return fits;
+}
+
+/* η from any of these, where it is on the branches that the modes say; failing that, where balls have to turn about their contacts. */
 static int tr_newton_anywhere(tr_sim *s, double *eta) {
-  double size[s->k->neta];
+  double size[s->k->neta], spinning[s->k->neta];
+  int spins = 0;
   unsigned seed = 12345u;
   tr_start_sizes(s, size);
   for (int start = 0; start <= CHANCES; ++start) { /* the first is the path */
     if (start) tr_chance(s, size, start, &seed, eta);
     if (!(start ? tr_newton(s, eta) : tr_newton_by_parts(s, eta))) continue;
-    if (tr_is_root(s, size, eta)) return 1;
+    if (!tr_is_near(s, size, eta)) continue;
+    if (tr_fits_branches(s)) return 1;
+    if (!spins && tr_balls_would_spin(s)) memcpy(spinning, eta, sizeof spinning), spins = 1;
   }
-  return 0;
+  if (spins) memcpy(eta, spinning, sizeof spinning), tr_law(s, eta);
+  return spins;
 }
