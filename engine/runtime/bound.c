@@ -5,23 +5,8 @@
  * instant at a dead centre. */
 #include "modes.h"
 
-#define BOUND_PART 1e-9 /* (sine)² between two freedoms' responses: below it they are one (as GROUP_PIVOT) */
 #define SAME_START 1e-3 /* of the accelerations: so far those of a class may be from their ratio, where loops are open by a step's error; */
 #define NO_START 1e-9   /* of length · rate²: and so far where there are none */
-
-/* Response of multiplier i's freedom to friction j, loops closed. */
-static double tr_response(const tr_sim *s, int i, int j) {
-  int e = s->k->neta;
-  const double *Qe = TR_A(s, Q) + e;
-  return -0.5 * (Qe[i + j * e] + Qe[j + i * e]);
-}
-
-/* Whether the freedoms of multipliers i and j are one. */
-static int tr_are_one(const tr_sim *s, int i, int j) {
-  double own = tr_response(s, i, i), other = tr_response(s, j, j), with = tr_response(s, i, j);
-  double ui = tr_response_unit(s, i, own), uj = tr_response_unit(s, j, other);
-  return (own * other - with * with) * ui * ui * uj * uj <= BOUND_PART;
-}
 
 /* The multiplier of pair m that moves it most, where it moves along a line that the loops leave it; -1: it has more ways, or none. */
 static int tr_line_of(const tr_sim *s, int m) {

@@ -1,7 +1,7 @@
 /* Groups of pairs at rest that one freedom of the loops would move together: what holds them is not unique, and they share it.
  *
- * The members that carry the largest part of their capacity carry equal parts of it: with one freedom all of them do, with several the
- * loads of least largest part are sought (METHOD, "Shared loads"). */
+ * The members that carry the largest part of their capacity carry equal parts of it: all of those that one freedom moves alone do; where
+ * several move the same, the loads of least largest part are sought (METHOD, "Shared loads"). */
 #include "modes.h"
 
 #define SHARE_MAX 30         /* iterations of loads and capacities, which follow from each other */
@@ -11,7 +11,22 @@
 #define SHARE_PIVOT 1e-10    /* of a member's own response: below it the reweighted conditions depend on each other */
 #define SHARE_NOTHING 1e-12  /* N or N m: least capacity, so that shares of it can be formed */
 #define GROUP_PIVOT 1e-9     /* of a freedom's own response (as EXACT_PIVOT): below it a rest condition follows from the others */
+#define BOUND_PART 1e-9      /* (sine)² between two freedoms' responses: below it they are one (as GROUP_PIVOT) */
 #define GROUP_COUPLED 1e-16  /* of the product of two freedoms' own responses: the square of a coupling that is round-off */
+
+/* Response of multiplier i's freedom to friction j, loops closed. */
+static double tr_response(const tr_sim *s, int i, int j) {
+  int e = s->k->neta;
+  const double *Qe = TR_A(s, Q) + e;
+  return -0.5 * (Qe[i + j * e] + Qe[j + i * e]);
+}
+
+/* Whether the freedoms of multipliers i and j are one. */
+static int tr_are_one(const tr_sim *s, int i, int j) {
+  double own = tr_response(s, i, i), other = tr_response(s, j, j), with = tr_response(s, i, j);
+  double ui = tr_response_unit(s, i, own), uj = tr_response_unit(s, j, other);
+  return (own * other - with * with) * ui * ui * uj * uj <= BOUND_PART;
+}
 
 /* The pair that owns multiplier e, and where its capacity's derivative starts. */
 static int tr_owner(const tr_sim *s, int e, int *at) {
@@ -133,40 +148,62 @@ static int tr_impending(tr_sim *s, int n, const int *c, const double *v, int lea
   return leader;
 }
 
+/* Pairs that one freedom moves together, with multipliers c (n), the first of which moves most: all oppose its motion. */
+static void tr_share_line(tr_sim *s, int n, const int *c) {
+  const double *arm = TR_A(s, arm), way = tr_unheld(s, n, c, 0) < 0.0 ? -1.0 : 1.0;
+  double v[n];
+  for (int i = 0; i < n; ++i) v[i] = way * tr_response(s, c[i], c[0]);
+  const int leader = tr_impending(s, n, c, v, 0);
+  if (!(fabs(v[leader]) > 0.0)) return;
+  for (int i = 0; i < n; ++i) TR_A(s, share)[c[i]] = v[i] * arm[c[i]] * arm[c[i]];
+  for (int i = 0; i < n; ++i)
+    if (i != leader) tr_share_with(s, c[i], c[leader]);
+}
+
+/* Where each of the freedoms that move the multipliers c (n) moves some of them alone, in a fixed ratio, with all that belongs to their
+ * pairs: those of one freedom share what opposes that. first: numbers in c of one of each, `rank` of them. 1 when it is so. */
+static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
+  int line[n], at;
+  for (int i = 0; i < n; ++i) {
+    line[i] = rank == 1 ? 0 : -1;
+    for (int q = 0; q < rank && line[i] < 0; ++q)
+      if (i == first[q] || tr_are_one(s, c[first[q]], c[i])) line[i] = q;
+    if (line[i] < 0) return 0;
+    for (int j = 0; j < i; ++j)
+      if (line[j] != line[i] && tr_owner(s, c[j], &at) == tr_owner(s, c[i], &at)) return 0;
+  }
+  for (int q = 0; q < rank; ++q) {
+    int own[n], count = 1;
+    own[0] = c[first[q]];
+    for (int i = 0; i < n; ++i)
+      if (line[i] == q && i != first[q]) own[count++] = c[i];
+    if (count > 1) tr_share_line(s, count, own);
+  }
+  return 1;
+}
+
 /* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
  * of their capacity do so equally. */
 static void tr_group_of(tr_sim *s, int n, const int *c) {
-  const tr_kernel *k = s->k;
-  int e = k->neta, perm[n];
-  const double *Qe = TR_A(s, Q) + e;
-  double A[n * n], L[n * n], d[n], cap[n], x[n], *u = TR_A(s, share), *arm = TR_A(s, arm);
+  int perm[n];
+  double A[n * n], L[n * n], d[n], cap[n], x[n];
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) A[i + j * n] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
+    for (int j = 0; j < n; ++j) A[i + j * n] = tr_response(s, c[i], c[j]);
     d[i] = tr_response_unit(s, c[i], A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
-  if (rank == n) return;
-  int leader = perm[0];
-  if (rank == 1) { /* one freedom: all oppose its motion */
-    double v[n], way = tr_unheld(s, n, c, leader) < 0.0 ? -1.0 : 1.0;
-    for (int i = 0; i < n; ++i) v[i] = way * A[i + leader * n], x[i] = v[i] * arm[c[i]] * arm[c[i]];
-    leader = tr_impending(s, n, c, v, leader);
-    for (int i = 0; i < n; ++i) perm[i] = i;
-    perm[0] = leader, perm[leader] = 0;
-  } else {
-    tr_share_loads(s, n, c, A, cap, x);
-    for (int i = 0; i < n; ++i) perm[i] = i;
-    for (int i = 0; i < n; ++i) /* by share, largest first */
-      for (int j = i + 1; j < n; ++j)
-        if (fabs(x[perm[j]]) / cap[perm[j]] > fabs(x[perm[i]]) / cap[perm[i]]) {
-          int t = perm[i];
-          perm[i] = perm[j], perm[j] = t;
-        }
-    leader = perm[0];
-  }
-  if (!(fabs(x[leader]) > 0.0)) return;
-  for (int i = 0; i < active; ++i) u[c[perm[i]]] = x[perm[i]];
-  for (int i = 1; i < active; ++i) tr_share_with(s, c[perm[i]], c[leader]);
+  if (rank == n || tr_share_by_lines(s, n, c, perm, rank)) return;
+  tr_share_loads(s, n, c, A, cap, x);
+  for (int i = 0; i < n; ++i) perm[i] = i;
+  for (int i = 0; i < n; ++i) /* by share, largest first */
+    for (int j = i + 1; j < n; ++j)
+      if (fabs(x[perm[j]]) / cap[perm[j]] > fabs(x[perm[i]]) / cap[perm[i]]) {
+        int t = perm[i];
+        perm[i] = perm[j], perm[j] = t;
+      }
+  if (!(fabs(x[perm[0]]) > 0.0)) return;
+  for (int i = 0; i < active; ++i) TR_A(s, share)[c[perm[i]]] = x[perm[i]];
+  for (int i = 1; i < active; ++i) tr_share_with(s, c[perm[i]], c[perm[0]]);
 }
 
 /* Redundant rest conditions: several stuck pairs that one freedom would move together. */

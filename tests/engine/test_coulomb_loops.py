@@ -3,6 +3,7 @@ unique."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -50,3 +51,20 @@ def test_a_sticking_loop_stays_for_ever() -> None:
     r = run(FOUR_BAR.scene(0.9 * most("four-bar", 1.0)), 1000.0, 100.0)
     assert not r.events
     assert max(np.ptp(r[f"p{i}.q[1]"]) for i in range(4)) <= np.radians(1e-12)
+
+
+ARM, SHARE = 1e-6, 0.9
+"""Mass of an arm, kg, that loads no joint of a loop by more than 1e-5 of what is there, and the share of what its pin can hold."""
+
+
+@pytest.mark.parametrize("extra", [0.3, 0.8])
+def test_what_a_loop_shares_does_not_hang_on_a_pair_that_rests_beside_it(extra: float) -> None:
+    """A light arm on the coupler holds another share than the loop's joints do among themselves."""
+    alone = FOUR_BAR.scene(extra * most("four-bar", 1.0))
+    d, reach = FOUR_BAR.link(1), FOUR_BAR.reach()[0]
+    arm = sm.Body(mass=ARM, inertia=(ARM, ARM, ARM), center=(SHARE * reach, 0.0, 0.0))
+    pin = replace(alone.joints["p0"], inboard="l1", outboard="arm", start=sm.Start(float(np.arctan2(d[1], d[0])), 0.0))
+    beside = replace(alone, bodies={**alone.bodies, "arm": arm}, joints={**alone.joints, "arm": pin})
+    shares = {p.joint: p.share for p in hold(beside).pairs}
+    assert shares.pop("arm") == pytest.approx(SHARE, rel=1e-9)
+    assert shares == pytest.approx({p.joint: p.share for p in hold(alone).pairs}, rel=1e-4)
