@@ -72,22 +72,37 @@ static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb,
 /* What an event search in a step has found. */
 enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
 
-/* Whether what was found at θ is an event; a pair of several components that has merely turned fast asks for a smaller step. */
-static int tr_event_at(tr_sim *s, double theta, int which) {
+/* Whether pair i, of several components, slides the other way than at the start of the step: its direction was frozen there, and its
+ * friction has jumped where the two came to be at a right angle. Maps in place. */
+static int tr_turned_back(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
+  double along = 0.0;
+  if (!tr_is_set(s, i) || pair->nrates == 1 || !tr_slides(s, i)) return 0;
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j];
+  return along < 0.0 && tr_pair_speed(s, i) > TOL_SPEED * tr_speed_unit(s);
+}
+
+/* Whether what was found at θ is an event. A pair of several components that has merely turned fast asks for a smaller step, whatever its
+ * friction, which has jumped there, has done to others: these have not come to the end of their modes. */
+static int tr_event_at(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
-  if (which >= s->k->nsliders || !tr_is_set(s, which) || tr_pair_of(s, which)->nrates == 1 || !tr_slides(s, which)) return TR_FOUND;
+  if (!s->k->sets) return TR_FOUND;
+  int turned = -1;
   double *y = TR_A(s, yout);
   tr_dense_eval(s, theta, y);
   tr_set_time(s, s->step.t0 + theta * s->step.size);
   s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-  const tr_mode *m = tr_mode_of(s, which);
-  const double *r = tr_slider_rates(s, which), *arm = TR_A(s, arm) + tr_pair_of(s, which)->eta0;
-  double along = 0.0;
-  for (int j = 0; j < tr_pair_of(s, which)->nrates; ++j) along += r[j] * m->direction[j] * arm[j] * arm[j];
-  if (!(along < 0.0 && tr_pair_speed(s, which) > NEAR_MISS * tr_speed_unit(s))) return TR_FOUND;
-  if (tr_stops_on_line(s, which)) return TR_FOUND; /* what the step leaves the loops open is what it has across */
-  s->friction.missed = which;
-  return TR_TOO_LARGE;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_turned_back(s, i) || (i != *which && tr_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
+    if (tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s) && !tr_stops_on_line(s, i)) { /* on a line it has across what loops are open by */
+      s->friction.missed = i;
+      return TR_TOO_LARGE;
+    }
+    if (turned < 0 || i == *which) turned = i;
+  }
+  if (turned >= 0) *which = turned;
+  return TR_FOUND;
 }
 
 /* Whether the sliding speed of pair i (one component) falls at the start of the step just made and rises at its end: it has a least value
@@ -157,7 +172,7 @@ static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
     if (gb > 0.0) {
       *which = w;
       *theta = tr_first_root(s, a, b, ga, gb, which);
-      return tr_event_at(s, *theta, *which);
+      return tr_event_at(s, *theta, which);
     }
   }
   memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta)); /* what follows looks at the end again */
