@@ -61,21 +61,32 @@ static double tr_misfit(tr_sim *s, int i) {
   return fmax(worst, tr_ratio(s, i) - 1.0 - TOL_RESOLVE);
 }
 
-/* Multipliers in the modes in force, with the onset directions of pairs of several components that start to slide. */
-static int tr_solve_onsets(tr_sim *s, const int *rest, int n) {
+/* Multipliers in the modes in force, with the onset directions of pairs of several components that start to slide; `near`: only where they are
+ * near those in force. A pair for which there is none is told in *idle. */
+static int tr_solve_onsets(tr_sim *s, const int *rest, int n, int near, int *idle) {
   int several = 0;
+  *idle = -1;
   for (int q = 0; q < n; ++q) several += tr_slides(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1;
   for (int sweep = 0; several && sweep < (several > 1 ? ONSET_SWEEPS : 1); ++sweep)
     for (int q = 0; q < n; ++q)
-      if (tr_slides(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1 && !tr_onset(s, rest[q])) return 0;
+      if (tr_slides(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1 && !tr_onset(s, rest[q], near)) {
+        *idle = rest[q];
+        return 0;
+      }
   return tr_solve_modes(s);
 }
 
-/* From the modes in force: turn the worst misfit until there is none. */
+/* From the modes in force: turn the worst misfit until there is none. In a step of impulses what slides when it begins goes on much as it does,
+ * or sticks; other directions are for what cannot stick. */
 static int tr_settle_from(tr_sim *s, const int *rest, int n) {
+  const int impulses = s->moreau.h > 0.0;
   for (int it = 0; it < DECIDE_MAX; ++it) {
-    if (!tr_solve_onsets(s, rest, n)) return 0;
-    int worst = -1;
+    int worst;
+    if (!tr_solve_onsets(s, rest, n, impulses && it == 0, &worst)) {
+      if (worst < 0 || !impulses) return 0;
+      tr_let_stick(s, rest, n, worst);
+      continue;
+    }
     double most = 0.0;
     for (int q = 0; q < n; ++q) {
       double v = tr_misfit(s, rest[q]);
@@ -136,7 +147,7 @@ static int tr_enumerate(tr_sim *s, const int *rest, int n, int most) {
   for (int code = 0; code < total && found < most && s->stats.newton_iterations < work; ++code) {
     tr_put_combination(s, rest, n, apart, count, code, guess);
     memset(eta, 0, sizeof(double) * k->neta);
-    int ok = tr_solve_onsets(s, rest, n);
+    int idle, ok = tr_solve_onsets(s, rest, n, 0, &idle);
     for (int q = 0; q < n && ok; ++q) ok = tr_misfit(s, rest[q]) <= 0.0;
     if (!ok || !tr_holds(s, rest, n)) continue;
     double gap = 0.0;

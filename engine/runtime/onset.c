@@ -84,11 +84,16 @@ static int tr_onset_too_fast(const tr_sim *s, const double *y, double h) {
   return 0;
 }
 
+/* Length of a direction that is tried. Steps of impulses ask for friction along it whatever the rate at their start, of which it may be
+ * the reverse. */
+static inline double tr_onset_length(const tr_sim *s) { return s->moreau.h > 0.0 ? ON_LINE : TR_FROZEN; }
+
 /* Direction of acceleration (unit, n) when pair i starts to slide along d; 0 when the multipliers cannot be found. */
 static int tr_accelerates(tr_sim *s, int i, const double *d, double *dir) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);
-  for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? TR_FROZEN * d[j] / TR_A(s, arm)[pair->eta0 + j] : 0.0;
+  const double length = tr_onset_length(s);
+  for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? length * d[j] / TR_A(s, arm)[pair->eta0 + j] : 0.0;
   for (int part = 0; part < 3; ++part) { /* a ball slides or spins, depending on the force */
     if (tr_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_modes(s)) return 0;
@@ -189,15 +194,16 @@ static int tr_onset_from(tr_sim *s, int i, double *d) {
 }
 
 /* Make pair i slide from rest; its mode holds a first guess of the direction (rates). A direction that repels is taken only when there is
- * no other, or when it is exactly the guess: what is symmetric (a ball swinging in a plane) stays so. */
-static int tr_onset(tr_sim *s, int i) {
+ * no other, or when it is exactly the guess: what is symmetric (a ball swinging in a plane) stays so. near: only a direction that is found
+ * from the guess, and within a right angle of it, counts. */
+static int tr_onset(tr_sim *s, int i, int near) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;
   double d[3], other[3], guess[3], length = tr_frozen_length(s, i);
   double huge = length > TR_LINE ? ON_LINE : length > STILL_FROZEN * TR_FROZEN ? TR_FROZEN : 1.0;
   for (int j = 0; j < n; ++j) guess[j] = tr_mode_of(s, i)->direction[j] * TR_A(s, arm)[pair->eta0 + j] / huge;
   int guessed = tr_unit(n, guess) > 0.0;
-  for (int q = guessed ? -2 : 0; q < 26; ++q) {
+  for (int q = guessed ? -2 : 0; q < (near ? -1 : 26); ++q) {
     if (q < 0) { /* along the line it is known to move on: one way, then the other */
       for (int j = 0; j < n; ++j) d[j] = q == -2 ? guess[j] : -guess[j];
     } else if (n == 2) { /* directions of a grid */
@@ -211,9 +217,10 @@ static int tr_onset(tr_sim *s, int i) {
     memcpy(first, d, sizeof first);
     int kind = tr_onset_from(s, i, d);
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
+    if (near && !(tr_dot(d, guess, n) > 0.0)) return 0;
     if (kind == TR_ONSET_FAINT) return 1;
     if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* it goes on along a line: nothing turns */
-      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / TR_FROZEN;
+      for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / tr_onset_length(s);
       return 1;
     }
     if (kind == TR_ONSET_ATTRACTS) return 1;

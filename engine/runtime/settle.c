@@ -9,13 +9,14 @@
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
 
-/* What became of pair i: an event kind, or 0. */
+/* What became of pair i: an event kind, or 0. Directions are those of surface speeds: a shaft's travel and turn have units of their own. */
 static int tr_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
+  const double *arm = TR_A(s, arm) + tr_pair_of(s, i)->eta0;
   int was = tr_flag(old) != TR_STUCK, is = tr_flag(m) != TR_STUCK;
   if (!was || !is) return was == is ? 0 : is ? TR_EV_SLIP : TR_EV_STOP;
   double along = 0.0;
-  for (int j = 0; j < 3; ++j) along += m->direction[j] * old->direction[j];
+  for (int j = 0; j < tr_pair_of(s, i)->neta; ++j) along += m->direction[j] * arm[j] * (old->direction[j] * arm[j]);
   return along < 0.0 ? TR_EV_REVERSAL : 0;
 }
 

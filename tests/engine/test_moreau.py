@@ -20,6 +20,8 @@ from engine.scene.overrides import apply
 from engine.simulation.run import simulate
 from tests.benchmarks.pendulum import alpha
 from tests.engine.test_done_is_right import ratchet
+from tests.engine.test_every_setting import CASES
+from tests.reference.rubbing_scenes import rubbing
 from tests.reference.streams import stream
 
 COULOMB = {"friction.law": "coulomb"}
@@ -200,6 +202,20 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
         slips = [e.time for e in r.events if e.kind == "slip"]
         assert len(slips) in (49, 50), rtol  # the period that the run begins or ends in may hold none
         assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: no step is longer while something is held
+
+
+def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_sliding() -> None:
+    """In a tree of 5 mm it travels at 3 mm/s: its direction is that of its surface's speed, not of m/s beside rad/s."""
+    r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
+    assert r.outcome.ok, r.outcome
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
+def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> None:
+    """Its friction may be asked for along the reverse of the rate that a step begins with."""
+    r = simulate(CASES / "slow_pair_turns.yaml", until=1.0, every=1.0, method="moreau", rtol=rtol)
+    assert r.outcome.ok, r.outcome
+    assert [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "j0")] == pytest.approx([0.7303869], abs=5 * rtol)
 
 
 def test_its_fixed_steps_know_end_stops() -> None:
