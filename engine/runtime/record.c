@@ -80,6 +80,14 @@ static int tr_turns_back(tr_sim *s, int i, double t, const double *y) {
   return 0;
 }
 
+/* Ball i has just left its zone at (t, y): where its sliding cannot go on from there it goes on at another root, a fold. */
+static void tr_leap(tr_sim *s, int i, double t, const double *y) {
+  tr_contact before[TR_EVENT_CONTACTS], after[TR_EVENT_CONTACTS];
+  const int n = tr_slider_contacts(s, i, y, before);
+  if (!tr_slides_elsewhere(s, TR_A(s, z) + s->k->active, i) || !tr_rhs(s, t, y, TR_A(s, dy))) return;
+  tr_log(s, t, TR_EV_FOLD, i, before, after, tr_slider_contacts(s, i, y, after) ? n : 0);
+}
+
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
 static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
@@ -105,5 +113,6 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
     tr_leave_zone(s, which, t, y);
     m->flag = TR_SATURATED;
     tr_freeze(s, which);
+    if (tr_pair_of(s, which)->cone) tr_leap(s, which, t, y);
   }
 }

@@ -11,6 +11,7 @@
 #define TILT_SAME 1e-12  /* of a tilt: a sweep that moves none by more has found them */
 #define TILT_FOUND 1e-14 /* of the tilt: its last digits, which nothing depends on */
 #define TILT_BRACKET 1e-15 /* of its upper end: a bracket that has closed */
+#define TILT_BEYOND 1e-3 /* of the tilt at a kink: so far above it is looked whether sliding goes on; far above round-off of the distance */
 
 /* Whether pair i is a ball that slides (a law with a kink: faster than that), so that friction may have to be found by its tilt. */
 static inline int tr_slides_on_cone(const tr_sim *s, int i) {
@@ -27,11 +28,10 @@ static double tr_cone_at(tr_sim *s, double *eta, int i, double u) {
   return ok ? tr_sliding_of(s, i)->cone : NAN;
 }
 
-/* The root of ball i, from η; its mode holds the tilt. Steps: the root of the parabola u² = the straight line through the last two
- * distances. Inside the cone, where it need not slide, the tilt is nothing: what a trial step past the end of sliding needs. */
-static int tr_tilt_of(tr_sim *s, double *eta, int i) {
-  double c0 = tr_cone_at(s, eta, i, NO_TILT), u = TILT_STEP, was = 0.0, lo = 0.0, hi = 1.0;
-  if (!(c0 > 0.0)) return c0 == c0;
+/* The root of ball i above the tilt `lo`, from η; its mode holds the tilt, first u. c0: distance at the tilt `was`. Steps: the root of the
+ * parabola u² = the straight line through the last two distances. */
+static int tr_tilt_above(tr_sim *s, double *eta, int i, double lo, double was, double c0, double u) {
+  double hi = 1.0;
   for (int it = 0; it < TILT_MAX; ++it) {
     double c = tr_cone_at(s, eta, i, u), slope = (c - c0) / (u - was);
     if (!(c == c)) return 0;
@@ -43,6 +43,28 @@ static int tr_tilt_of(tr_sim *s, double *eta, int i) {
     was = u, c0 = c, u = next;
   }
   return 0;
+}
+
+/* The root of ball i, from η; its mode holds the tilt. Inside the cone, where it need not slide, the tilt is nothing: what a trial step
+ * past the end of sliding needs. */
+static int tr_tilt_of(tr_sim *s, double *eta, int i) {
+  double c0 = tr_cone_at(s, eta, i, NO_TILT);
+  return c0 > 0.0 ? tr_tilt_above(s, eta, i, 0.0, 0.0, c0, TILT_STEP) : c0 == c0;
+}
+
+static void tr_forget_tilts(tr_sim *s);
+
+/* Whether the sliding of ball i, which has come from below to the kink of its law at the state just evaluated, cannot go on from there: to
+ * slide faster it would have to be further inside its cone. Then φ > 0 just above the tilt it has, its root is beyond, and η is there. */
+static int tr_slides_elsewhere(tr_sim *s, double *eta, int i) {
+  const double kink = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0)), u = kink * (1.0 + TILT_BEYOND);
+  double was[s->k->neta + 1];
+  if (!(kink > 0.0)) return 0;
+  memcpy(was, eta, sizeof(double) * s->k->neta);
+  const int beyond = tr_cone_at(s, eta, i, u) > u * u && tr_tilt_above(s, eta, i, kink, kink, kink * kink, u);
+  tr_forget_tilts(s);
+  if (!beyond) memcpy(eta, was, sizeof(double) * s->k->neta);
+  return beyond;
 }
 
 /* No tilt is given any more. */

@@ -113,33 +113,6 @@ def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_perio
         assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=1e-9 + 100 * rtol * 0.499)
 
 
-# -- roots that are followed, and that fold away -----------------------------------------------------------------------------------
-
-
-def big_ball(seed: int, law: str, v_eps: float = 1e-4) -> sm.Scene:
-    """A body tumbling on a ball so big and rough that it comes to its friction cone again and again."""
-    rng = stream("big ball", seed)
-    at = {"a": tuple(float(x) for x in rng.uniform(-0.5, 0.5, 3))}
-    body = sm.Body(box=tuple(float(x) for x in rng.uniform(0.1, 0.6, 3)), density=float(rng.uniform(300, 8000)), points=at)
-    rub = sm.Friction(mu=float(rng.uniform(0.2, 0.8)), radius=float(rng.uniform(0.075, 0.2)))
-    start = sm.Start(tuple(map(float, rng.normal(size=4))), tuple(map(float, rng.normal(size=3) * rng.choice([0.5, 3, 10]))))
-    joint = sm.Joint("spherical", "ground", "body.a", friction=rub, start=start)
-    gravity = tuple(float(x) for x in 6 * rng.normal(size=3))
-    return sm.Scene({"body": body}, {"ball": joint}, gravity=gravity, friction=sm.FrictionDefaults(law=law, v_eps=v_eps))
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_big_balls_pass_their_friction_cone_under_the_regularised_law_and_converge_to_coulombs(seed: int) -> None:
-    exact = simulate(big_ball(seed, "coulomb"), until=1.0, every=1.0, rtol=1e-8)
-    assert exact.outcome.ok
-    off = []
-    for v_eps in (1e-4, 1e-6):
-        r = simulate(big_ball(seed, "regularized", v_eps), until=1.0, every=1.0, rtol=1e-8)
-        assert r.outcome.ok
-        off.append(max(abs(r[f"body.position[{k}]"][-1] - exact[f"body.position[{k}]"][-1]) for k in (1, 2, 3)))
-    assert off[1] <= max(0.05 * off[0], 1e-6)  # of first order in v_eps; 1e-6 m is what rtol 1e-8 leaves
-
-
 # -- rest --------------------------------------------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,52 @@
+"""Balls so big and rough that they come to their friction cones again and again: under the law with a kink they pass them as under
+Coulomb's, to which its motion converges."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from tests.engine.big_balls import big_balls
+
+STARTS_ELSEWHERE = (3, 19, 24, 29)
+"""Seeds of two balls in which sliding does not start where the turning about the contact ends."""
+
+
+def places(r: Result) -> np.ndarray:
+    """Mass centres of all bodies at the end, m."""
+    return np.array([r[f"{b}.position[{k}]"][-1] for b in r.scene.bodies for k in (1, 2, 3)])
+
+
+def converges(count: int, seed: int) -> None:
+    """The regularised law passes all cones, and its motion is Coulomb's but for what is of first order in v_eps."""
+    exact = simulate(big_balls(count, seed, "coulomb"), until=1.0, every=1.0, rtol=1e-8)
+    assert exact.outcome.ok
+    off = []
+    for v_eps in (1e-4, 1e-6):
+        r = simulate(big_balls(count, seed, "regularized", v_eps), until=1.0, every=1.0, rtol=1e-8)
+        assert r.outcome.ok
+        off.append(np.abs(places(r) - places(exact)).max())
+    assert off[1] <= max(0.05 * off[0], 1e-6 * count)  # of first order in v_eps; 1e-6 m is what rtol 1e-8 leaves
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_big_balls_pass_their_friction_cone_under_the_regularised_law_and_converge_to_coulombs(seed: int) -> None:
+    converges(1, seed)
+
+
+@pytest.mark.parametrize("seed", STARTS_ELSEWHERE)
+def test_two_big_balls_pass_their_cones_and_converge_to_coulombs(seed: int) -> None:
+    converges(2, seed)
+
+
+@pytest.mark.parametrize("seed", [*STARTS_ELSEWHERE, 38])
+def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int) -> None:
+    """Sliding at the kink would take it back below: it hopped over the kink up to 9,000 times, until the steps were used up."""
+    exact = simulate(big_balls(2, seed, "coulomb"), until=1.0, every=1.0, rtol=1e-6)
+    for v_eps in (1e-4, 1e-5):
+        r = simulate(big_balls(2, seed, "regularized", v_eps), until=1.0, every=1.0, rtol=1e-6, max_steps=10000)
+        assert r.outcome.ok
+        assert r.stats.events <= 2 * exact.stats.events
+        assert any(e.kind == "fold" for e in r.events)
