@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from engine.abi import Coordinate, RowKind
@@ -29,6 +31,19 @@ class KernelSource:
     facts: dict[str, object]
 
 
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Symbols are many, small and in use to the end: looking for garbage among them takes a twentieth of the time of a build."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+@_uncollected()
 def kernel_source(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> KernelSource:
@@ -41,6 +56,7 @@ def kernel_source(
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
 
 
+@_uncollected()
 def jacobian_source(system: System, parameters: int, quadratures: bool, redundant: bool) -> str:
     """C text of the Jacobian unit."""
     unit = jacobian_unit(model(Symbols(system, parameters)), quadratures, redundant)

@@ -31,8 +31,7 @@ def skew(a: SX) -> SX:
 
 def cross(a: SX, b: SX) -> SX:
     """a × b for each column of b."""
-    rows = [a[1] * b[2, :] - a[2] * b[1, :], a[2] * b[0, :] - a[0] * b[2, :], a[0] * b[1, :] - a[1] * b[0, :]]
-    return ca.sparsify(ca.vertcat(*rows))
+    return ca.sparsify(ca.horzcat(*[ca.cross(a, column) for column in ca.horzsplit(b)]))
 
 
 def Gamma(lever: SX, Z: SX) -> SX:
