@@ -55,11 +55,11 @@ def journal(fc, mc, omega, sdot, radius, half_length, law: Law, thrust_radius: f
     def wrench(place, normal):
         arm = radius * normal
         f = pin_force(normal, arm, omega * E1, sdot * E1, slope)
-        return np.r_[f, cross(place + arm, f)]
+        return np.concatenate([f, cross(place + arm, f)])
 
     lateral = np.column_stack([wrench(p, n) for p in places for n in (E3, E2)])
     # Each column is the wrench of a contact for f n = e3 or e2. Only its lateral rows are linear in f n, so only these are solved.
-    a1, b1, a2, b2 = np.linalg.solve(lateral[[1, 2, 4, 5]], np.r_[fc[1:], mc[1:]])
+    a1, b1, a2, b2 = np.linalg.solve(lateral[[1, 2, 4, 5]], np.concatenate([fc[1:], mc[1:]]))
     contacts = [_lateral(a1, b1), _lateral(a2, b2)]
     total = sum(c.normal_force * wrench(p, c.normal) for c, p in zip(contacts, places, strict=True))
     thrust = thrust_radius * abs(fc[0]) * slope * radius * omega
@@ -123,10 +123,10 @@ def sleeve(fc, mc, sdot, half_width, half_height, half_length, law: Law) -> Outc
         place, e, half = site
         n = -np.sign(N) * e
         f = abs(N) * pin_force(n, half * n, np.zeros(3), sdot * E1, slope)
-        return np.r_[f, cross(place + half * n, f)]
+        return np.concatenate([f, cross(place + half * n, f)])
 
     unit = np.column_stack([wrench(s, 1.0) for s in sites])
-    N = np.linalg.solve(unit[[1, 2, 4, 5]], np.r_[fc[1:], mc[1:]])
+    N = np.linalg.solve(unit[[1, 2, 4, 5]], np.concatenate([fc[1:], mc[1:]]))
     total = sum(wrench(s, x) for s, x in zip(sites, N, strict=True))
     couple = abs(mc[0]) / max(half_width, half_height)
     contacts = [_face(x, s[1]) for s, x in zip(sites, N, strict=True)]

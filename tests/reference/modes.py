@@ -26,43 +26,52 @@ def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) 
     for choice in product((0, 1, -1), repeat=len(rest)):
         modes = dict(zip(rest, choice, strict=True))
         moving = {n: np.array([HAIR * (modes[n] or 1)]) if n in modes else np.asarray(v) for n, v in qd.items()}
-        eq = Equations(forward(scene, q, moving))
-        if any(_fits(eq, modes, eta) for eta in _roots(eq, modes, starts, spread, rng)):
+        chain = _Chain(Equations(forward(scene, q, moving)))
+        if any(_fits(chain, modes, eta) for eta in _roots(chain, modes, starts, spread, rng)):
             found.append(modes)
     return found
 
 
-def _law(eq: Equations, eta: np.ndarray) -> np.ndarray:
-    """Friction of every joint if it slid, in the forces that eta brings about."""
-    x = np.r_[1.0, eta]
-    return np.array([Rubbing(eq.state, n).friction(eq.press(n) @ x, eq.devices(n) @ x)[0][k] for n, k in eq.eta])
+class _Chain:
+    """What the frictions eta bring about at one state: all that depends on the state alone is computed once. names: the joint of
+    each friction."""
+
+    def __init__(self, eq: Equations):
+        self.names = [n for n, _ in eq.eta]
+        self.joints = [(Rubbing(eq.state, n), eq.press(n), eq.devices(n), k) for n, k in eq.eta]
+        self.rows = np.array([eq.accelerations(n)[k] for n, k in eq.eta])
+
+    def law(self, eta: np.ndarray) -> np.ndarray:
+        """Friction of every joint if it slid, in the forces that eta brings about."""
+        x = np.concatenate([(1.0,), eta])
+        return np.array([rubbing.friction(press @ x, devices @ x)[0][k] for rubbing, press, devices, k in self.joints])
+
+    def accelerations(self, eta: np.ndarray) -> np.ndarray:
+        """Of every rubbing freedom."""
+        return self.rows[:, 0] + self.rows[:, 1:] @ eta
 
 
-def _accelerations(eq: Equations, eta: np.ndarray) -> np.ndarray:
-    return np.array([(eq.accelerations(n) @ np.r_[1.0, eta])[k] for n, k in eq.eta])
-
-
-def _roots(eq: Equations, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
+def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
     """Friction values with which what sticks does not accelerate and what slips obeys its law, from many starts."""
-    stuck = np.array([modes.get(n) == 0 for n, _ in eq.eta])
-    unit = max(float(np.abs(_law(eq, np.zeros(len(eq.eta)))).max()), 1e-9)
-    rate = max(float(np.abs(_accelerations(eq, np.zeros(len(eq.eta)))).max()), 1e-9)
+    stuck, none = np.array([modes.get(n) == 0 for n in chain.names]), np.zeros(len(chain.names))
+    unit = max(float(np.abs(chain.law(none)).max()), 1e-9)
+    rate = max(float(np.abs(chain.accelerations(none)).max()), 1e-9)
 
     def lack(y: np.ndarray) -> np.ndarray:
-        return np.where(stuck, _accelerations(eq, y * unit) / rate, y - _law(eq, y * unit) / unit)
+        return np.where(stuck, chain.accelerations(y * unit) / rate, y - chain.law(y * unit) / unit)
 
     out: list[np.ndarray] = []
     for i in range(starts):
-        y, _, ok, _ = fsolve(lack, spread * rng.normal(size=len(eq.eta)) * (i > 0), xtol=1e-12, full_output=True)
+        y, _, ok, _ = fsolve(lack, spread * rng.normal(size=len(none)) * (i > 0), xtol=1e-12, full_output=True)
         if ok == 1 and np.abs(lack(y)).max() <= 1e-9 * (1 + np.abs(y).max()):
             out.append(y * unit)
     return out
 
 
-def _fits(eq: Equations, modes: dict[str, int], eta: np.ndarray) -> bool:
+def _fits(chain: _Chain, modes: dict[str, int], eta: np.ndarray) -> bool:
     """Whether what sticks is held by less than its friction if it slid, and what slips does so the way it accelerates."""
-    most, acc = np.abs(_law(eq, eta)), _accelerations(eq, eta)
-    for i, (n, _) in enumerate(eq.eta):
+    most, acc = np.abs(chain.law(eta)), chain.accelerations(eta)
+    for i, n in enumerate(chain.names):
         if modes.get(n) == 0 and abs(eta[i]) > most[i] * (1 + SLACK):
             return False
         if modes.get(n) and acc[i] * modes[n] < -SLACK * np.abs(acc).max():
