@@ -87,13 +87,13 @@ class March:
         n, h, x = self.unit.ny + self.unit.nquad, leg.t1 - leg.t0, leg.x.copy()
         x[INSIDE] = 0.5 * (leg.t0 + leg.t1)
         K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
-        y0 = leg.y0[:n]
+        y0, flat = leg.y0[:n], KS.reshape(len(B), n * self.m)
         for i in range(len(B)):
             y = y0 + h * (A[i] @ K[:i]) if i else y0
-            S = self.S + h * np.tensordot(A[i], KS[:i], 1) if i else self.S
+            S = self.S + h * (A[i] @ flat[:i]).reshape(n, self.m) if i else self.S
             f, df, _ = self._evaluate(leg.t0 + C[i] * h, y, S, x)
             K[i], KS[i] = f[:n], df[:n]
-        self.S = self.S + h * np.tensordot(B, KS, 1)
+        self.S = self.S + h * (B @ flat).reshape(n, self.m)
         self._rates(f)
         if leg.changed:
             self._event(leg, x)

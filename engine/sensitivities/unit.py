@@ -48,6 +48,8 @@ class Unit:
         self.width = self.ny + self.nz + self.np + 1
         self._by_each = np.zeros((self.nz, self.width))  # the directions along which the multipliers change one by one
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # where derivatives along these are written, again and again
+        self._each = list(zip(_rows(self._by_each), _rows(self._by_z_rows), strict=True))
         self._places = tuple(map(_at, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
 
@@ -84,17 +86,19 @@ class Unit:
             most = np.abs(step).max()
             size = max(np.abs(z).max(), most, 1e-300)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:
-                break
-        else:
-            if not most <= 1e-9 * size:
-                raise SimulationError(f"no multipliers at t = {x[NOW]:.6g} s: no derivative")
+            if most <= 1e-13 * size or most < 1e-200:  # so small a step moves f along its slope; the slopes stay what they are
+                return f - self.Rz @ step, z
+        if not most <= 1e-9 * size:
+            raise SimulationError(f"no multipliers at t = {x[NOW]:.6g} s: no derivative")
         f = self.point(x, y, z).copy()
         self.Rz = self._by_z()
         return f, z
 
     def _by_z(self) -> np.ndarray:
-        return self.along(self._by_each)
+        """Derivatives of f by the multipliers (values × nz), until the next call."""
+        for s, o in self._each:
+            self.lib.s_along(*self._now, s, o)
+        return self._by_z_rows[:, : self.n["values"]].T
 
     def _solve(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
         """A⁺ b with scaled rows: the solution of least norm where constraints are redundant."""

@@ -82,6 +82,7 @@ class Block:
         self.parameters = self._view(Array.PARAMETERS, s["np"])
         self.y = self._view(Array.STATE, self.ny + s["nquad"])
         self.x = self._view(Array.SIGNALS, s["nx"])
+        self._tables = self.lib.tr_array(self.at, Array.TABLES)
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def attach_jacobian(self) -> None:
@@ -110,7 +111,7 @@ class Block:
 
     def signals(self, t: float, x: np.ndarray) -> None:
         """Write time t and every table at t into external values x (contiguous, nx); x[1] chooses the interval, as in a step."""
-        signals(self._view(Array.TABLES, self._sizes[1]), self.kernel.sizes["ntables"], t, x)
+        self.lib.tr_signals(self._tables, self.kernel.sizes["ntables"], t, x.ctypes.data)
 
     def prepare(self) -> None:
         """Recompute constants after a change of parameters."""
