@@ -7,7 +7,8 @@ import io
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from service.api.problems import Refusal, text_of
+from service.api.problems import Refusal
+from service.plain import text_of
 
 if TYPE_CHECKING:
     import pyarrow

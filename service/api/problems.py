@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Iterable
 from typing import Any
@@ -14,8 +13,8 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from engine.basics.problems import Problem, SceneError, SimulationError
-from engine.simulation.tables import finite
 from service.executor.cluster import NoCluster
+from service.plain import text_of
 from service.store.database import Unreachable
 from service.store.store import BadCursor, Conflict
 
@@ -89,11 +88,6 @@ class Refusal(Exception):
     def __init__(self, status: int, detail: str, problems: Iterable[Problem] = (), headers: dict[str, str] | None = None):
         super().__init__(detail)
         self.status, self.detail, self.problems, self.headers = status, detail, tuple(problems), headers or {}
-
-
-def text_of(data: Any) -> bytes:
-    """JSON in plain ASCII, whatever strange characters a client sent; null where JSON has no number."""
-    return json.dumps(finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
 
 
 class Json(Response):

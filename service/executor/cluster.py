@@ -52,9 +52,11 @@ class Cluster:
             return self.client
 
     def _make(self) -> None:
+        from dask import config
         from distributed import Client, LocalCluster
 
         if not self.address:
+            config.set({"distributed.worker.profile.enabled": False})  # stacks sampled for a dashboard that is not there
             self.scratch.mkdir(parents=True, exist_ok=True)
             self.local = LocalCluster(
                 n_workers=self.wanted,

@@ -8,6 +8,7 @@ from typing import Any
 from engine.basics.problems import Problem, SceneError
 from engine.scene.load import scene_from_dict
 from service.executor.work import Cancelled
+from service.plain import text_of
 
 LOOK_SECONDS = 0.25
 
@@ -16,7 +17,6 @@ def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
     """Values and derivatives as JSON. asked: the scene as plain data and the other arguments of ``engine.sensitivity``. SceneError
     when the work takes longer than ``seconds``, Cancelled when nobody waits for the answer any more."""
     from engine.sensitivities import sensitivity
-    from service.api.problems import text_of
 
     scene = scene_from_dict(asked.pop("scene"))
     return text_of(sensitivity(scene, **asked, tick=_Watch(seconds)).document())
