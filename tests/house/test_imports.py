@@ -1,4 +1,4 @@
-"""Modules import each other one way: no circles, not even through imports inside functions; workers load neither commands nor web."""
+"""Modules import each other one way: no circles, not even through imports inside functions; workers load no commands and no web."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ import pytest
 
 from service.settings import Limits, Settings
 from tests.service.databases import DatabaseMissing, installed, packaged
-from tests.service.serving import InProcess
+from tests.service.serving import InProcess, Served
 
 
 def missing(tool: str, why: str) -> None:
@@ -56,9 +56,24 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
     admin.dispose()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
-    """A server in this process (HTTP without sockets), with two workers; shared by a module's tests."""
+    """A server in this process (HTTP without sockets), with two workers; shared by all tests of the service."""
     settings = Settings(tmp_path_factory.mktemp("served"), workers=2, limits=Limits(cases=5000, body=200_000), retry_delay=0.05)
     with InProcess(settings) as s:
+        yield s
+
+
+@pytest.fixture(scope="package")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """``trunnion serve`` with one worker; shared by all tests of the service that need no other."""
+    with Served(tmp_path_factory.mktemp("own") / "data", "--workers", "1") as s:
+        yield s
+
+
+@pytest.fixture(scope="package")
+def bounded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """``trunnion serve`` with one worker and low limits, so that whatever is sent to it by chance is soon done."""
+    limits = [w for limit in ("cases=200", "duration=1", "rows=2000", "body=100000") for w in ("--limit", limit)]
+    with Served(tmp_path_factory.mktemp("bounded") / "data", "--workers", "1", *limits) as s:
         yield s

@@ -8,7 +8,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,17 @@ class InProcess(Talk):
 
     def __exit__(self, *error: Any) -> None:
         self.client.__exit__(*error)
+
+
+@contextmanager
+def unstarted(settings: Settings) -> Iterator[InProcess]:
+    """The application without what begins when a server starts: it has no workers, and can only refuse what needs one."""
+    s = InProcess(settings)
+    try:
+        yield s
+    finally:
+        s.client.close()
+        s.service.store.close()
 
 
 class Served(Talk):

@@ -10,13 +10,13 @@ import pytest
 
 from service.api.security import new_key
 from service.settings import Limits, Settings
-from tests.service.serving import SMALL, InProcess
+from tests.service.serving import SMALL, InProcess, unstarted
 
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, dict[str, str]]]:
     """A server that wants keys, and one of each role."""
-    with InProcess(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0", workers=1)) as s:
+    with unstarted(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0")) as s:
         made = {}
         for role in ("read", "submit", "admin"):
             key, made[role] = new_key(role, role)
@@ -101,7 +101,7 @@ def test_without_keys_only_this_machines_own_pages_are_answered(server: InProces
 
 
 def test_more_requests_than_the_rate_are_refused_with_when_to_come_again(tmp_path: Path) -> None:
-    with InProcess(Settings(tmp_path, workers=1, limits=Limits(rate="5/hour"))) as s:
+    with unstarted(Settings(tmp_path, limits=Limits(rate="5/hour"))) as s:
         statuses = [s.get("/v1/models").status_code for _ in range(7)]
         assert statuses == [200] * 5 + [429] * 2
         assert 0 < int(s.get("/v1/jobs").headers["retry-after"]) <= 3601

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,12 +15,6 @@ from engine.cli import extensions, main
 from service.__main__ import main as serve
 from service.client import app as jobs_app
 from tests.service.serving import MU, ROOT, Served
-
-
-@pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with Served(tmp_path_factory.mktemp("commands") / "data", "--workers", "1") as s:
-        yield s
 
 
 class Told:

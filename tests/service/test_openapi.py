@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -30,23 +29,16 @@ CHECKS = [
 
 
 @pytest.fixture(scope="module")
-def fuzzed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    limits = [w for limit in ("cases=200", "duration=1", "rows=2000", "body=100000") for w in ("--limit", limit)]
-    with Served(tmp_path_factory.mktemp("fuzzed") / "data", "--workers", "1", *limits) as s:
-        yield s
-
-
-@pytest.fixture(scope="module")
-def job(fuzzed: Served) -> str:
+def job(bounded: Served) -> str:
     """A job that is there: without one, what is asked about jobs would only ever be not found."""
-    there = fuzzed.submit(SMALL)
-    fuzzed.ended(there)
+    there = bounded.submit(SMALL)
+    bounded.ended(there)
     return there
 
 
 @pytest.fixture(scope="module")
-def api_schema(fuzzed: Served) -> Any:
-    return schemathesis.openapi.from_url(f"http://127.0.0.1:{fuzzed.port}/openapi.json")
+def api_schema(bounded: Served) -> Any:
+    return schemathesis.openapi.from_url(f"http://127.0.0.1:{bounded.port}/openapi.json")
 
 
 def tried(schema: Any, examples: int, job: str) -> list[str]:
@@ -87,8 +79,8 @@ def test_every_one_of_many_answers_is_one_the_document_describes(api_schema: Any
     assert tried(api_schema, 100, job) == []
 
 
-def test_every_operation_has_words_and_every_body_an_example(fuzzed: Served) -> None:
-    document = fuzzed.get("/openapi.json").json()
+def test_every_operation_has_words_and_every_body_an_example(bounded: Served) -> None:
+    document = bounded.get("/openapi.json").json()
     for path, item in document["paths"].items():
         for method, operation in item.items():
             assert operation.get("description") or operation.get("summary"), (method, path)

@@ -38,12 +38,6 @@ def browser() -> Iterator[Any]:
         b.close()
 
 
-@pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with Served(tmp_path_factory.mktemp("page") / "data", "--workers", "1") as s:
-        yield s
-
-
 @pytest.fixture
 def page(browser: Any, served: Served) -> Iterator[Any]:
     """The page, loaded; the test fails when it logs an error or asks anyone else for anything."""

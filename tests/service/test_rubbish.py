@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -47,14 +46,6 @@ ODD: list[Any] = [
 ]
 GROWTH = 300_000_000
 """Bytes the server may grow by: what its libraries and caches take when first used, not a share of what was sent."""
-
-
-@pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with Served(
-        tmp_path_factory.mktemp("rubbish") / "data", "--workers", "1", "--limit", "cases=100", "--limit", "body=200000"
-    ) as s:
-        yield s
 
 
 def spoiled(chance: random.Random, value: Any, budget: list[int]) -> Any:
@@ -108,37 +99,38 @@ def files(folder: Path) -> int:
 
 
 @pytest.mark.parametrize("count", [150, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(served: Served, count: int) -> None:
-    assert served.process is not None
-    server, chance = psutil.Process(served.process.pid), random.Random(count)
+def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(bounded: Served, count: int) -> None:
+    assert bounded.process is not None
+    server, chance = psutil.Process(bounded.process.pid), random.Random(count)
     statuses: dict[int, int] = {}
-    memory, there = server.memory_info().rss, files(served.data)
+    memory, there = server.memory_info().rss, files(bounded.data)
     for i in range(count):
         place = PLACES[i % len(PLACES)]
         body = rubbish(chance, place)
-        answer = served.client.post(place, content=body, headers={"Content-Type": "application/json"})
+        answer = bounded.client.post(place, content=body, headers={"Content-Type": "application/json"})
         statuses[answer.status_code] = statuses.get(answer.status_code, 0) + 1
         assert answer.status_code < 500, (place, body, answer.text)
         if answer.status_code >= 400:
             assert answer.headers["content-type"] == "application/problem+json"
             assert answer.json()["problems"] or answer.status_code in (400, 413), (body, answer.text)
         elif answer.status_code == 202:  # what was spoiled made no difference
-            served.client.delete(answer.headers["location"])
+            bounded.client.delete(answer.headers["location"])
             there += 4  # the job's document, a part or two, a marker
     assert sum(n for s, n in statuses.items() if s >= 400) > 0.5 * count
     assert server.memory_info().rss - memory < GROWTH
-    assert files(served.data) <= there + 5
+    assert files(bounded.data) <= there + 5
 
 
-def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(served: Served) -> None:
+def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(bounded: Served) -> None:
     scene = scene_to_dict(load_scene(model_file("spherical_pendulum")))
     next(iter(scene["bodies"].values())).update({f"masss{i}": 1 for i in range(4000)})
-    answer = served.client.post("/v1/scenes/check", json={"scene": scene})
+    answer = bounded.client.post("/v1/scenes/check", json={"scene": scene})
     document = answer.json()
     assert (answer.status_code, document["problem_count"], len(document["problems"])) == (422, 4000, 101)
     assert document["detail"] == "4000 problems"
     assert document["problems"][-1]["where"] == "and 3900 more"
-    bad = {"scene": "spherical_pendulum", "over": dict.fromkeys([MU, "gravity[1]", "gravity[2]"], ["x"] * 4000)}
-    document = served.client.post("/v1/jobs", json=bad).json()
+    bad: dict[str, Any] = {"scene": "spherical_pendulum", "until": 0.5}
+    bad["over"] = dict.fromkeys([MU, "gravity[1]", "gravity[2]"], ["x"] * 4000)
+    document = bounded.client.post("/v1/jobs", json=bad).json()
     assert document["problem_count"] == 12_000
     assert len(document["problems"]) <= 101

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -16,7 +15,7 @@ from engine.scene.dump import scene_to_yaml
 from service.api.sensitivities import ANSWER, SensitivityDocument
 from service.settings import Limits, Settings
 from tests.sensitivity.test_external import SCENES
-from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually
+from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually, unstarted
 
 ASKED: dict[str, Any] = {
     "scene": "spherical_pendulum",
@@ -101,7 +100,7 @@ def test_nothing_to_differentiate_is_a_mistake(server: InProcess, empty: str) ->
 def test_more_than_the_limits_is_refused_at_once(
     tmp_path_factory: pytest.TempPathFactory, limits: dict[str, Any], asked: dict[str, Any], where: str
 ) -> None:
-    with InProcess(Settings(tmp_path_factory.mktemp("limited"), workers=1, limits=Limits(**limits))) as s:
+    with unstarted(Settings(tmp_path_factory.mktemp("limited"), limits=Limits(**limits))) as s:
         answer = s.post("/v1/sensitivities", ASKED | asked)
         assert answer.status_code == 422
         assert where in problems(answer)
@@ -123,12 +122,6 @@ def test_what_takes_longer_than_its_budget_is_ended_and_its_worker_free(server: 
     assert answer.status_code == 422
     assert problems(answer) == ["budget"]
     assert server.post("/v1/sensitivities", ASKED).status_code == 200
-
-
-@pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with Served(tmp_path_factory.mktemp("sensitive") / "data", "--workers", "1") as s:
-        yield s
 
 
 def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> None:
@@ -167,5 +160,6 @@ def test_jobs_go_on_beside_them(tmp_path_factory: pytest.TempPathFactory) -> Non
             t.start()
         assert s.ended(s.submit(SMALL))["state"] == "done"
         assert all(t.is_alive() for t in threads)
+        s.kill()  # told to end, it would let them go on for a while
     for t in threads:
         t.join()
