@@ -12,7 +12,7 @@ static int tr_weakest_pair(tr_sim *s) {
   int e = k->neta, *perm = (int *)TR_A(s, perm) + k->active, best = -1;
   double *J = TR_A(s, lu), x[e + 1], most = 0.0;
   tr_law(s, TR_A(s, z) + k->active);
-  tr_law_jacobian(s, J);
+  tr_law_jacobian(s);
   if (s->friction.still) tr_still_rows(s, TR_A(s, z) + k->active, TR_A(s, r), J);
   if (!tr_lu(e, J, perm)) return -1;
   for (int i = 0; i < e; ++i) x[i] = 1.0 / TR_A(s, arm)[i];
@@ -173,7 +173,7 @@ static double tr_contraction(tr_sim *s) {
   double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = 0.0;
   if (!e) return 0.0;
   tr_law(s, TR_A(s, z) + k->active);
-  tr_law_jacobian(s, J);
+  tr_law_jacobian(s);
   for (int i = 0; i < e; ++i) v[i] = 1.0 + 0.1 * i;
   for (int it = 0; it < 24; ++it) {
     double len = 0.0, was = 0.0;

@@ -4,7 +4,24 @@
 #include <math.h>
 #include <string.h>
 
+/* Compiled for the size it is called with: a constant size leaves no loop. */
+#define TR_SIZED static inline __attribute__((always_inline))
+#ifdef __clang__
+#define TR_UNROLL _Pragma("clang loop unroll(full)")
+#else
+#define TR_UNROLL
+#endif
+
 #define TR_NO_PIVOT 1e-300 /* what is less cannot be divided by */
+
+/* a − b c, rounded once where the machine can, as the compiler makes it in a loop: of a row of such it would pair the products. */
+static inline double tr_less(double a, double b, double c) {
+#ifdef __FMA__
+  return __builtin_fma(-b, c, a);
+#else
+  return a - b * c;
+#endif
+}
 
 /* Pivoted Cholesky of d S d (n×n, full storage). On return L (n×n) holds the factor in pivoted order, perm the order.
  * A pivot beyond the first `base` is taken only above `grow`, one within it only above `keep`. Returns the rank. */
@@ -64,44 +81,67 @@ static void tr_cholesky_solve(int n, int rank, const double *L, const int *perm,
 }
 
 /* LU with partial pivoting in place; returns 0 when singular to working precision. */
-static int tr_lu(int n, double *A, int *perm) {
+TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
+  TR_UNROLL
   for (int k = 0; k < n; ++k) {
     int m = k;
+    TR_UNROLL
     for (int i = k + 1; i < n; ++i)
       if (fabs(A[i + k * n]) > fabs(A[m + k * n])) m = i;
     perm[k] = m;
     double pivot = A[m + k * n];
     if (!(fabs(pivot) > TR_NO_PIVOT)) return 0;
     if (m != k)
+      TR_UNROLL
       for (int j = 0; j < n; ++j) {
         double a = A[k + j * n];
         A[k + j * n] = A[m + j * n];
         A[m + j * n] = a;
       }
     double inv = 1.0 / pivot;
+    TR_UNROLL
     for (int i = k + 1; i < n; ++i) A[i + k * n] *= inv;
+    TR_UNROLL
     for (int j = k + 1; j < n; ++j) {
       double a = A[k + j * n];
       if (a != 0.0)
+        TR_UNROLL
         for (int i = k + 1; i < n; ++i) A[i + j * n] -= A[i + k * n] * a;
     }
   }
   return 1;
 }
 
+/* The same, compiled anew for the sizes that Newton's method on friction most often has. */
+static int tr_lu(int n, double *A, int *perm) {
+  return n == 3 ? tr_lu_sized(3, A, perm) : n == 2 ? tr_lu_sized(2, A, perm) : tr_lu_sized(n, A, perm);
+}
+
 /* b ← A⁻¹ b with the factors and exchanges of tr_lu. */
-static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
+TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, double *b) {
+  TR_UNROLL
   for (int k = 0; k < n; ++k) { /* whole rows were exchanged, so all exchanges come before the substitution */
     double a = b[perm[k]];
     b[perm[k]] = b[k];
     b[k] = a;
   }
+  TR_UNROLL
   for (int k = 0; k < n; ++k)
+    TR_UNROLL
     for (int i = k + 1; i < n; ++i) b[i] -= A[i + k * n] * b[k];
+  TR_UNROLL
   for (int k = n - 1; k >= 0; --k) {
     b[k] /= A[k + k * n];
     double a = b[k];
+    TR_UNROLL
     for (int i = 0; i < k; ++i) b[i] -= A[i + k * n] * a;
   }
+}
+
+/* The same for the sizes of tr_lu. */
+static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
+  if (n == 3) tr_lu_solve_sized(3, A, perm, b);
+  else if (n == 2) tr_lu_solve_sized(2, A, perm, b);
+  else tr_lu_solve_sized(n, A, perm, b);
 }
 #endif

@@ -35,7 +35,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
   double *lu = TR_A(s, lu), b[a + 1], lam[a + 1], shift[n + 1];
   int *perm = (int *)TR_A(s, perm) + a;
   if (e) {
-    tr_law_jacobian(s, lu);
+    tr_law_jacobian(s);
     if (s->friction.still) tr_still_rows(s, TR_A(s, z) + a, TR_A(s, r), lu);
     if (!tr_lu(e, lu, perm)) return 0;
   }
