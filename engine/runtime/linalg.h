@@ -112,9 +112,16 @@ TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
   return 1;
 }
 
-/* The same, compiled anew for the sizes that Newton's method on friction most often has. */
+/* The same; the sizes that small mechanisms have, of friction and of the stiff method, are compiled by themselves. */
 static int tr_lu(int n, double *A, int *perm) {
-  return n == 3 ? tr_lu_sized(3, A, perm) : n == 2 ? tr_lu_sized(2, A, perm) : tr_lu_sized(n, A, perm);
+  switch (n) {
+    case 2: return tr_lu_sized(2, A, perm);
+    case 3: return tr_lu_sized(3, A, perm);
+    case 4: return tr_lu_sized(4, A, perm);
+    case 6: return tr_lu_sized(6, A, perm);
+    case 8: return tr_lu_sized(8, A, perm);
+    default: return tr_lu_sized(n, A, perm);
+  }
 }
 
 /* b ← A⁻¹ b with the factors and exchanges of tr_lu. */
@@ -126,22 +133,28 @@ TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, d
     b[k] = a;
   }
   TR_UNROLL
-  for (int k = 0; k < n; ++k)
+  for (int k = 0; k < n; ++k) {
+    const double *column = A + (size_t)k * n, a = b[k];
     TR_UNROLL
-    for (int i = k + 1; i < n; ++i) b[i] -= A[i + k * n] * b[k];
+    for (int i = k + 1; i < n; ++i) b[i] -= column[i] * a;
+  }
   TR_UNROLL
   for (int k = n - 1; k >= 0; --k) {
-    b[k] /= A[k + k * n];
-    double a = b[k];
+    const double *column = A + (size_t)k * n, a = b[k] /= column[k];
     TR_UNROLL
-    for (int i = 0; i < k; ++i) b[i] -= A[i + k * n] * a;
+    for (int i = 0; i < k; ++i) b[i] -= column[i] * a;
   }
 }
 
 /* The same for the sizes of tr_lu. */
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
-  if (n == 3) tr_lu_solve_sized(3, A, perm, b);
-  else if (n == 2) tr_lu_solve_sized(2, A, perm, b);
-  else tr_lu_solve_sized(n, A, perm, b);
+  switch (n) {
+    case 2: tr_lu_solve_sized(2, A, perm, b); break;
+    case 3: tr_lu_solve_sized(3, A, perm, b); break;
+    case 4: tr_lu_solve_sized(4, A, perm, b); break;
+    case 6: tr_lu_solve_sized(6, A, perm, b); break;
+    case 8: tr_lu_solve_sized(8, A, perm, b); break;
+    default: tr_lu_solve_sized(n, A, perm, b);
+  }
 }
 #endif

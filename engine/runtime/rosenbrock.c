@@ -110,34 +110,36 @@ TR_INLINE int tr_stiff_matrix(tr_sim *s, double shift) {
   return tr_lu(ny, W, (int *)TR_A(s, wperm));
 }
 
+/* out = y + Σ a[p] K[p + 1] over `count` stages; nv vectors a row. */
+TR_INLINE void tr_stages_sum(int nv, int count, const double *a, const tr_vec *y, const tr_vec *K, tr_vec *out) {
+  for (int i = 0; i < nv; ++i) {
+    tr_vec sum = y[i];
+    for (int p = 0; p < count; ++p) sum += a[p] * K[(p + 1) * nv + i];
+    out[i] = sum;
+  }
+}
+
 /* Stage `st` into its row of K. Integrals do not act back on the motion: their rows are solved after it. 0 when f cannot be evaluated. */
 TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h, double shift) {
-  const int n = tr_width(s), ny = s->ny, nquad = s->k->nquad, ld = tr_jacobian_rows(s);
+  const int n = tr_width(s), nv = n / 4, ny = s->ny, nquad = s->k->nquad, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *ft = J + (size_t)ny * ld;
-  double *K = TR_A(s, K), *tmp = TR_A(s, ytmp), *ki = K + (st + 1) * n, *f = TR_A(s, dy);
+  double *K = TR_A(s, K), *tmp = TR_A(s, ytmp), *ki = K + (st + 1) * n, *f = TR_A(s, dy), c[TR_STAGES];
   if (st == 0) {
     memcpy(f, K, sizeof(double) * n);
   } else {
-    memcpy(tmp, TR_A(s, y), sizeof(double) * n);
-    for (int p = 0; p < st; ++p) {
-      double a = m->A[st * m->stages + p];
-      if (a != 0.0)
-        for (int i = 0; i < ny + nquad; ++i) tmp[i] += a * K[(p + 1) * n + i];
-    }
+    tr_stages_sum(nv, st, m->A + st * m->stages, (tr_vec *)TR_A(s, y), (tr_vec *)K, (tr_vec *)tmp);
     if (!tr_rhs(s, s->clock.t + m->c[st] * h, tmp, f)) return 0;
   }
+  for (int p = 0; p < st; ++p) c[p] = m->C[st * m->stages + p] / h;
   for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
-  for (int p = 0; p < st; ++p) {
-    double c = m->C[st * m->stages + p] / h;
-    for (int i = 0; i < ny + nquad; ++i) ki[i] += c * K[(p + 1) * n + i];
-  }
+  for (int i = ny + nquad; i < n; ++i) ki[i] = 0.0; /* works of the audit: as `tr_step_rosenbrock` tells it */
+  tr_stages_sum(nv, st, c, (tr_vec *)ki, (tr_vec *)K, (tr_vec *)ki);
   tr_lu_solve(ny, TR_A(s, W), (int *)TR_A(s, wperm), ki);
   for (int r = 0; r < nquad; ++r) {
     double a = ki[ny + r];
     for (int q = 0; q < ny; ++q) a += J[ny + r + (size_t)q * ld] * ki[q];
     ki[ny + r] = a / shift;
   }
-  for (int r = 0; r < s->k->naudit; ++r) ki[ny + nquad + r] = 0.0; /* as `tr_step_rosenbrock` tells the audit */
   return 1;
 }
 
@@ -149,36 +151,35 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
     s->clock.status = TR_NEED_JACOBIAN;
     return NAN;
   }
-  const int n = tr_width(s), live = s->ny + s->k->nquad;
+  const int n = tr_width(s);
   double *K = TR_A(s, K), *y = TR_A(s, y), *ynew = TR_A(s, ynew);
   const double shift = 1.0 / (m->gamma * h);
   if (s->k->naudit) s->audit.known = 0; /* works that only the audit wants are not integrated here */
   if (!tr_stiff_matrix(s, shift)) return NAN;
   for (int st = 0; st < m->stages; ++st)
     if (!tr_stiff_stage(s, m, st, h, shift)) return NAN;
-  memcpy(ynew, y, sizeof(double) * n);
-  for (int p = 0; p < m->stages; ++p)
-    for (int i = 0; i < live; ++i) ynew[i] += m->b[p] * K[(p + 1) * n + i];
+  tr_stages_sum(n / 4, m->stages, m->b, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (s->set.hfixed > 0.0) return 0.0;
   return sqrt(tr_norm2(s, K + m->stages * n, y, ynew, tr_work_unit(s, h, y)));
 }
 
 /* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */
 static int tr_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
-  int n = tr_width(s);
-  double *R = TR_A(s, kstep), *K = TR_A(s, K), *y0 = TR_A(s, yold), *y1 = TR_A(s, ynew), k3[n];
+  const int nv = tr_width(s) / 4;
+  const tr_vec *K = (tr_vec *)TR_A(s, K), *y0 = (tr_vec *)TR_A(s, yold), *y1 = (tr_vec *)TR_A(s, ynew);
+  tr_vec *R = (tr_vec *)TR_A(s, kstep);
   s->step.dense_rows = 4;
-  for (int i = 0; i < n; ++i) {
-    double d[3] = {0.0, 0.0, 0.0};
-    for (int r = 0; r < 3; ++r)
-      for (int p = 0; p < m->stages; ++p) d[r] += m->H[r * m->stages + p] * K[(p + 1) * n + i];
+  for (int i = 0; i < nv; ++i) {
+    tr_vec d[3] = {{0.0}, {0.0}, {0.0}};
+    for (int p = 0; p < m->stages; ++p) {
+      TR_UNROLL
+      for (int r = 0; r < 3; ++r) d[r] += m->H[r * m->stages + p] * K[(p + 1) * nv + i];
+    }
     R[i] = y1[i] - y0[i];
-    R[n + i] = d[0] + 0.0;
-    R[2 * n + i] = d[1] + d[2];
-    k3[i] = -d[2];
+    R[nv + i] = d[0] + 0.0;
+    R[2 * nv + i] = d[1] + d[2];
+    R[3 * nv + i] = -d[2]; /* θ (K₂ + θ K₃) = θ (K₂ + K₃ − (1−θ) K₃): the nested form alternates θ and 1−θ */
   }
-  /* θ (K₂ + θ K₃) = θ (K₂ + K₃ − (1−θ) K₃): the nested form alternates θ and 1−θ */
-  memcpy(R + 3 * n, k3, sizeof(double) * n);
   return 1;
 }
 
