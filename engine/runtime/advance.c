@@ -41,8 +41,8 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i)) && !tr_stays_on_line(s, i)) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_onset_step(s, TR_A(s, K) + k->nq), tr_held_step(s)));
-  memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
-  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (k->active + k->neta));
+  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
+  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zstart));
   return TR_OK;
 }
 
@@ -92,7 +92,7 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_width(s), live = s->ny + s->k->nquad;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
   s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
-  memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * n);
+  tr_copy(n, TR_A(s, y), TR_A(s, yold));
   if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
   else {
@@ -136,7 +136,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
     tr_sharpen_pending(s);
     return;
   }
-  memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (k->active + k->neta));
+  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
   tr_audit_step(s, trial->end, TR_A(s, ynew));
@@ -146,7 +146,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
 TR_INLINE int tr_refuse(tr_sim *s, const tr_method *m, const tr_trial *trial) {
   const double err = trial->err;
   s->stats.rejected++;
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (s->k->active + s->k->neta));
+  tr_copy(s->k->active + s->k->neta, TR_A(s, zold), TR_A(s, z));
   tr_forget_extremes(s);
   s->step.h = err == err ? trial->h * tr_factor_of(err, m->order, RETRY_MOST) : SHRINK_MOST * trial->h;
   const int parts = s->set.hfixed > 0.0 && (!s->k->sets || s->step.h < LEAST_PART * s->set.hfixed);

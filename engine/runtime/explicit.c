@@ -65,22 +65,30 @@ static double tr_norm2(const tr_sim *s, const double *e, const double *y, const 
   return s->k->sets ? sum + tr_direction_error(s, e, ynew) : sum;
 }
 
+/* Put η where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two
+ * leads. old: η at the start and at the last stage and the one before it, e each. */
+TR_INLINE void tr_lead_on(tr_sim *s, const double *node, int i, double *old) {
+  const int e = s->k->neta;
+  const double c = node[i], b = node[i - 1], a = i > 1 ? node[i - 2] : 0.0;
+  double *eta = TR_A(s, z) + s->k->active, *start = old, *now = old + e, *before = now + e;
+  tr_copy(e, i > 1 ? now : eta, before), tr_copy(e, eta, now);
+  if (i == 1) tr_copy(e, eta, start);
+  for (int j = 0; i > 1 && j < e; ++j) {
+    double first = (now[j] - start[j]) / b, second = a > 0.0 && a != b ? (first - (before[j] - start[j]) / a) / (b - a) : 0.0;
+    eta[j] = start[j] + c * (first + (c - b) * second);
+  }
+}
+
 /* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
  * not be evaluated). With ends_in_error the end derivative is left in K[stages]. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), nv = n / 4;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   int e = s->k->neta;
-  double start[e + 1], before[e + 1], now[e + 1], *eta = TR_A(s, z) + s->k->active;
-  memcpy(start, eta, sizeof(double) * e), memcpy(now, eta, sizeof(double) * e);
+  double old[3 * e + 1];
   for (int i = 1; i < m->stages; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
-    double c = m->c[i], b = m->c[i - 1], a = i > 1 ? m->c[i - 2] : 0.0;
-    memcpy(before, now, sizeof(double) * e), memcpy(now, eta, sizeof(double) * e);
-    for (int j = 0; i > 1 && j < e; ++j) { /* where the parabola (at first, the line) through the start and the last two leads */
-      double first = (now[j] - start[j]) / b, second = a > 0.0 && a != b ? (first - (before[j] - start[j]) / a) / (b - a) : 0.0;
-      eta[j] = start[j] + c * (first + (c - b) * second);
-    }
+    if (e) tr_lead_on(s, m->c, i, old);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
@@ -132,15 +140,15 @@ static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
     if (!tr_rhs(s, s->step.t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
   }
   s->step.watch = watch;
-  const double *f0 = K, *f1 = K + m->stages * n;
-  for (int i = 0; i < n; ++i) {
-    double dy = y1[i] - yold[i];
-    R[i] = dy;
-    R[n + i] = h * f0[i] - dy;
-    R[2 * n + i] = 2.0 * dy - h * (f1[i] + f0[i]);
+  const tr_vec *f0 = (tr_vec *)K, *f1 = f0 + m->stages * nv;
+  tr_vec *rows = (tr_vec *)R;
+  for (int i = 0; i < nv; ++i) {
+    tr_vec dy = ((tr_vec *)y1)[i] - ((tr_vec *)yold)[i];
+    rows[i] = dy;
+    rows[nv + i] = h * f0[i] - dy;
+    rows[2 * nv + i] = 2.0 * dy - h * (f1[i] + f0[i]);
   }
-  const tr_vec *Kv = (tr_vec *)K;
-  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, Kv, (tr_vec *)(R + (HERMITE_ROWS + i) * n));
+  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, (tr_vec *)K, rows + (HERMITE_ROWS + i) * nv);
   s->step.dense_rows = HERMITE_ROWS + m->dense;
   return 1;
 }
@@ -149,10 +157,11 @@ static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
 static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
   int n = tr_width(s), rows = s->step.dense_rows;
   const double *R = TR_A(s, kstep), *yold = TR_A(s, yold);
-  for (int i = 0; i < n; ++i) {
-    double a = 0.0;
-    for (int r = rows - 1; r >= 0; --r) a = (a + R[r * n + i]) * ((r & 1) ? 1.0 - theta : theta);
-    out[i] = yold[i] + a;
+  const double factor[2] = {theta, 1.0 - theta};
+  for (int i = 0; i < n; i += 4) {
+    tr_vec a = {0.0};
+    for (int r = rows - 1; r >= 0; --r) a = (a + *(const tr_vec *)(R + r * n + i)) * factor[r & 1];
+    *(tr_vec *)(out + i) = *(const tr_vec *)(yold + i) + a;
   }
 }
 
@@ -163,4 +172,4 @@ static void tr_dense_state(tr_sim *s, double theta, double *out) {
 }
 
 /* The multipliers in place are those at the end of the step just made. */
-static void tr_note_end(tr_sim *s) { memcpy(TR_A(s, zend), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)); }
+static void tr_note_end(tr_sim *s) { tr_copy(s->k->active + s->k->neta, TR_A(s, z), TR_A(s, zend)); }

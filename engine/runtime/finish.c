@@ -19,8 +19,8 @@ static void tr_note_chatter(tr_sim *s, double t) {
 
 /* The state at the end of the step just made; the multipliers there are put where Newton's iteration begins. */
 static void tr_end_state(tr_sim *s, double *out) {
-  memcpy(out, TR_A(s, ynew), sizeof(double) * tr_width(s));
-  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
+  tr_copy(tr_width(s), TR_A(s, ynew), out);
+  tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z));
 }
 
 /* The state where an event cuts the step short, with the loops closed; where they stay open, as it is. */
@@ -85,7 +85,7 @@ static void tr_note_reversals(tr_sim *s, double theta_end) {
 /* Make (t, y) the state the run is at. */
 static void tr_shift(tr_sim *s, double t, const double *y) {
   int n = tr_width(s);
-  memmove(TR_A(s, y), y, sizeof(double) * n);
+  if (y != TR_A(s, y)) tr_copy(n, y, TR_A(s, y));
   s->clock.t = t;
   s->step.margin = NAN;
   while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_same_time(t)) {
@@ -101,9 +101,9 @@ static void tr_finish_whole(tr_sim *s) {
   const int n = tr_width(s), end = tr_method_of(s)->end;
   s->events.chatter = 0;
   s->stats.of_method[s->step.method]++;
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+  tr_copy(k->active + k->neta, TR_A(s, zold), TR_A(s, z));
   if (tr_chooses(s) && !s->step.aside) tr_choose(s);
-  memcpy(TR_A(s, K), TR_A(s, K) + end * n, sizeof(double) * n);
+  tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
   s->step.margin = s->step.margin_end;
@@ -112,7 +112,7 @@ static void tr_finish_whole(tr_sim *s) {
 
 /* Complete a step of impulses; the next one starts from its own multipliers, whatever rows were written. */
 static void tr_finish_impulses(tr_sim *s) {
-  if (s->set.hfixed <= 0.0) memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
+  if (s->set.hfixed <= 0.0) tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
   tr_size_next(s);

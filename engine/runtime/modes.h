@@ -45,6 +45,13 @@ typedef struct tr_memory {
   double value;
 } tr_memory;
 
+/* Copies n numbers of one of the block's arrays into another. Most are short: a call takes longer than they do. */
+static inline void tr_copy(int n, const double *from, double *to) {
+  int i = 0;
+  for (; i + 4 <= n; i += 4) *(tr_vec *)(to + i) = *(const tr_vec *)(from + i);
+  for (; i < n; ++i) to[i] = from[i];
+}
+
 static inline const tr_pair *tr_pair_of(const tr_sim *s, int i) { return s->k->pair + i; }
 
 /* The method in force. */

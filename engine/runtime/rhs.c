@@ -71,7 +71,7 @@ static void tr_table_signal(const tr_knots *table, double t, double ts, tr_signa
 /* Time t and the first signals of x (nx), whose moment says where inside a step it is. tables: the offset of each record, then the
  * records. Whoever needs the value of a table asks here (runs, statics, derivatives along a run), so that nobody evaluates one in
  * another way. */
-void tr_signals(const double *tables, int count, double t, double *x) {
+static inline void tr_signals_at(const double *tables, int count, double t, double *x) {
   tr_moment *now = (tr_moment *)x;
   tr_signal *out = (tr_signal *)(now + 1);
   now->t = t;
@@ -82,8 +82,11 @@ void tr_signals(const double *tables, int count, double t, double *x) {
   }
 }
 
+/* The same for hosts. */
+void tr_signals(const double *tables, int count, double t, double *x) { tr_signals_at(tables, count, t, x); }
+
 /* Make t the moment of the block's own signals. */
-static void tr_set_time(tr_sim *s, double t) { tr_signals(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
+static inline void tr_set_time(tr_sim *s, double t) { tr_signals_at(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
 /* Defined in the files that come after this one. */
 static double tr_set_violation(tr_sim *s, int i);

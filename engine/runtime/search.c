@@ -175,7 +175,7 @@ static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
       return tr_event_at(s, *theta, which);
     }
   }
-  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta)); /* what follows looks at the end again */
+  tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z)); /* what follows looks at the end again */
   return !closely || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }
 
