@@ -180,15 +180,20 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
         f"void o_contacts_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_contacts(x,y,c+{a},z,a,out);}}",
         f"void o_kappa_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_kappa(x,y,c+{b},z,a,out);}}",
     ])
+    solved = bool(values) and ca.depends_on(ca.vertcat(*values), ca.vertcat(sym.lam, sym.eta, o.a))
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
-    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy, _wants(chosen))
+    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy, _wants(chosen, solved))
 
 
-def _wants(chosen: list[Column]) -> int:
-    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``)."""
-    contraction = any(c.name == "audit.contraction" for c in chosen)
+def _wants(chosen: list[Column], solved: bool) -> int:
+    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``). solved: whether they
+    depend on multipliers or accelerations."""
+    names = {c.name for c in chosen}
+    contraction = "audit.contraction" in names
+    audit = bool(names & {"audit.constraint", "audit.complement", "audit.verdict"})
     watched = any(c.key[0] == "contact" or c.name.startswith("events.") for c in chosen)
-    return Wants.CONTRACTION * contraction + Wants.CONTACTS * watched
+    solution = solved or contraction or "audit.complement" in names
+    return Wants.CONTRACTION * contraction + Wants.CONTACTS * watched + Wants.AUDIT * audit + Wants.SOLUTION * solution
 
 
 def _oriented(c) -> tuple[SX, SX, SX]:

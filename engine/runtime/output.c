@@ -68,8 +68,8 @@ static double tr_complement(tr_sim *s) {
   return size > 0.0 ? err / size : err;
 }
 
-/* What only the runtime knows, for the columns: `extra`, and the state of every pair behind it. */
-static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
+/* How exact the state just solved is, and what the audit says so far. */
+static void tr_fill_audit(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   double worst = 0.0, *h = TR_A(s, h_res);
   tr_judgement said;
@@ -77,14 +77,18 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
     k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
     for (int i = 0; i < k->rows; ++i) worst = fmax(worst, fabs(h[i]) / tr_row_unit(s, i));
   }
+  tr_judge(s, &said);
+  extra->closure = worst, extra->complement = tr_complement(s), extra->verdict = said.verdict;
+}
+
+/* What only the runtime knows, for the columns: `extra`, and the state of every pair behind it. */
+static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
+  const tr_kernel *k = s->k;
   extra->energy0 = s->audit.energy0;
-  extra->closure = worst;
-  extra->complement = tr_complement(s);
+  if (s->o->wants & TR_WANTS_AUDIT) tr_fill_audit(s, y, extra);
   extra->contraction = s->o->wants & TR_WANTS_CONTRACTION ? tr_contraction(s) : 0.0;
   extra->events = (double)s->stats.events;
   extra->step = s->step.size;
-  tr_judge(s, &said);
-  extra->verdict = said.verdict;
   extra->last = s->events.last;
   double *state = (double *)(extra + 1);
   for (int i = 0; i < k->nsliders; ++i) {
@@ -110,7 +114,8 @@ static void tr_post_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Evaluate the requested columns at (t, y); y is brought onto the manifold first. row[0] = t. TR_OK;
+/* Evaluate the requested columns at (t, y); y is brought onto the manifold first, and the multipliers are solved for where a column
+ * depends on them (and at the start, whose solution the first step begins from). row[0] = t. TR_OK;
  * TR_FAIL_MULTIPLIERS when it cannot be evaluated; TR_FAIL_NOT_FINITE when a column is no number, though the motion may be one: squares
  * of forces overflow long before the forces do. */
 static int tr_output(tr_sim *s, double t, double *y, double *row) {
@@ -121,11 +126,14 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
   if (!o) return TR_OK;
   s->step.watch = 0;
   s->stats.outputs++;
-  int ok = tr_project(s, t, y) && tr_rhs(s, t, y, TR_A(s, dy));
+  const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
+  int ok = tr_project(s, t, y);
+  if (!solved) tr_set_time(s, t);
+  else if (ok) ok = tr_rhs(s, t, y, TR_A(s, dy));
   if (ok) {
     double z[k->rows + k->neta + 1], extra[TR_DOUBLES(tr_extra) + k->nsliders + 1];
     tr_fill_extra(s, y, (tr_extra *)extra);
-    tr_full_multipliers(s, y, z, 1);
+    if (solved) tr_full_multipliers(s, y, z, 1);
     o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, extra, row + 1);
     tr_post_columns(s, row + 1);
   }

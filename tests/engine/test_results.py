@@ -230,3 +230,19 @@ def test_an_interrupt_in_the_progress_callback_keeps_what_there_is(monkeypatch: 
     assert 0.0 < told[0][0] < told[1][0] < told[2][0] == r.outcome.time < 1000.0
     assert len(r) == int(r.outcome.time) + 1
     assert "results up to then are kept" in r.outcome.advice
+
+
+def test_rows_that_need_no_forces_cost_no_evaluations() -> None:
+    """Coordinates are read off the dense output; only columns that depend on multipliers or accelerations are solved for."""
+    few, many = (simulate("friction_identification", until=2.0, every=every, outputs="*.q[1]") for every in (2.0, 1e-3))
+    assert len(many) > 1000 > len(few)
+    assert many.stats.rhs_evaluations <= few.stats.rhs_evaluations + 3 * many.stats.steps
+
+
+def test_rows_of_forces_leave_the_motion_as_it_is() -> None:
+    """Bit for bit; columns of works do not: they are integrated, and their errors count."""
+    wanted = (["*.q[1]"], ["*.q[1]", "*.friction.torque*", "*.qdd[1]"])
+    alone, among = (simulate("friction_identification", until=2.0, every=0.01, outputs=o) for o in wanted)
+    name = next(n for n in alone.names if n.endswith(".q[1]"))
+    assert np.array_equal(alone[name], among[name])
+    assert [e.time for e in alone.events] == [e.time for e in among.events]
