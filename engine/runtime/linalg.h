@@ -23,41 +23,43 @@ static inline double tr_less(double a, double b, double c) {
 #endif
 }
 
-/* Pivoted Cholesky of d S d (n×n, full storage). On return L (n×n) holds the factor in pivoted order, perm the order.
- * A pivot beyond the first `base` is taken only above `grow`, one within it only above `keep`. Returns the rank. */
+/* Exchange rows and columns k < m of a symmetric matrix (n×n), of which the lower triangle is kept. */
+static inline void tr_exchange(int n, int k, int m, double *L) {
+  double *ck = L + (size_t)k * n, *cm = L + (size_t)m * n, t;
+  for (int i = 0; i < k; ++i) t = L[k + (size_t)i * n], L[k + (size_t)i * n] = L[m + (size_t)i * n], L[m + (size_t)i * n] = t;
+  t = ck[k], ck[k] = cm[m], cm[m] = t;
+  for (int i = k + 1; i < m; ++i) t = ck[i], ck[i] = L[m + (size_t)i * n], L[m + (size_t)i * n] = t;
+  for (int i = m + 1; i < n; ++i) t = ck[i], ck[i] = cm[i], cm[i] = t;
+}
+
+/* Pivoted Cholesky of d S d (n×n, S in full storage). On return the lower triangle of L (n×n) holds the factor in pivoted order, perm
+ * the order. A pivot beyond the first `base` is taken only above `grow`, one within it only above `keep`. Returns the rank. */
 static int tr_cholesky(int n, const double *S, const double *d, double *L, int *perm, int base, double keep, double grow) {
   for (int j = 0; j < n; ++j) {
+    const double *from = S + (size_t)j * n, dj = d[j];
+    double *column = L + (size_t)j * n;
     perm[j] = j;
-    for (int i = 0; i < n; ++i) L[i + j * n] = d[i] * d[j] * S[i + j * n];
+    for (int i = j; i < n; ++i) column[i] = d[i] * dj * from[i];
   }
   for (int k = 0; k < n; ++k) {
+    double *column = L + (size_t)k * n, pivot = column[k];
     int m = k;
     for (int i = k + 1; i < n; ++i)
-      if (L[i + i * n] > L[m + m * n]) m = i;
-    double pivot = L[m + m * n];
+      if (L[i + (size_t)i * n] > pivot) pivot = L[i + (size_t)i * n], m = i;
     if (!(pivot > (k < base ? keep : grow))) return k;
-    if (m != k) { /* symmetric exchange of rows and columns k and m */
+    if (m != k) {
       int t = perm[k];
       perm[k] = perm[m];
       perm[m] = t;
-      for (int i = 0; i < n; ++i) {
-        double a = L[k + i * n];
-        L[k + i * n] = L[m + i * n];
-        L[m + i * n] = a;
-      }
-      for (int i = 0; i < n; ++i) {
-        double a = L[i + k * n];
-        L[i + k * n] = L[i + m * n];
-        L[i + m * n] = a;
-      }
+      tr_exchange(n, k, m, L);
     }
     double root = sqrt(pivot), inv = 1.0 / root;
-    L[k + k * n] = root;
-    for (int i = k + 1; i < n; ++i) L[i + k * n] *= inv;
+    column[k] = root;
+    for (int i = k + 1; i < n; ++i) column[i] *= inv;
     for (int j = k + 1; j < n; ++j) {
-      double a = L[j + k * n];
-      for (int i = j; i < n; ++i) L[i + j * n] -= L[i + k * n] * a;
-      for (int i = k + 1; i < j; ++i) L[i + j * n] = L[j + i * n];
+      const double a = column[j];
+      double *other = L + (size_t)j * n;
+      for (int i = j; i < n; ++i) other[i] -= column[i] * a;
     }
   }
   return n;
@@ -67,15 +69,17 @@ static int tr_cholesky(int n, const double *S, const double *d, double *L, int *
 static void tr_cholesky_solve(int n, int rank, const double *L, const int *perm, const double *d, const double *b, double *x) {
   double y[rank > 0 ? rank : 1];
   for (int i = 0; i < rank; ++i) {
+    const double *row = L + i;
     double a = d[perm[i]] * b[perm[i]];
-    for (int k = 0; k < i; ++k) a -= L[i + k * n] * y[k];
-    y[i] = a / L[i + i * n];
+    for (int k = 0; k < i; ++k, row += n) a -= *row * y[k];
+    y[i] = a / *row;
   }
   for (int i = 0; i < n; ++i) x[i] = 0.0;
   for (int i = rank - 1; i >= 0; --i) {
+    const double *column = L + (size_t)i * n;
     double a = y[i];
-    for (int k = i + 1; k < rank; ++k) a -= L[k + i * n] * y[k];
-    y[i] = a / L[i + i * n];
+    for (int k = i + 1; k < rank; ++k) a -= column[k] * y[k];
+    y[i] = a / column[i];
     x[perm[i]] = d[perm[i]] * y[i];
   }
 }
