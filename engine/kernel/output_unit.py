@@ -182,12 +182,13 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     ])
     solved = bool(values) and ca.depends_on(ca.vertcat(*values), ca.vertcat(sym.lam, sym.eta, o.a))
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
-    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy, _wants(chosen, solved))
+    wants = _wants(chosen, solved)
+    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy, wants)
 
 
 def _wants(chosen: list[Column], solved: bool) -> int:
-    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``). solved: whether they
-    depend on multipliers or accelerations."""
+    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``). solved: whether
+    they depend on multipliers or accelerations."""
     names = {c.name for c in chosen}
     contraction = "audit.contraction" in names
     audit = bool(names & {"audit.constraint", "audit.complement", "audit.verdict"})
