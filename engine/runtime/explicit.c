@@ -7,6 +7,7 @@
 #define SMALL_ENERGY 1e-6
 #define NOISE_ENERGY 1e-14 /* of the energy scale */
 #define DIRECTION_ERROR 1e-3 /* rad: error that the direction of slow sliding may have */
+#define DIRECTION_CUTS 0.01  /* of (error over tolerance)²: less would not keep steps from growing */
 #define SLOWEST 1e-9         /* of the speed unit: slower sliding counts as that fast */
 #define SECOND_WEIGHT 0.01   /* of the second of two error estimators beside the first (Hairer, Nørsett, Wanner I, II.10) */
 #define HERMITE_ROWS 3       /* rows of a dense output that make the cubic through values and slopes at both ends */
@@ -15,8 +16,8 @@
 static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad + s->k->naudit); }
 
 /* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(DIRECTION_ERROR |v|))²,
- * of the worst pair. */
-static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew) {
+ * of the worst pair, which is named in *which. */
+static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew, int *which) {
   double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
@@ -27,7 +28,8 @@ static double tr_direction_error(const tr_sim *s, const double *e, const double 
       size += v * v, error += d * d, along += v * d;
     }
     if (size > 0.0) error = fmax(error - along * along / size, 0.0);
-    worst = fmax(worst, error / fmax(size, least * least));
+    error /= fmax(size, least * least);
+    if (error > worst) worst = error, *which = i;
   }
   return worst / (DIRECTION_ERROR * DIRECTION_ERROR);
 }
@@ -59,10 +61,13 @@ static double tr_size2(const tr_sim *s, const double *e, const double *y, const 
   return sum / (s->set.rtol * s->set.rtol * count);
 }
 
-/* The same with the error of the direction of slow sliding, where that is frozen over a step. */
-static double tr_norm2(const tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
-  double sum = tr_size2(s, e, y, ynew, work);
-  return s->k->sets ? sum + tr_direction_error(s, e, ynew) : sum;
+/* The same with the error of the direction of slow sliding, where that is frozen over a step. The pair is noted whose direction cuts the
+ * steps. */
+static double tr_norm2(tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
+  int which = -1;
+  double sum = tr_size2(s, e, y, ynew, work), turns = s->k->sets ? tr_direction_error(s, e, ynew, &which) : 0.0;
+  if (turns > sum && turns > DIRECTION_CUTS) s->friction.missed = which;
+  return sum + turns;
 }
 
 /* Put η where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two

@@ -5,8 +5,8 @@
 #define TURN_NOTED 0.017453292519943295 /* rad: contacts of other joints that turn by more at an event are recorded too */
 #define BALL_TURNS 4                    /* decisions that balls may undo by changing their branch */
 #define CONE_NEAR 1e-6                  /* of s²/|ω|²: a ball this near to its cone, once the loops are closed, is at it */
-#define CAPTURE_LENGTH 10.0             /* of rtol · length scale: what is left to slide */
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
+#define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
 
 /* What became of pair i: an event kind, or 0. Directions are those of surface speeds: a shaft's travel and turn have units of their own. */
@@ -132,31 +132,26 @@ static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int other
   return 1;
 }
 
-/* Whether the pair of several components whose turning has cut the steps will be at rest within a distance that does not count: then
- * the pair, else −1. (One that stops along a line passes through zero and is located as any other.) After an accepted step, its end
- * evaluated. */
+/* Whether the pair of several components whose turning has cut the steps is about to rest: at a speed that does not count, and within a time
+ * whose third power, the error of the last stretch, does not; then the pair, else −1. (One that stops along a line passes through zero and
+ * is located as any other, unless its direction is so stiff that steps shrink on the way.) After an accepted step, its end evaluated. */
 static int tr_ends_sliding(tr_sim *s) {
   const tr_kernel *k = s->k;
-  const double *rates = map_rates(k, TR_A(s, maps));
-  for (int i = s->friction.missed; i >= 0 && i < k->nsliders; i = k->nsliders) {
-    const tr_pair *pair = tr_pair_of(s, i);
-    double *least = TR_A(s, vmin) + i;
-    if (!tr_is_set(s, i) || tr_is_stuck(s, i) || pair->nrates == 1) continue;
-    double v = tr_pair_speed(s, i), along = 0.0, size = 0.0;
-    if (v > 2.0 * *least) *least = 0.0; /* it has gone faster since it was last tried */
-    if (!(v > REST_SPEED * tr_speed_unit(s)) || (*least > 0.0 && v > 0.5 * *least)) continue;
-    for (int j = 0; j < pair->nrates; ++j) {
-      int e = pair->eta0 + j;
-      double acc = tr_acceleration_now(s, e) * TR_A(s, arm)[e];
-      along += acc * rates[pair->rate0 + j] * TR_A(s, arm)[e] / v, size += acc * acc;
-    }
-    double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
-    if (dec > 0.0 && v * v <= 2.0 * dec * CAPTURE_LENGTH * s->set.rtol * s->set.length && across <= CAPTURE_ACROSS * dec) {
-      s->friction.capture_h = v / dec, s->friction.capture_dec = dec;
-      return i;
-    }
+  const int i = s->friction.missed;
+  if (i < 0 || i >= k->nsliders || !tr_is_set(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *rates = map_rates(k, TR_A(s, maps)) + pair->rate0, v = tr_pair_speed(s, i), unit = tr_speed_unit(s);
+  double *least = TR_A(s, vmin) + i, along = 0.0, size = 0.0;
+  if (v > 2.0 * *least) *least = 0.0; /* it has gone faster since it was last tried */
+  if (!(v > REST_SPEED * unit) || v > CAPTURE_SPEED * s->set.rtol * unit || (*least > 0.0 && v > 0.5 * *least)) return -1;
+  for (int j = 0; j < pair->nrates; ++j) {
+    double arm = TR_A(s, arm)[pair->eta0 + j], acc = tr_acceleration_now(s, pair->eta0 + j) * arm;
+    along += acc * rates[j] * arm / v, size += acc * acc;
   }
-  return -1;
+  const double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
+  if (!(dec > 0.0) || v > cbrt(s->set.rtol) * dec / s->set.rate || across > CAPTURE_ACROSS * dec) return -1;
+  s->friction.capture_h = v / dec, s->friction.capture_dec = dec;
+  return i;
 }
 
 /* The fastest of rates v (n), with their units (travels: the scene's length). */
@@ -190,21 +185,32 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   return has;
 }
 
+/* Freeze the direction of pair i, of several components, over the last stretch of its sliding: at its end it has none. */
+static void tr_freeze_last(tr_sim *s, int i) {
+  const int rates = tr_pair_of(s, i)->nrates;
+  double r[3], v = tr_speed_of_state(s, i);
+  tr_rates_of_state(s, i, r);
+  for (int j = 0; j < rates; ++j) tr_mode_of(s, i)->direction[j] = TR_FROZEN * r[j] / v;
+}
+
 /* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when
  * rest there has no answer. */
 static int tr_step_capture(tr_sim *s) {
   int n = tr_width(s), i = s->friction.capture;
   double h = s->friction.capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
+  tr_mode *m = tr_mode_of(s, i), slid = *m;
   memcpy(TR_A(s, yold), y, sizeof(double) * n);
   s->friction.capture = -1;
+  tr_freeze_last(s, i);
   for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
-  if (!tr_rhs(s, s->clock.t + 0.5 * h, mid, f)) return 0;
+  int ok = tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
   tr_note_end(s);
   for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
-  if (!tr_project(s, s->clock.t + h, ynew)) return 0;
+  ok = ok && tr_project(s, s->clock.t + h, ynew);
   memcpy(TR_A(s, cand), ynew, sizeof(double) * n);
-  if (!tr_rest_has_answer(s, s->clock.t + h, TR_A(s, cand), i)) {
-    TR_A(s, vmin)[i] = h * s->friction.capture_dec;
+  if (ok && !tr_rest_has_answer(s, s->clock.t + h, TR_A(s, cand), i)) TR_A(s, vmin)[i] = h * s->friction.capture_dec, ok = 0;
+  if (!ok) {
+    *m = slid;
     return 0;
   }
   s->step.t0 = s->clock.t, s->step.size = h;

@@ -71,7 +71,7 @@ typedef struct tr_friction {
   int by_law;          /* balls of stuck groups share by the friction of the motion that impends */
   double pace;         /* frequency of the fastest load that comes and goes, Hz */
   int freed;           /* pair whose friction is left out for the moment (``tr_stumbling_pair``); -1: none */
-  int missed;          /* pair that has turned too fast for a step; -1: none */
+  int missed;          /* pair whose turning, or the error of whose direction, has cut the steps; -1: none */
   int capture;         /* pair about to come to rest, in a step of its own; -1: none */
   double capture_h;    /* length of that step, s */
   double capture_dec;  /* deceleration of that pair, m/s² */

@@ -79,6 +79,30 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
     assert max(np.abs(np.diff(r[c])[close]).max(initial=0.0) for c in r.names) <= 1e-4 * fastest
 
 
+@pytest.mark.parametrize("setting", [("rk5", 1e-5), ("auto", 1e-6)])
+def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
+    """The shaft that closes loop 26 comes to rest, and goes back, while it answers to friction a thousand times as much along its
+    axis as about it: that keeps steps of any method as short as a part of the time that is left."""
+    case = rubbing("loop", 26)
+    method, rtol = setting
+    r = simulate(case.scene, until=1.2 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
+    (turns,) = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
+    assert r.outcome.ok
+    assert abs(turns - 0.2009395) < 1e-5 * time_scale(case)
+    assert np.sum(np.abs(r.time - turns) < 1e-5 * time_scale(case)) <= 10
+    assert r.stats.counters["refused"] == 0
+
+
+@pytest.mark.parametrize("setting", [("auto", 1e-4), ("rk5", 1e-5)])
+def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, float]) -> None:
+    """What is left to slide may be next to nothing and yet take a quarter of the time: loop 7 turned round at 0.392 s."""
+    case = rubbing("loop", 7)
+    method, rtol = setting
+    r = simulate(case.scene, until=3.0 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
+    turns = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
+    assert turns == pytest.approx([0.0651845, 0.533914], rel=10.0 * rtol)
+
+
 def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
     """The dense output of a step that is too long passes where friction has no answer. The step is made shorter; nothing jams
     there, and no root folds away."""
