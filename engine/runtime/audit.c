@@ -3,7 +3,7 @@
 #include "modes.h"
 
 #define EVERY_STEPS 4    /* energies are looked at so seldom: what was lost between two looks shows at the second */
-#define FIRST_ORDER 1e-4 /* stands for the tolerance of steps without error control, and of impulses */
+#define FIRST_ORDER 1e-4 /* stands for the tolerance of steps without error control, and of impulses where events accumulate */
 #define LEAST_RTOL 1e-12 /* tighter tolerances than that are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, of the energy turned over: inaccurate */
 #define AT_MOST 0.1      /* of the energy turned over: inaccurate whatever the tolerance */
@@ -16,7 +16,7 @@
 
 /* What the run is measured by. */
 static double tr_audit_tolerance(const tr_sim *s) {
-  const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0 || tr_method_of(s)->kind == TR_IMPULSES;
+  const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0;
   return fmax(fmax(s->set.rtol, LEAST_RTOL), stepped ? FIRST_ORDER : 0.0);
 }
 
