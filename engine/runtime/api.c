@@ -43,6 +43,7 @@ TR_OFTEN
 #include "stepsize.c"
 TR_RARE
 #include "moreau.c"
+#include "ends.c"
 #include "impulses.c"
 TR_OFTEN
 #include "finish.c"

@@ -8,16 +8,6 @@
 #define MOREAU_STAY 400    /* steps before locating events is tried again */
 #define LEAST_IMPULSE 1e-3 /* of rtol / rate: in so short a time nothing but an impact changes a speed by more than the tolerance */
 #define EVENT_SHARE 0.2    /* of the tolerance of speeds: what the unknown time of an event may amount to */
-#define AT_END 0.999999    /* of a step: a release behind it is one at its end */
-#define AT_START 1e-3      /* of a step: a release before it is the one the step begins with; it is made shorter until the pair slips in it */
-
-/* What time stepping found in a step made in two halves: the modes of all pairs at its start and its middle (those at its end are in
- * force). */
-typedef struct tr_course {
-  tr_mode *start, *middle;
-  int steady; /* they are the same throughout, */
-  int smooth; /* and where the step is made at once too */
-} tr_course;
 
 /* Whether all pairs are in the modes `then` as they are now; one that slides the other way is not. */
 static int tr_as_before(const tr_sim *s, const tr_mode *then) {
@@ -55,13 +45,6 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_course *course) {
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Straight lines as the dense output of the step just made. */
-static void tr_straight(tr_sim *s) {
-  const double *y = TR_A(s, y), *ynew = TR_A(s, ynew);
-  for (int i = 0; i < tr_width(s); ++i) TR_A(s, kstep)[i] = ynew[i] - y[i];
-  s->step.dense_rows = 1;
-}
-
 /* ynew, the state two halves of a step lead to, extrapolated with the one `whole` that it leads to at once; `half`: between the halves.
  * TR_OK, or why there is none. */
 static int tr_extrapolate(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
@@ -76,12 +59,6 @@ static int tr_extrapolate(tr_sim *s, double t, const double *whole, const double
     R[i] = ynew[i] - yold[i], R[n + i] = 4.0 * (half[i] + 0.5 * off[i]) - 2.0 * (yold[i] + ynew[i]);
   s->step.dense_rows = 2;
   return TR_OK;
-}
-
-/* Back to the start of the step, for another trial. */
-static void tr_moreau_back(tr_sim *s, const tr_course *course) {
-  tr_put_modes(s, course->start);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (s->k->active + s->k->neta));
 }
 
 /* A step over h, made whole and in two halves: ynew, extrapolated where no mode changes, else what the halves lead to. Its error relative to
@@ -123,29 +100,6 @@ static double tr_moreau_try(tr_sim *s, double h, tr_course *course) {
   return s->step.trouble == TR_OK ? err : NAN;
 }
 
-/* Where in the step just made a stop is reached or left, or something that is held through it is first asked for more than it can hold; 1:
- * nowhere. */
-static double tr_first_end(tr_sim *s, double h, const tr_course *course) {
-  const int n = s->k->nsliders;
-  double depth[s->k->nstops + 1], theta = 1.0;
-  int held = 0, which = -1, hit = 0;
-  for (int i = 0; i < n && course->steady; ++i) held |= tr_is_stuck(s, i) && tr_suspect(s, i);
-  tr_depths(s, TR_A(s, ynew), depth);
-  for (int i = n; i < tr_watched(s); ++i)
-    if (tr_violation(s, i, depth) > 1.0) which = i, hit = 1;
-  if ((!held && !hit) || !s->set.locate) return 1.0;
-  s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
-  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), tr_note_end(s);
-  int found = TR_NO_EVENT, worst = which;
-  if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
-    s->step.margin = NAN, s->step.margin_end = tr_beyond(s, TR_A(s, ynew), &worst);
-    if (!hit || worst < n) which = worst;
-    found = tr_look_inside(s, held, &which, &theta);
-  }
-  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
-  return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
-}
-
 /* Record at time t what pairs do otherwise than in the modes `then`. jolt: one that stopped did so by an impact. Whether any does. */
 static int tr_log_switches(tr_sim *s, double t, const tr_mode *then, int jolt) {
   int changed = 0;
@@ -165,7 +119,7 @@ static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double
   if (!fixed && !course->steady) {
     tr_mode last[s->k->nsliders + 1];
     tr_keep_modes(s, last), tr_put_modes(s, course->middle);
-    changed = tr_log_switches(s, s->clock.t + 0.5 * h, course->start, err > 1.0);
+    changed = tr_log_switches(s, s->clock.t + course->let_go * h, course->start, err > 1.0);
     tr_put_modes(s, last);
   }
   changed |= tr_log_switches(s, end, fixed ? course->start : course->middle, err > 1.0);
@@ -200,7 +154,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   const int fixed = s->set.hfixed > 0.0;
   const double least = LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t);
   tr_mode start[s->k->nsliders + 1], middle[s->k->nsliders + 1];
-  tr_course course = {.start = start, .middle = middle};
+  tr_course course = {.start = start, .middle = middle, .let_go = 0.5};
   s->step.watch = 0;
   tr_turn_directions(s);
   tr_leave_lines(s);
@@ -209,7 +163,8 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * tr_width(s));
   for (double most = GROW_MOST;; most = 1.0) { /* a step after a refused one does not grow */
     const double h = tr_moreau_length(s, limit), err = tr_moreau_try(s, h, &course);
-    const double whole = err <= 1.0 && !fixed ? tr_first_end(s, h, &course) : 1.0;
+    double whole = err <= 1.0 && !fixed ? tr_first_end(s, h, &course) : 1.0;
+    if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_first_release(s, h, &course);
     const int small = h <= least && (err <= 1.0 || (err == err && s->set.through_jams)); /* what jumps in so short a time is an impact */
     if ((err <= 1.0 && whole > AT_END) || small) {
       tr_moreau_accept(s, h, s->pending.cut ? limit : s->clock.t + h, err, most, &course);

@@ -55,7 +55,7 @@ static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
     else rest[n++] = i;
   }
   s->moreau.h = h;
-  int ok = n ? tr_settle_from(s, rest, n) || tr_settle_as_moving(s, rest, n) || (h <= s->moreau.decides && tr_decide(s, rest, n, -1)) : runs ? tr_solve_modes(s) : tr_multipliers(s);
+  int ok = s->moreau.keeps ? tr_solve_modes(s) : n ? tr_settle_from(s, rest, n) || tr_settle_as_moving(s, rest, n) || (h <= s->moreau.decides && tr_decide(s, rest, n, -1)) : runs ? tr_solve_modes(s) : tr_multipliers(s);
   s->moreau.h = 0.0;
   if (ok) k->stage2(TR_A(s, x), mid, TR_A(s, c), TR_A(s, w), TR_A(s, z), TR_A(s, dy));
   return ok;
@@ -91,12 +91,37 @@ static void tr_moreau_stops(tr_sim *s, double t, const double *y) {
   }
 }
 
+/* What has come to rest in a step of impulses to (t, y), from the modes `then`. One whose sliding turned round inside has no speed at its end
+ * either, for it is held there by an impulse that no force at rest would give: it slides on, the way that rest lets it go. One on a loop has
+ * come to rest with others that stick, though the impulses of these are all that it took. ẏ of the step is kept. */
+static void tr_moreau_rests(tr_sim *s, double t, const double *y, const tr_mode *then) {
+  const int pairs = s->k->nsliders, n = tr_width(s);
+  double slope[n];
+  int held = 0, stopped = 0;
+  for (int i = 0; i < pairs; ++i) held |= tr_is_stuck(s, i), stopped |= tr_is_stuck(s, i) && tr_flag(then + i) != TR_STUCK;
+  if (!held || (!stopped && !s->k->active)) return;
+  memcpy(slope, TR_A(s, dy), sizeof slope);
+  tr_set_time(s, t);
+  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  for (int i = 0; i < pairs && s->k->active; ++i)
+    if (tr_is_set(s, i) && !tr_is_stuck(s, i) && tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s)) tr_mode_of(s, i)->flag = TR_STUCK, stopped = 1;
+  if (stopped && tr_rhs(s, t, y, TR_A(s, dy))) {
+    tr_holding(s);
+    tr_bind(s);
+    for (int i = 0; i < pairs; ++i)
+      if (tr_is_stuck(s, i) && tr_flag(then + i) != TR_STUCK && tr_ratio(s, i) > 1.0 + TOL_RELEASE) tr_let_slip(s, i);
+  }
+  memcpy(TR_A(s, dy), slope, sizeof slope);
+}
+
 /* One step of impulses from (t, y) over h: ynew, and the modes at its end. TR_OK, TR_MORE where a direction that was frozen turns too far, or
  * why there is no step. */
 static int tr_moreau_part(tr_sim *s, double t, const double *y, double h, double *ynew) {
   const tr_kernel *k = s->k;
   double *mid = TR_A(s, ytmp);
   const double *f = TR_A(s, dy);
+  tr_mode then[k->nsliders + 1];
+  tr_keep_modes(s, then);
   memcpy(mid, y, sizeof(double) * tr_width(s));
   tr_drift(s, mid, y + k->nq, 0.5 * h);
   tr_set_time(s, t + 0.5 * h);
@@ -109,5 +134,6 @@ static int tr_moreau_part(tr_sim *s, double t, const double *y, double h, double
   if (!tr_finite(s->ny + k->nquad, ynew)) return TR_FAIL_NOT_FINITE;
   if (!tr_project(s, t + h, ynew)) return s->step.trouble;
   if (s->friction.still) tr_watch(s);
+  if (!(s->set.hfixed > 0.0) && !s->moreau.keeps) tr_moreau_rests(s, t + h, ynew, then);
   return tr_has_turned(s, t + h, ynew) ? TR_MORE : TR_OK;
 }

@@ -81,6 +81,7 @@ typedef struct tr_friction {
 typedef struct tr_moreau {
   double h;            /* step of impulses while they are solved, s; 0 otherwise */
   double decides;      /* steps up to this length decide anew where the modes in force lead to none that fit, s */
+  int keeps;           /* modes are those in force, whether they fit or not */
   int frozen;          /* directions of fast sliding of several components are frozen over a step */
   double burst_t;      /* begin of the window in which events are counted, s */
   double first_t;      /* first hand-over, s; -1: none */

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.friction import DEFAULT, REGISTRY
 from engine.scene import load_scene
 from engine.scene import model as sm
 from engine.simulation.result import Result
@@ -21,13 +22,22 @@ from tests.reference.transforms import rotated
 from tests.reference.units import rescaled
 
 CASES = Path(__file__).parent / "cases"
-METHODS = ("auto", "rk5", "rk8", "rosenbrock")
+METHODS = ("auto", "rk5", "rk8", "rosenbrock", "moreau")
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 LARGER, SLOWER = 100.0, 10.0
 """Lengths are multiplied by LARGER and times by SLOWER, so that gravity stays what it is."""
 TIGHT = 1e-9
 ENDS = 200.0
 """Times the tolerance: how far off coordinates may end. The last of a sliding, a distance that does not count, is cut short."""
+OPEN: dict[tuple[str, str, float], str] = {
+    ("stop_among_roots", "moreau", 1e-9): "larger",
+    ("slow_pair_turns", "moreau", 1e-7): "larger",
+    ("loop_at_rest", "moreau", 1e-9): "turned",
+    ("universal_at_dead_centre", "moreau", 1e-5): "larger",
+    ("universal_at_dead_centre", "moreau", 1e-9): "larger",
+}
+"""Known to be worse, in this world: of 144 runs by impulses two stops are 154 and 200 × rtol late, a loop stops twice in 1e-9 s,
+one reversal of a pair at its dead centre is told as a stop and a slip, and one is told that is none."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +68,10 @@ CLAIMS = {
     "universal_at_dead_centre": Claim(1.0, (("reversal", "k"),)),
     "slow_pair_turns": Claim(1.0, (("stop", "j3"), ("slip", "j3"))),
     "two_answers_at_the_start": Claim(1.0, (), lambda r: r.certificate.indeterminate is not None),
-    "loop_at_rest": Claim(2.0, (("stop", "j0"), ("stop", "j1")), lambda r: r.stats.steps < 200),
+    "loop_at_rest": Claim(2.0, (("stop", "j0"), ("stop", "j1")), lambda r: r.stats.steps < 200 or bool(r.stats.counters["moreau"])),
 }
 """Changes that are not watched need not be there: a pair of two components that all but stops may be seen to turn round, and what
-turns by round-off alone may slip at a dead centre."""
+turns by round-off alone may slip at a dead centre. (Steps of impulses are many before rest.)"""
 
 
 def coordinates(scene: sm.Scene) -> list[str]:
@@ -125,14 +135,21 @@ def complaints(name: str, world: World, method: str, rtol: float, exact: Result,
     return out + [f"ends {off:.1e} off"] * bool(off > ENDS * rtol)
 
 
+def steps_by_impulses(scene: sm.Scene) -> bool:
+    """Whether method moreau takes the scene: it refuses laws that are stiff near rest (big_ball)."""
+    return all(REGISTRY[j.friction.law or DEFAULT].steps for j in scene.joints.values() if j.friction is not None)
+
+
 def check(name: str, world: str, settings) -> None:
     """Hold a case in a world against its claim at these settings; against a tight tolerance as it is."""
     told = worlds(name)
     own = told["as it is"]
+    settings = [(m, t) for m, t in settings if m != "moreau" or steps_by_impulses(own.scene)]
     exact = run(name, own, "rk8", TIGHT)
     assert exact.outcome.ok, exact.outcome
     wrong = {(name, m, t): c for m, t in settings if (c := complaints(name, told[world], m, t, exact, own))}
-    assert not wrong, wrong
+    known = {at for at, where in OPEN.items() if at[0] == name and at[1:] in settings and where == world}
+    assert set(wrong) == known, wrong
 
 
 @pytest.mark.slow
@@ -143,9 +160,9 @@ def test_a_hard_case_is_the_same_at_every_setting_in_every_world(name: str, worl
 
 
 @pytest.mark.parametrize("world", ["as it is", "larger"])
-@pytest.mark.parametrize("name", ["late_slip", "two_answers_at_the_start"])
+@pytest.mark.parametrize("name", ["late_slip", "two_answers_at_the_start", "slow_pair_turns", "loop_at_rest"])
 def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None:
-    check(name, world, [("auto", 1e-4), ("auto", 1e-6), ("rk5", 1e-8)])
+    check(name, world, [("auto", 1e-4), ("auto", 1e-6), ("rk5", 1e-8), ("moreau", 1e-5), ("moreau", 1e-8)])
 
 
 @pytest.mark.parametrize("world", ["as it is", "larger"])
