@@ -15,6 +15,7 @@
 #define DIP 0.05        /* of what a sliding speed varies over the stages: by so much it may fall between them, to rest and up again */
 #define TURN_DIP 0.5    /* the same where it falls at the start and rises at the end: it may come so far below the stages, the two next to its
                          least being up to half a step apart */
+#define ALL_BUT_STOPPED 0.01 /* of its speed at the step's start: what is left of it turns by the step's error */
 #define SWING 0.5       /* of what a margin varies over the stages: by so much it may rise between them (a quarter period between two) */
 
 /* By how many tolerances, after the first, the worst pair or stop is beyond its mode at y, which has just been evaluated; which one in
@@ -83,13 +84,30 @@ static int tr_turned_back(const tr_sim *s, int i) {
   return along < 0.0 && tr_pair_speed(s, i) > TOL_SPEED * tr_speed_unit(s);
 }
 
+/* Speeds of pairs of several components at the start of the step just made; 0 of all others. */
+static void tr_speeds_at_start(tr_sim *s, double *was) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    was[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
+}
+
+/* A pair of several components, other than ``which``, that has all but stopped since the step's start, where its speed was `was`: its
+ * friction turns on its way to rest and takes others beyond their modes. -1: there is none. Along a line nothing turns. Maps in place. */
+static int tr_stops_beside(tr_sim *s, int which, const double *was) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !(was[i] > NEAR_MISS * tr_speed_unit(s)) || tr_frozen_length(s, i) > TR_LINE) continue;
+    if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_stops_on_line(s, i)) return i;
+  }
+  return -1;
+}
+
 /* Whether what was found at θ is an event. A pair of several components that has merely turned fast asks for a smaller step, whatever its
- * friction, which has jumped there, has done to others: these have not come to the end of their modes. */
+ * friction, which has jumped there, has done to others: these have not come to the end of their modes. So does one that all but stops. */
 static int tr_event_at(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
   int turned = -1;
-  double *y = TR_A(s, yout);
+  double *y = TR_A(s, yout), was[s->k->nsliders + 1];
+  tr_speeds_at_start(s, was);
   tr_dense_eval(s, theta, y);
   tr_set_time(s, s->step.t0 + theta * s->step.size);
   s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
@@ -102,7 +120,9 @@ static int tr_event_at(tr_sim *s, double theta, int *which) {
     if (turned < 0 || i == *which) turned = i;
   }
   if (turned >= 0) *which = turned;
-  return TR_FOUND;
+  const int beside = turned < 0 && *which < s->k->nsliders ? tr_stops_beside(s, *which, was) : -1;
+  if (beside >= 0) s->friction.missed = beside;
+  return beside >= 0 ? TR_TOO_LARGE : TR_FOUND;
 }
 
 /* Whether the sliding speed of pair i (one component) falls at the start of the step just made and rises at its end: it has a least value

@@ -56,6 +56,7 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
         ("loop", 15, ("rk5", 1e-5)),  # the row of an event is at it with the loops closed: a sleeve is let go there
         ("loop", 27, ("auto", 1e-4)),  # the same of balls that come to their cones
         ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start, where friction is found from chance alone
+        ("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
     ],
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:
