@@ -5,6 +5,7 @@
 #define GROW_FIXED 2.0       /* where fixed steps have been made in parts, the parts grow by this */
 #define LEAST_PART 1e-4      /* of a fixed step in which friction cannot be followed (sliding of several components that ends inside
                                 it): it is made in parts not smaller than this */
+#define RESUMED_MOST 2       /* of the pairs: so many failures are passed at one time, the last half of them by impacts alone */
 #define LEFT_OVER 1e-10         /* of what is left to the limit: no step leaves so little */
 
 /* The time up to which the next step may reach: the target, or a break of the signals in front of it. */
@@ -179,17 +180,26 @@ static int tr_attempt(tr_sim *s, double limit) {
   }
 }
 
+/* How often failures have been passed at the state in place, no time having gone by since. */
+static int tr_resumed_here(tr_sim *s) {
+  if (s->friction.resumed_t != s->clock.t) s->friction.resumed = 0;
+  s->friction.resumed_t = s->clock.t;
+  return s->friction.resumed;
+}
+
 /* After a failure of friction: whether the run goes on from the state in place, with other modes, a ball spinning or a jammed pair
- * stopped. */
+ * stopped. Each pair may be what a failure is passed by, once at one time: what has led nowhere leads nowhere again. */
 static int tr_goes_on(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES) { /* which then fails at the same time again does not go on for ever */
     if (s->moreau.failed_t == s->clock.t) return 0;
     s->moreau.failed_t = s->clock.t;
   }
-  if (!tr_decides_anew(s) && !tr_lets_spin(s) && !tr_slow_pair_stops(s) && !tr_searches_on(s, code) && !tr_passes_fold(s) &&
-      !tr_through_jam(s))
+  const int more = tr_resumed_here(s) < s->k->nsliders;
+  if (!(more && (tr_decides_anew(s) || tr_lets_spin(s) || tr_slow_pair_stops(s))) && !tr_searches_on(s, code) && !tr_passes_fold(s) &&
+      !(s->friction.resumed < RESUMED_MOST * s->k->nsliders && tr_through_jam(s)))
     return 0;
+  s->friction.resumed++;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;
 }

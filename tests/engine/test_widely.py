@@ -3,6 +3,8 @@ cone, what ends by name had no way on, and every setting ends alike."""
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,8 @@ from tests.reference.rubbing_scenes import rubbing
 ENERGY, CONE = 1e-3, 1e-6
 BLOCK = 50
 """Seeds of a block: in each, one may end differently at some setting (98 of 100 end alike)."""
+STUCK = 20
+"""Looks at a run, four steps or more apart, after which it does not move any more: a time may take two failures for each pair."""
 
 
 def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], bool]:
@@ -111,3 +115,16 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
     r = simulate(case.scene, until=0.6 * time_scale(case), every=0, method="rk5", rtol=1e-5, outputs=["energy.*"])
     assert r.outcome.ok
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "j2")]
+
+
+def test_a_failure_that_is_passed_in_vain_ends_the_run() -> None:
+    """Friction of loop 147 has no answer from 0.76 of its time on. A slow pair that stops there is let go at once, and fails again."""
+    case, told = rubbing("loop", 147), Counter()
+
+    def progress(time: float, until: float) -> None:
+        told[time] += 1
+        if told[time] > STUCK:
+            raise KeyboardInterrupt
+
+    r = simulate(case.scene, until=3.0 * time_scale(case), method="auto", rtol=1e-4, outputs=["energy.*"], progress=progress)
+    assert r.outcome.name in JAMS
