@@ -51,9 +51,17 @@ static void tr_share_with(tr_sim *s, int member, int leader) {
   s->friction.shares = 1;
 }
 
-/* Loads x (n) of least largest share of capacity among those that leave no motion: A x = b (A: n×n response, rank r), by
+/* Share of pair m: of its components (those i of n with owner[i] == m) of loads x together. */
+static double tr_share_of(int n, const int *owner, const double *cap, const double *x, int m) {
+  double sum = 0.0;
+  for (int i = 0; i < n; ++i)
+    if (owner[i] == m) sum += x[i] * x[i] / (cap[i] * cap[i]);
+  return sqrt(sum);
+}
+
+/* Loads x (n) of pairs (owner) of least largest share of capacity among those that leave no motion: A x = b (A: n×n response), by
  * reweighting (Lawson's algorithm: a share's weight in the sum of squares grows with its size). */
-static void tr_least_share(int n, const double *A, const double *cap, const double *b, double *x) {
+static void tr_least_share(int n, const double *A, const int *owner, const double *cap, const double *b, double *x) {
   double w[n], W[n * n], L[n * n], d[n], v[n];
   int perm[n];
   for (int i = 0; i < n; ++i) w[i] = 1.0;
@@ -72,8 +80,8 @@ static void tr_least_share(int n, const double *A, const double *cap, const doub
       double sum = 0.0;
       for (int i = 0; i < n; ++i) sum += A[i + q * n] * v[i];
       x[q] = cap[q] * cap[q] / w[q] * sum;
-      total += w[q] *= fabs(x[q]) / cap[q];
     }
+    for (int q = 0; q < n; ++q) total += w[q] *= tr_share_of(n, owner, cap, x, owner[q]);
     if (!(total > 0.0)) return;
     for (int q = 0; q < n; ++q) w[q] = fmax(w[q] * n / total, SHARE_WEIGHT);
   }
@@ -82,9 +90,9 @@ static void tr_least_share(int n, const double *A, const double *cap, const doub
 /* Loads x of the multipliers c that leave no motion and ask for the least largest share of capacity. Capacities (cap) follow from the
  * loads, by iteration; the loads it ends with are where the multipliers' solution then starts (from none at all there may be no way:
  * without friction the pairs would carry quite other forces). */
-static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, double *cap, double *x) {
+static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
   const tr_kernel *k = s->k;
-  int e = k->neta, at;
+  int e = k->neta;
   const double *Qe = TR_A(s, Q) + e;
   double unit[e + 1], mine[e + 1], b[n], *eta = TR_A(s, z) + k->active, moved = INFINITY;
   memset(mine, 0, sizeof mine);
@@ -98,11 +106,11 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const double *A, doub
     for (int i = 0; i < n; ++i) {
       memset(unit, 0, sizeof unit);
       unit[c[i]] = 1.0;
-      int m = tr_owner(s, c[i], &at);
+      const int m = owner[i];
       k->held_alone(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold));
       cap[i] = fmax(tr_hold_of(s, m)->capacity / tr_hold_of(s, m)->size, SHARE_NOTHING);
     }
-    tr_least_share(n, A, cap, b, x);
+    tr_least_share(n, A, owner, cap, b, x);
     for (int i = 0; i < n; ++i) {
       moved = fmax(moved, fabs(x[i] - eta[c[i]]) / cap[i]), size = fmax(size, fabs(x[i]) / cap[i]);
       eta[c[i]] = x[i];
@@ -185,24 +193,25 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
 /* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
  * of their capacity do so equally. */
 static void tr_group_of(tr_sim *s, int n, const int *c) {
-  int perm[n];
-  double A[n * n], L[n * n], d[n], cap[n], x[n];
+  int perm[n], owner[n], at;
+  double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
   for (int i = 0; i < n; ++i) {
+    owner[i] = tr_owner(s, c[i], &at);
     for (int j = 0; j < n; ++j) A[i + j * n] = tr_response(s, c[i], c[j]);
     d[i] = tr_response_unit(s, c[i], A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
   if (rank == n || tr_share_by_lines(s, n, c, perm, rank)) return;
-  tr_share_loads(s, n, c, A, cap, x);
-  for (int i = 0; i < n; ++i) perm[i] = i;
+  tr_share_loads(s, n, c, owner, A, cap, x);
+  for (int i = 0; i < n; ++i) perm[i] = i, share[i] = tr_share_of(n, owner, cap, x, owner[i]);
   for (int i = 0; i < n; ++i) /* by share, largest first */
     for (int j = i + 1; j < n; ++j)
-      if (fabs(x[perm[j]]) / cap[perm[j]] > fabs(x[perm[i]]) / cap[perm[i]]) {
+      if (share[perm[j]] > share[perm[i]]) {
         int t = perm[i];
         perm[i] = perm[j], perm[j] = t;
       }
   if (!(fabs(x[perm[0]]) > 0.0)) return;
-  for (int i = 0; i < active; ++i) TR_A(s, share)[c[perm[i]]] = x[perm[i]];
+  for (int i = 0; i < n; ++i) TR_A(s, share)[c[i]] = x[i];
   for (int i = 1; i < active; ++i) tr_share_with(s, c[perm[i]], c[perm[0]]);
 }
 

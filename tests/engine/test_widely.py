@@ -60,6 +60,7 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
         ("loop", 15, ("rk5", 1e-5)),  # the row of an event is at it with the loops closed: a sleeve is let go there
         ("loop", 27, ("auto", 1e-4)),  # the same of balls that come to their cones
         ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start, where friction is found from chance alone
+        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by what their two components carry together
         ("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
     ],
 )
@@ -118,7 +119,8 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
 
 
 def test_a_failure_that_is_passed_in_vain_ends_the_run() -> None:
-    """Friction of loop 147 has no answer from 0.76 of its time on. A slow pair that stops there is let go at once, and fails again."""
+    """Friction of loop 147 has no answer from 0.76 of its time on. A slow pair that stops there is let go at once and fails
+    again."""
     case, told = rubbing("loop", 147), Counter()
 
     def progress(time: float, until: float) -> None:
