@@ -9,42 +9,24 @@ import numpy as np
 import pytest
 
 from engine.simulation.run import simulate
-from tests.engine.widely import JAMS, SETTINGS, made, time_scale, way_on
+from tests.engine.widely import JAMS, figures, judged, time_scale
 from tests.reference.rubbing_scenes import rubbing
 
-ENERGY, CONE = 1e-3, 1e-6
-BLOCK = 50
-"""Seeds of a block: in each, one may end differently at some setting (98 of 100 end alike)."""
+SEEDS = 300
+ALIKE = 0.98
+"""Part of the mechanisms that end alike at every setting."""
 STUCK = 20
 """Looks at a run, four steps or more apart, after which it does not move any more: a time may take two failures for each pair."""
 
 
-def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], bool]:
-    """What is wrong with a random mechanism at which settings, and whether all of them ended alike."""
-    case, wrong, ends = rubbing(kind, seed), {}, set()
-    for setting in settings:
-        run = made(case, setting)
-        outcome = run.result.outcome
-        ends.add(outcome.name)
-        at = (kind, seed, setting)
-        if outcome.ok and not run.energy <= ENERGY:
-            wrong[at] = f"energy off by {run.energy:.1e}"
-        elif outcome.ok and not run.cone <= CONE:
-            wrong[at] = f"a cone broken by {run.cone:.1e}"
-        elif outcome.name in JAMS and (way := way_on(case, run.result)) is not None:
-            wrong[at] = f"{outcome.name} at {outcome.time:g} s, where there is {way}"
-    return wrong, len(ends) == 1
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("block", range(6))
 @pytest.mark.parametrize("kind", ["tree", "loop"])
-def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: str, block: int) -> None:
-    seeds = range(BLOCK * block, BLOCK * (block + 1))
-    found = [judged(kind, seed) for seed in seeds]
-    wrong = {at: what for one, _ in found for at, what in one.items()}
-    assert not wrong
-    assert sum(not alike for _, alike in found) <= 1
+def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: str) -> None:
+    """What it prints are the figures (``-rP``)."""
+    found = {seed: judged(kind, seed) for seed in range(SEEDS)}
+    print(figures(found))
+    assert not {at: what for wrong, _ in found.values() for at, what in wrong.items()}
+    assert sum(len(set(ends)) == 1 for _, ends in found.values()) >= ALIKE * SEEDS
 
 
 @pytest.mark.parametrize(
@@ -65,7 +47,7 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
     ],
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:
-    assert judged(kind, seed, [setting]) == ({}, True)
+    assert judged(kind, seed, [setting])[0] == {}
 
 
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), ("auto", 1e-6)])

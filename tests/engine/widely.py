@@ -3,6 +3,7 @@ cones, one outcome, and no end by name where there is a way on. Cones and ways o
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +14,16 @@ from engine.system.numbers import length_scale, rate_scale
 from tests.reference.deciding import Decision
 from tests.reference.from_rows import frictions, state_at, wanted
 from tests.reference.random_scenes import Case
+from tests.reference.rubbing_scenes import rubbing
 
 SETTINGS = (("auto", 1e-4), ("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6), ("rk8", 1e-8))
 """The method that runs choose by themselves at a loose and at its usual tolerance, and each method by itself: they differ in where
 steps end, what stages pass through and how well the state is known. Fixed steps and Moreau's impulses locate nothing."""
 JAMS = ("jammed", "no_solution", "inconsistent")
+NO_ANSWER = "no answer"
+"""How a run ended that ended by one of these names where enumeration finds no answer."""
+ENERGY, CONE = 1e-3, 1e-6
+"""What a run that is done may have of energy that is unaccounted for, over what was turned over, and of friction beyond a cone."""
 MOST_PAIRS = 8
 """Pairs at rest up to which all their choices are tried."""
 INSTANT = 1e-6
@@ -78,9 +84,9 @@ def broken_cone(r: Result, rtol: float) -> float:
     return worst
 
 
-def way_on(case: Case, r: Result) -> dict[str, str] | None:
-    """A consistent choice where the run ended, if there is one an instant later too; None where there is none, or too much to
-    try."""
+def ways_on(case: Case, r: Result) -> list[dict[str, str]] | None:
+    """Consistent choices where the run ended that are still there an instant later, one at most: none where there is no answer;
+    None where there is too much to try."""
     last = len(r.time) - 1
     here = Decision(case.state() if last < 0 else state_at(r, last))
     rest = [p for p in here.pairs if p.speed <= SLOW * here.fastest]
@@ -92,4 +98,33 @@ def way_on(case: Case, r: Result) -> dict[str, str] | None:
         still = frozenset((p.joint, k) for p in rest for k in p.freedoms)
         later = Decision(state_at(r, last, INSTANT * time_scale(case), still), names)
         found = later.answers(1)
-    return found[0].modes if found else None
+    return [a.modes for a in found]
+
+
+def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], tuple[str, ...]]:
+    """What is wrong with a random mechanism at which settings, and how the runs ended. Where enumeration finds no answer either,
+    whom a run blames for it (jammed, inconsistent, no_solution) is no other end."""
+    case, wrong, ends = rubbing(kind, seed), {}, []
+    for setting in settings:
+        run = made(case, setting)
+        outcome = run.result.outcome
+        ways = ways_on(case, run.result) if outcome.name in JAMS else None
+        ends.append(NO_ANSWER if ways == [] else outcome.name)
+        at = (kind, seed, setting)
+        if outcome.ok and not run.energy <= ENERGY:
+            wrong[at] = f"energy off by {run.energy:.1e}"
+        elif outcome.ok and not run.cone <= CONE:
+            wrong[at] = f"a cone broken by {run.cone:.1e}"
+        elif ways:
+            wrong[at] = f"{outcome.name} at {outcome.time:g} s, where there is {ways[0]}"
+    return wrong, tuple(ends)
+
+
+def figures(found: dict[int, tuple[dict[tuple, str], tuple[str, ...]]]) -> str:
+    """What came of the seeds, in a few lines: how runs ended, whether alike, and every seed of which something is to be told."""
+    ended = Counter(end for _, ends in found.values() for end in ends)
+    alike = sum(len(set(ends)) == 1 for _, ends in found.values())
+    lines = [f"{len(found)} mechanisms, {alike} end alike at all settings; runs: {dict(ended)}"]
+    for seed, (wrong, ends) in found.items():
+        lines += [f"{seed}: {', '.join(ends)}"] * (len(set(ends)) > 1) + [f"{at}: {what}" for at, what in wrong.items()]
+    return "\n".join(lines)
