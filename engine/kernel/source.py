@@ -14,6 +14,7 @@ from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.linear_unit import linear_text
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
+from engine.recursion.direct import direct_operators
 from engine.recursion.reduction import model
 from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
@@ -32,18 +33,19 @@ class KernelSource:
 
 
 @contextmanager
-def _uncollected() -> Iterator[None]:
+def _quickly() -> Iterator[None]:
     """Symbols are many, small and in use to the end: looking for garbage among them takes a twentieth of the time of a build."""
     enabled = gc.isenabled()
     gc.disable()
     try:
-        yield
+        with direct_operators():
+            yield
     finally:
         if enabled:
             gc.enable()
 
 
-@_uncollected()
+@_quickly()
 def kernel_source(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> KernelSource:
@@ -56,7 +58,7 @@ def kernel_source(
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
 
 
-@_uncollected()
+@_quickly()
 def jacobian_source(system: System, parameters: int, quadratures: bool, redundant: bool) -> str:
     """C text of the Jacobian unit."""
     unit = jacobian_unit(model(Symbols(system, parameters)), quadratures, redundant)

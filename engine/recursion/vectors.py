@@ -11,12 +11,12 @@ SX = ca.SX
 
 def vector(values: Sequence) -> SX:
     """Column of scalars with structural zeros where a value is exactly zero."""
-    return ca.sparsify(ca.vertcat(*[SX(v) for v in values]))
+    return ca.sparsify(ca.vertcat(*[v if isinstance(v, SX) else SX(v) for v in values]))
 
 
 def matrix(rows: Sequence[Sequence]) -> SX:
     """Matrix of scalars with structural zeros."""
-    return ca.sparsify(ca.vertcat(*[ca.horzcat(*[SX(v) for v in row]) for row in rows]))
+    return ca.sparsify(ca.vertcat(*[ca.horzcat(*[v if isinstance(v, SX) else SX(v) for v in row]) for row in rows]))
 
 
 def zeros(rows: int, columns: int = 1) -> SX:
