@@ -165,12 +165,13 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
     const double h = tr_moreau_length(s, limit), err = tr_moreau_try(s, h, &course);
     double whole = err <= 1.0 && !fixed ? tr_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_first_release(s, h, &course);
-    const int small = h <= least && (err <= 1.0 || (err == err && s->set.through_jams)); /* what jumps in so short a time is an impact */
+    const int jumps = !course.steady || err != err; /* in so short a time; where nothing changes its mode it is what is light that is fast */
+    const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams)); /* an impact */
     if ((err <= 1.0 && whole > AT_END) || small) {
       tr_moreau_accept(s, h, s->pending.cut ? limit : s->clock.t + h, err, most, &course);
       return TR_OK;
     }
-    if (fixed || h <= least) return s->step.trouble != TR_OK ? s->step.trouble : TR_FAIL_MODES;
+    if (fixed || h <= (jumps ? least : TIME_ROUND_OFF * fmax(fabs(s->clock.t), 1.0 / s->set.rate))) return s->step.trouble != TR_OK ? s->step.trouble : TR_FAIL_MODES;
     s->stats.rejected++;
     tr_moreau_back(s, &course);
     s->step.h = tr_moreau_shorter(s, h, err, whole);

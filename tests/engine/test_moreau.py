@@ -218,6 +218,13 @@ def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> Non
     assert [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "j0")] == pytest.approx([0.7303869], abs=5 * rtol)
 
 
+@pytest.mark.parametrize(("name", "until"), [("andrews", 0.002), ("cart_pole", 0.5)])
+def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float) -> None:
+    """A step that changes a speed by more than the tolerance is made shorter yet, however short it is."""
+    r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
+    assert r.outcome.ok, r.outcome
+
+
 def test_its_fixed_steps_know_end_stops() -> None:
     scene, _, until, way = ended(0)
     off = []
