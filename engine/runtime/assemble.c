@@ -1,8 +1,8 @@
 /* Start values that close the loops: positions, then velocities, changing as little as possible.
  *
- * First only coordinates the user left open move; when that is not enough everything may, given ones a hundred times less. Where that
- * does not close either, the start may be singular (links exactly in line, which would close to either side): it is nudged and all
- * is tried again. */
+ * First only coordinates the user left open move, from zero and then from elsewhere, for what is given is kept where it can be; when that
+ * is not enough everything may, given ones a hundred times less. Where that does not close either, the start may be singular (links
+ * exactly in line, which would close to either side): it is nudged and all is tried again. */
 #include "tr.h"
 
 #define TIGHT 1e-13         /* of the length (rad): closed; a hundredth of it ends the search, the rest is for where round-off is larger */
@@ -15,6 +15,8 @@
 #define CLOSE_CUT 0.3       /* rad; of the length */
 #define CLOSE_STALLED 40    /* steps that did not halve the best residual: it will not close */
 #define NUDGE 0.02 /* rad; of the length scale */
+#define AFAR 3.141592653589793 /* rad; of the length scale: as far apart are starts of what is open */
+#define TRIES_AFAR 24
 
 /* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
 static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
@@ -114,6 +116,26 @@ static void tr_nudge(tr_sim *s, double *y, const double *weight) {
   tr_normalize(s, y);
 }
 
+/* Positions closed by open coordinates alone, sought from places all over their range where the one they have leads nowhere: a chain that
+ * comes from far away may stall though there is a place for it. Only beside given ones: else nothing is kept by it. 1 when closed. */
+static int tr_close_from_afar(tr_sim *s, double *y, const double *given, const double *start, double *G, double *least, double *nearest) {
+  const tr_kernel *k = s->k;
+  double weight[k->nv + 1], dv[k->nv + 1], dq[k->nq + 4];
+  int kept = 0, open = 0;
+  unsigned seed = 1u;
+  tr_weights(s, given, 0.0, weight);
+  for (int i = 0; i < k->nv; ++i) kept += given[i] != 0.0, open += given[i] == 0.0;
+  for (int attempt = 0; attempt < TRIES_AFAR && kept && open; ++attempt) {
+    memcpy(y, start, sizeof(double) * s->ny);
+    for (int i = 0; i < k->nv; ++i) dv[i] = AFAR * weight[i] * tr_next_number(&seed);
+    k->qdot(y, dv, dq);
+    for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
+    tr_normalize(s, y);
+    if (tr_close_positions(s, y, weight, G, least, nearest)) return 1;
+  }
+  return 0;
+}
+
 /* Make the start state consistent. qgiven, vgiven (nv each): 1 where the user said so. Returns 1; 0 positions cannot be closed;
  * −1 velocities cannot. The block's y holds the result, or the state found that is nearest to one. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven) {
@@ -132,6 +154,7 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
     tr_weights(s, qgiven, held[phase % 3], weight);
     if (phase >= 3) tr_nudge(s, y, weight);
     closed = tr_close_positions(s, y, weight, G, &least, nearest);
+    if (!closed && phase == 0) closed = tr_close_from_afar(s, y, qgiven, start, G, &least, nearest);
   }
   if (!closed && least < INFINITY) memcpy(y, nearest, sizeof(double) * s->ny);
   if (!closed) return 0;

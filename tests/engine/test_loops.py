@@ -14,6 +14,7 @@ from engine.scene.generate import n_four_bar
 from engine.simulation.run import simulate
 from tests.engine.planar import slider_crank
 from tests.laws import PAPER
+from tests.reference.rubbing_scenes import rubbing
 
 CLOSURE = 1e-9
 """Allowed gap: lengths by the length scale, angles in rad. Projection leaves round-off (4e-15); without it loops drift far
@@ -109,6 +110,16 @@ def test_right_start_values_are_not_touched() -> None:
     for name in ("crank_slider", "bricard", "n_four_bar", "andrews", "spatial_slider_crank"):
         r = simulate(name, until=1e-4, every=1e-4)
         assert not any("moved" in n for n in r.notes), name
+
+
+@pytest.mark.parametrize("seed", [6, 26, 116, 297])
+def test_a_start_that_can_be_kept_is_kept_whatever_is_left_open(seed: int) -> None:
+    """All joints of a loop are given as they close, and the last is left open, at an angle of any size."""
+    case = rubbing("loop", seed)
+    (open_joint,) = [n for n, j in case.scene.joints.items() if j.start is None]
+    r = simulate(case.scene, until=1e-9, every=1e-9, outputs=["*.q[*]"])
+    assert not any("moved" in n for n in r.notes)
+    assert abs(case.q[open_joint]).max() > 0.0
 
 
 def test_start_values_of_a_cut_joint_are_said_to_be_unused() -> None:
