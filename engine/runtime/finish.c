@@ -3,6 +3,8 @@
 
 #define ROW_SLACK 1e-12       /* of the time, at least of 1 s: a row this far beyond the end of a step is a row at its end */
 #define SAME_EVENT_TIME 1e-12 /* of the time, at least of 1 s: events closer to each other than that chatter */
+#define NO_DIRECTION 1e-9     /* of the speed unit: the direction of what is slower is that of round-off */
+#define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not */
 #define HALVES_MOST 60        /* bisections on θ: they reach its round-off */
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* of the step: over so much of it the slowing at its end is measured */
@@ -29,6 +31,42 @@ static void tr_event_state(tr_sim *s, double t, double *out) {
   if (s->k->active && !tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
+/* Pairs of several components that come to rest at the event that cuts the step short have no direction at the state y there: for the row
+ * they keep the one they had just before. */
+static void tr_keep_directions(tr_sim *s, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  double before[tr_width(s)], theta = s->pending.theta * (1.0 - JUST_BEFORE);
+  int stops[k->nsliders + 1], any = 0;
+  tr_set_time(s, t);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  for (int i = 0; i < k->nsliders; ++i) {
+    stops[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
+               tr_pair_speed(s, i) <= NO_DIRECTION * tr_speed_unit(s);
+    any |= stops[i];
+  }
+  if (!any) return;
+  tr_dense_eval(s, theta, before);
+  tr_set_time(s, s->step.t0 + theta * s->step.size);
+  k->stage1(TR_A(s, x), before, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  for (int i = 0; i < k->nsliders; ++i) {
+    const double *r = tr_slider_rates(s, i), v = tr_pair_speed(s, i);
+    for (int j = 0; stops[i] && v > NO_DIRECTION * tr_speed_unit(s) && j < tr_pair_of(s, i)->nrates; ++j)
+      tr_mode_of(s, i)->direction[j] = TR_FROZEN * r[j] / v;
+  }
+}
+
+/* The row of an event that cuts the step short, as it was up to there. */
+static int tr_event_row(tr_sim *s, double t, double *row) {
+  double *y = TR_A(s, yout);
+  tr_mode modes[s->k->nsliders + 1];
+  tr_event_state(s, t, y);
+  tr_keep_modes(s, modes);
+  if (s->k->sets) tr_keep_directions(s, t, y);
+  int code = tr_output(s, t, y, row);
+  tr_put_modes(s, modes);
+  return code;
+}
+
 /* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0: the
  * end of the whole step, or where an event cuts it short (as it was up to there). */
 static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
@@ -36,10 +74,9 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
   int width = s->clock.width;
   if (s->clock.every <= 0.0) {
     if (*count >= capacity) return TR_ROWS_FULL;
-    double *y = TR_A(s, yout);
-    if (final) tr_end_state(s, y);
-    else tr_event_state(s, t_end, y);
-    int code = tr_output(s, t_end, y, rows + width * *count);
+    double *row = rows + width * *count;
+    if (final) tr_end_state(s, TR_A(s, yout));
+    int code = final ? tr_output(s, t_end, TR_A(s, yout), row) : tr_event_row(s, t_end, row);
     if (code != TR_OK) return code;
     ++*count;
     return TR_OK;
