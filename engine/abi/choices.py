@@ -61,7 +61,7 @@ class PairState(Named):
 
 
 LINE = 1e134
-"""Length beyond which the direction in a pair's mode is that of a pair that moves along a line (``onset.c``)."""
+"""Length beyond which the direction in a pair's mode is that of a pair that moves along a line (``line.c``)."""
 
 
 class PairKind(Named, prefix="TR_KIND_"):

@@ -179,7 +179,7 @@ class Law(ABC):
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The same for friction: of a direction that is frozen because the pair moves along a line (``onset.c``: it is that long),
+        """The same for friction: of a direction that is frozen because the pair moves along a line (``line.c``: it is that long),
         +1 past its reversal too, where friction goes on as it was until the event is made."""
         on_line = sum(d * d for d in self.frozen) > LINE**2
         return ca.if_else(on_line, 1, self.sign(v, arms))

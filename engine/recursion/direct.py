@@ -15,8 +15,6 @@ import casadi as ca
 SX = ca.SX
 KNOWN = (SX, float, int)
 BINARY = {"add": ca.OP_ADD, "sub": ca.OP_SUB, "mul": ca.OP_MUL, "truediv": ca.OP_DIV}
-_LOCK = Lock()
-_inside = 0
 
 
 def _operators() -> Iterator[tuple[str, Callable]]:
@@ -33,6 +31,12 @@ def _operators() -> Iterator[tuple[str, Callable]]:
         yield f"__r{name}__", backward(op, getattr(SX, f"__r{name}__"))
 
 
+DIRECT = dict(_operators())
+"""Operators by name, which hide those that symbols inherit."""
+_LOCK = Lock()
+_inside = 0
+
+
 @contextmanager
 def direct_operators() -> Iterator[None]:
     """Within it sums, differences, products and quotients of symbols are written directly. Others who use the library meanwhile
@@ -41,13 +45,13 @@ def direct_operators() -> Iterator[None]:
     with _LOCK:
         _inside += 1
         if _inside == 1:
-            for name, quick in list(_operators()):
-                setattr(SX, name, quick)
+            for name, operator in DIRECT.items():
+                setattr(SX, name, operator)
     try:
         yield
     finally:
         with _LOCK:
             _inside -= 1
             if _inside == 0:
-                for name in (f"__{r}{n}__" for n in BINARY for r in ("", "r")):
+                for name in DIRECT:
                     delattr(SX, name)

@@ -9,14 +9,19 @@ import casadi as ca
 SX = ca.SX
 
 
+def symbol(value) -> SX:
+    """A number as a symbol; a symbol as it is (making it anew takes ten times as long as using it)."""
+    return value if isinstance(value, SX) else SX(value)
+
+
 def vector(values: Sequence) -> SX:
     """Column of scalars with structural zeros where a value is exactly zero."""
-    return ca.sparsify(ca.vertcat(*[v if isinstance(v, SX) else SX(v) for v in values]))
+    return ca.sparsify(ca.vertcat(*map(symbol, values)))
 
 
 def matrix(rows: Sequence[Sequence]) -> SX:
     """Matrix of scalars with structural zeros."""
-    return ca.sparsify(ca.vertcat(*[ca.horzcat(*[v if isinstance(v, SX) else SX(v) for v in row]) for row in rows]))
+    return ca.sparsify(ca.vertcat(*[ca.horzcat(*map(symbol, row)) for row in rows]))
 
 
 def zeros(rows: int, columns: int = 1) -> SX:

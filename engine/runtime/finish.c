@@ -48,11 +48,8 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   tr_dense_eval(s, theta, before);
   tr_set_time(s, s->step.t0 + theta * s->step.size);
   k->stage1(TR_A(s, x), before, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-  for (int i = 0; i < k->nsliders; ++i) {
-    const double *r = tr_slider_rates(s, i), v = tr_pair_speed(s, i);
-    for (int j = 0; stops[i] && v > NO_DIRECTION * tr_speed_unit(s) && j < tr_pair_of(s, i)->nrates; ++j)
-      tr_mode_of(s, i)->direction[j] = TR_FROZEN * r[j] / v;
-  }
+  for (int i = 0; i < k->nsliders; ++i)
+    if (stops[i] && tr_pair_speed(s, i) > NO_DIRECTION * tr_speed_unit(s)) tr_freeze_long(s, i, tr_slider_rates(s, i), tr_pair_speed(s, i));
 }
 
 /* The row of an event that cuts the step short, as it was up to there. */

@@ -187,10 +187,9 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
 
 /* Freeze the direction of pair i, of several components, over the last stretch of its sliding: at its end it has none. */
 static void tr_freeze_last(tr_sim *s, int i) {
-  const int rates = tr_pair_of(s, i)->nrates;
   double r[3], v = tr_speed_of_state(s, i);
   tr_rates_of_state(s, i, r);
-  for (int j = 0; j < rates; ++j) tr_mode_of(s, i)->direction[j] = TR_FROZEN * r[j] / v;
+  tr_freeze_long(s, i, r, v);
 }
 
 /* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when
