@@ -140,6 +140,7 @@ class Why(Named, prefix="TR_WHY_"):
     UNKNOWN = 0
     JAM = 1, "the pair's sliding stops at once, and from rest there is an answer"
     INCONSISTENT = 2, "not even from rest"
+    UNDECIDED = 3, "so many pairs rest that an answer was neither found nor excluded"
 
 
 class Verdict(Named, prefix="TR_VERDICT_"):

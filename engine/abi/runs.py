@@ -90,6 +90,7 @@ long refused : answers that broke a law, so that others were sought
 long rhs_evaluations : evaluations of the right-hand side
 long jacobians : of the Jacobian
 long newton_iterations : of the complement equations
+long creeps : iterations in which the modes of many pairs are foreseen, and their loads shared
 long newton_most : most iterations one solution took
 long events : events
 long projections : corrections of positions

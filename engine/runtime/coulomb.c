@@ -148,13 +148,17 @@ static double tr_unrest(tr_sim *s, int i) {
 /* Whether freedom i of a held pair moves although nothing but the others holds it. After tr_solve_modes. */
 static int tr_contradicts(tr_sim *s, int i) {
   int kind = tr_row_kinds(s)[i];
-  return (kind == TR_ROW_SHARE || kind == TR_ROW_FREE) && tr_unrest(s, i) > REST_BROKEN;
+  return (kind == TR_ROW_SHARE || kind == TR_ROW_KEPT || kind == TR_ROW_FREE) && tr_unrest(s, i) > REST_BROKEN;
 }
+
+/* Whether the decision that is being made has done the work it may. */
+static inline int tr_is_spent(const tr_sim *s) { return s->friction.work > 0 && s->stats.newton_iterations + s->stats.creeps > s->friction.work; }
 
 /* Solve for the multipliers in the modes in force, and make the accelerations of the sliding freedoms available. */
 static int tr_solve_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active;
+  if (tr_is_spent(s)) return 0;
   tr_note_modes(s);
   if (!tr_multipliers(s)) return 0;
   if (!s->friction.still) {

@@ -7,6 +7,7 @@
 
 #define DECIDE_MAX 40      /* pairs turned from one start: a search that has not ended by then goes round in circles */
 #define ENUMERATE_MAX 8    /* pairs whose combinations (3 each, 2 of several components) are all tried when the search fails, */
+#define MANY_WORK 3e9      /* multiplications (half a second) for the search by turns among more of them, where what was foreseen does not hold */
 #define ENUMERATE_WORK 100000 /* as long as they take no more iterations of Newton's method than this (a fifth of a second) */
 #define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
 #define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are all tried to say whether there is one answer */
@@ -76,6 +77,17 @@ static int tr_solve_onsets(tr_sim *s, const int *rest, int n, int near, int *idl
   return tr_solve_modes(s);
 }
 
+/* The worst misfit of the pairs `rest` (n) in the modes in force; -1: none. After tr_solve_modes. */
+static int tr_worst_misfit(tr_sim *s, const int *rest, int n) {
+  double most = 0.0;
+  int worst = -1;
+  for (int q = 0; q < n; ++q) {
+    double v = tr_misfit(s, rest[q]);
+    if (!(v <= most)) most = v, worst = rest[q];
+  }
+  return worst;
+}
+
 /* From the modes in force: turn the worst misfit until there is none. In a step of impulses what slides when it begins goes on much as it does,
  * or sticks; other directions are for what cannot stick. */
 static int tr_settle_from(tr_sim *s, const int *rest, int n) {
@@ -87,16 +99,14 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
       tr_let_stick(s, rest, n, worst);
       continue;
     }
-    double most = 0.0;
-    for (int q = 0; q < n; ++q) {
-      double v = tr_misfit(s, rest[q]);
-      if (!(v <= most)) most = v, worst = rest[q];
-    }
+    worst = tr_worst_misfit(s, rest, n);
     if (worst < 0) return tr_holds(s, rest, n);
     if (!tr_slides(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
   }
   return 0;
 }
+
+#include "together.c"
 
 /* Of the pairs at rest those that are decided by themselves: one of each class. Their number. */
 static int tr_decided_apart(const tr_sim *s, const int *rest, int n, int *apart) {
@@ -107,6 +117,12 @@ static int tr_decided_apart(const tr_sim *s, const int *rest, int n, int *apart)
     if (first) apart[count++] = rest[q];
   }
   return count;
+}
+
+/* Whether the pairs at rest are too many for a search one by one, or through all combinations. */
+static int tr_are_many(const tr_sim *s, const int *rest, int n) {
+  int apart[n + 1];
+  return n > ENUMERATE_MAX && tr_decided_apart(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
 /* In how many ways pair i may rest or start: two along its line, each way; where it has none, the one that is found from a guess. */
@@ -175,15 +191,10 @@ static int tr_hold_anew(tr_sim *s, const int *rest, int n) {
   return tr_holds(s, rest, n);
 }
 
-/* Modes of the pairs at rest at the state whose maps are in place. ``released``: the pair that has just been let go (its mode says
- * how it slips), or −1. 1 when found, 2 when all hold on and only share their load anew. */
-static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
-  double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
-  memcpy(old, eta, sizeof(double) * s->k->neta);
-  if (released >= 0 && s->friction.shares) {
-    if (tr_hold_anew(s, rest, n)) return 2;
-    memcpy(eta, old, sizeof(double) * s->k->neta);
-  }
+/* Modes of the pairs at rest from those in force, with ``released`` (its mode says how it slips; -1: none) let go, turned one by one. old: η
+ * where Newton's iteration begins. */
+static int tr_decide_by_turns(tr_sim *s, const int *rest, int n, int released, const double *old) {
+  double *eta = TR_A(s, z) + s->k->active;
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = released >= 0 && tr_bound_to(s, rest[q], released) ? TR_SLIPS : TR_STUCK;
   if (tr_settle_from(s, rest, n)) return 1;
   if (released >= 0) {
@@ -193,8 +204,38 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   }
   memcpy(eta, old, sizeof(double) * s->k->neta);
   for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
-  if (tr_settle_from(s, rest, n)) return 1;
-  return tr_enumerate(s, rest, n, 1) > 0;
+  return tr_settle_from(s, rest, n);
+}
+
+/* The same of many pairs: all at once, or failing that by turns for as long as the work allows. */
+static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
+  const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
+  double *eta = TR_A(s, z) + s->k->active;
+  if (tr_settle_together(s, rest, n)) return 1;
+  s->friction.work = s->stats.newton_iterations + s->stats.creeps + (long)(MANY_WORK / pow(s->k->neta, 3.0));
+  int found = tr_settle_from(s, rest, n);
+  if (!found) {
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+    if (released >= 0) *tr_mode_of(s, released) = slips;
+    found = tr_decide_by_turns(s, rest, n, released, old);
+  }
+  s->friction.work = 0;
+  return found;
+}
+
+/* Modes of the pairs at rest at the state whose maps are in place. ``released``: the pair that has just been let go (its mode says
+ * how it slips), or −1. 1 when found, 2 when all hold on and only share their load anew. */
+static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
+  double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
+  const int many = tr_are_many(s, rest, n);
+  memcpy(old, eta, sizeof(double) * s->k->neta);
+  s->friction.undecided = 0;
+  if (released >= 0 && s->friction.shares) {
+    if (tr_hold_anew(s, rest, n)) return 2;
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+  }
+  if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
+  return tr_decide_by_turns(s, rest, n, released, old) || tr_enumerate(s, rest, n, 1) > 0;
 }
 
 /* Note when other modes of these pairs, `most` of them at most, would have done as well: then the motion is not determined by the law. */

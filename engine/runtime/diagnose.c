@@ -83,6 +83,7 @@ static void tr_maps_at(tr_sim *s, const double *y) {
 int tr_why(tr_sim *s, int *pair) {
   *pair = -1;
   if (!s->k->sets) return TR_WHY_UNKNOWN;
+  if (s->friction.undecided) return TR_WHY_UNDECIDED;
   s->step.watch = 0;
   tr_maps_at(s, TR_A(s, y));
   return tr_blame(s, TR_A(s, y), pair);

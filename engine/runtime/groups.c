@@ -190,6 +190,10 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
+static int tr_is_one_of(const int *rest, int n, int i);
+#include "creep.c"
+#include "kept.c"
+
 /* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
  * of their capacity do so equally. */
 static void tr_group_of(tr_sim *s, int n, const int *c) {
@@ -201,7 +205,7 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
     d[i] = tr_response_unit(s, c[i], A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
-  if (rank == n || tr_share_by_lines(s, n, c, perm, rank)) return;
+  if (rank == n || tr_share_by_lines(s, n, c, perm, rank) || tr_keep_loads(s, n, c, A, d, rank)) return;
   tr_share_loads(s, n, c, owner, A, cap, x);
   for (int i = 0; i < n; ++i) perm[i] = i, share[i] = tr_share_of(n, owner, cap, x, owner[i]);
   for (int i = 0; i < n; ++i) /* by share, largest first */

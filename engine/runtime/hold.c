@@ -25,7 +25,7 @@ int tr_hold_all(tr_sim *s, tr_held *out) {
     for (int m = 0; m < e; ++m) {
       int mine = m >= pair->eta0 && m < pair->eta0 + pair->neta;
       int leads = row[m] == TR_ROW_SHARE && lead[m].multiplier >= pair->eta0 && lead[m].multiplier < pair->eta0 + pair->neta;
-      if (leads || (mine && row[m] == TR_ROW_SHARE)) out[i].shared = 1.0;
+      if (leads || (mine && (row[m] == TR_ROW_SHARE || row[m] == TR_ROW_KEPT))) out[i].shared = 1.0;
     }
   }
   return 1;

@@ -84,6 +84,20 @@ static double tr_share_row(tr_sim *s, int m, int at, int i, const double *eta, d
   return load * part - eta[i];
 }
 
+/* Residual and row i of the Jacobian J of a multiplier of pair m that keeps its load: what of that lies across the force, where it is a ball's. */
+static double tr_kept_row(const tr_sim *s, int m, int i, const double *eta, double *J) {
+  const int e = s->k->neta, nn = s->k->nn, first = tr_pair_of(s, m)->eta0, n0 = s->k->element[tr_pair_of(s, m)->element].n0;
+  const double *kept = TR_A(s, share) + first, *f = TR_A(s, NN) + n0, *Ne = tr_by_friction(s) + n0;
+  for (int j = 0; j < e; ++j) J[i + j * e] = i == j;
+  if (!tr_pair_of(s, m)->cone) return kept[i - first] - eta[i];
+  double F = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + NO_PRESSURE, along = (f[0] * kept[0] + f[1] * kept[1] + f[2] * kept[2]) / F;
+  for (int j = 0; j < e; ++j, Ne += nn) {
+    double turn = (kept[0] * Ne[0] + kept[1] * Ne[1] + kept[2] * Ne[2] - 2.0 * along * (f[0] * Ne[0] + f[1] * Ne[1] + f[2] * Ne[2])) / F;
+    J[i + j * e] += turn * f[i - first] + along * Ne[i - first];
+  }
+  return kept[i - first] - along * f[i - first] - eta[i];
+}
+
 /* Groups whose load has come to pull the other way than their motion was taken to impend (friction of the leading multiplier against its
  * value): they are turned round. 1 when balls were, whose friction then is another. After tr_newton. */
 static int tr_turn_impending(tr_sim *s, const double *eta) {

@@ -22,7 +22,7 @@
 
 /* How the multiplier of a freedom is found: by its law; by the acceleration of a pair held at rest; zero, where the motion is
  * prescribed anyway; as its share of what a group of pairs holds together. */
-enum { TR_ROW_LAW, TR_ROW_STILL, TR_ROW_FREE, TR_ROW_SHARE };
+enum { TR_ROW_LAW, TR_ROW_STILL, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_KEPT };
 
 /* Of a multiplier that is a share: whose, the pair that owns that one, and where that pair's derivative of the capacity begins. */
 typedef struct tr_leader {

@@ -42,6 +42,12 @@ static int tr_settle_as_moving(tr_sim *s, const int *rest, int n) {
   return tr_settle_from(s, rest, n);
 }
 
+/* Modes and friction of a step over h of the pairs `rest` (n), whose directions are not frozen. */
+static int tr_moreau_decides(tr_sim *s, const int *rest, int n, double h) {
+  if (tr_are_many(s, rest, n)) return tr_settle_together(s, rest, n);
+  return tr_settle_from(s, rest, n) || tr_settle_as_moving(s, rest, n) || (h <= s->moreau.decides && tr_decide(s, rest, n, -1));
+}
+
 /* Modes and friction of the step from the state `mid` (middle position, old rates), whose maps are put in place. */
 static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
   const tr_kernel *k = s->k;
@@ -55,7 +61,7 @@ static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
     else rest[n++] = i;
   }
   s->moreau.h = h;
-  int ok = s->moreau.keeps ? tr_solve_modes(s) : n ? tr_settle_from(s, rest, n) || tr_settle_as_moving(s, rest, n) || (h <= s->moreau.decides && tr_decide(s, rest, n, -1)) : runs ? tr_solve_modes(s) : tr_multipliers(s);
+  int ok = s->moreau.keeps ? tr_solve_modes(s) : n ? tr_moreau_decides(s, rest, n, h) : runs ? tr_solve_modes(s) : tr_multipliers(s);
   s->moreau.h = 0.0;
   if (ok) k->stage2(TR_A(s, x), mid, TR_A(s, c), TR_A(s, w), TR_A(s, z), TR_A(s, dy));
   return ok;

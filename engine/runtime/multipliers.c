@@ -90,6 +90,8 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
         r[i] = -eta[i];
       } else if (row[i] == TR_ROW_SHARE) {
         r[i] = tr_share_row(s, m, at, i, eta, J);
+      } else if (row[i] == TR_ROW_KEPT) {
+        r[i] = tr_kept_row(s, m, i, eta, J);
       }
     }
     at += k->element[pair->element].needs;

@@ -72,6 +72,8 @@ typedef struct tr_friction {
   int resumed;         /* and how often there */
   int by_law;          /* balls of stuck groups share by the friction of the motion that impends */
   double pace;         /* frequency of the fastest load that comes and goes, Hz */
+  long work;           /* iterations up to which the decision about many pairs that is being made may go; 0: no bound */
+  int undecided;       /* the last decision found no answer and did not exclude one */
   int freed;           /* pair whose friction is left out for the moment (``tr_stumbling_pair``); -1: none */
   int missed;          /* pair whose turning, or the error of whose direction, has cut the steps; -1: none */
   int capture;         /* pair about to come to rest, in a step of its own; -1: none */

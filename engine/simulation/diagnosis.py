@@ -28,6 +28,8 @@ def diagnose(model: Model, status: int) -> Outcome:
     block = model.block
     if status in FRICTION:
         why, pair = block.why()
+        if why == Why.UNDECIDED:
+            return Outcome.named("undecided", block.time, "")
         if why in WHY:
             name, part = slider_names(model.system)[pair]
             z = block.multipliers()

@@ -33,6 +33,9 @@ ADVICE = {
     "lengthen the guide (half_length), lower mu or radius, bring the load closer, or go on with simulation.jams: impact",
     "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé, or a jam): lower mu or "
     f"radius, lengthen the guide, or continue with law {twin_of(DEFAULT)}",
+    "undecided": "so many joints rest here that not all choices of sticking and slipping can be tried; none was found that "
+    "satisfies Coulomb's law, and none is excluded: lower mu or radius, leave friction out where it does not matter, or "
+    f"continue with law {twin_of(DEFAULT)}",
     "open_loop": "the loops cannot be kept closed here: the mechanism reaches a configuration where it cannot move on; check the "
     "lengths along the loop and how far its drives go (with a fixed step, try a smaller one)",
     "gimbal": "all free turning axes of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of its reach), "
