@@ -1,10 +1,15 @@
-"""What all tests share: Python programs that tests start keep their compiled modules for the next one."""
+"""What all tests share: Python programs that tests start keep their compiled modules for the next one, and drawing examples has no
+time limit."""
 
 from __future__ import annotations
 
 import os
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any machine")
 
 
 def pytest_configure(config: pytest.Config) -> None:

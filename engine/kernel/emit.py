@@ -8,10 +8,13 @@ compile time linear in their length.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import casadi as ca
+
+from engine.kernel.instructions import Instruction, assignments
 
 SX = ca.SX
 PIECE = 2500
@@ -33,6 +36,19 @@ UNARY = {
     ca.OP_ATAN: "atan({0})", ca.OP_EXP: "exp({0})", ca.OP_LOG: "log({0})", ca.OP_FABS: "fabs({0})", ca.OP_TANH: "tanh({0})",
     ca.OP_SIGN: "(({0}>0)-({0}<0))", ca.OP_NOT: "({0}==0)", ca.OP_ASSIGN: "{0}", ca.OP_FLOOR: "floor({0})",
 }
+CALL = re.compile(r"(\w{3,})\((.*)\)")
+FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for name, given in CALL.findall(form)}
+"""C functions that forms call, with their number of arguments."""
+MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
+    "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
+)
+"""What generated code needs of <math.h>, which takes the compiler a sixth of the time of a small unit to read."""
+FORMS = {op: form.replace("{0}", "%s").replace("{1}", "%s") for op, form in (BINARY | UNARY).items()}
+DOUBLED = {op for op, form in UNARY.items() if form.count("{0}") == 2}
+"""Operations whose text has their operand twice."""
+DEPTH = 20
+"""Levels of nested operations in an expression, of up to three brackets each: compilers take at least 63 (C11, 5.2.4.1)."""
+Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -69,7 +85,6 @@ class Stage:
     name: str
     arguments: str
     keep: str
-    statements: list[tuple[int, str]] = field(default_factory=list)
 
 
 @dataclass
@@ -87,140 +102,113 @@ def emit(inputs: list[Input], outputs: list[Output], stages: list[Stage]) -> Cod
 
 
 class _Emitter:
+    """Writes the stages of one set of outputs. A place is a piece of a stage, told as (stage, piece); leaves have none.
+
+    Of values by their numbers: ``stage`` (−1: constants), ``home`` (the place that computes it), ``uses`` (how often it is an
+    operand or written), ``text`` (how it is read where statements are being written), ``slot`` (the element of an array that
+    carries it to other places).
+    """
+
     def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
         self.inputs, self.outputs, self.stages = inputs, outputs, stages
         values = [ca.densify(o.values if isinstance(o.values, SX) else ca.vertcat(*o.values)) for o in outputs]
-        options = {"cse": True, "live_variables": False}
-        self.f = ca.Function("f", [i.symbol for i in inputs], [ca.vec(v) for v in values], options)
-        self.text: dict[int, str] = {}
-        self.stage: dict[int, int] = {}
+        self.code = assignments(
+            ca.Function("f", [i.symbol for i in inputs], [ca.vec(v) for v in values], {"cse": False, "live_variables": False})
+        )
+        n = self.code.count
+        self.stage, self.uses, self.text = [-1] * n, [0] * n, [""] * n
+        self.home: list[Place | None] = [None] * n
+        self.order: list[list[list[Instruction]]] = [[[]] for _ in stages]
+        self.writes: dict[Place, list[tuple[str, int]]] = {}
         self.slot: dict[int, str] = {}
         self.kept = [0] * len(stages)
-        self.counts = [0] * len(stages)
-        self.home: dict[int, tuple[int, int]] = {}
-        self.transient: set[int] = set()
-        self.op: dict[int, tuple[str, tuple[int, ...]]] = {}
-        self.writes: list[tuple[int, str, int]] = []
 
     def run(self) -> Code:
-        self._read()
-        order = self._order()
-        users = self._users(order)
-        self._assign_slots(users)
-        for k, stage in enumerate(self.stages):
-            stage.statements = []
-            self._statements(k, order[k])
-        text = "\n".join(self._function(k, s) for k, s in enumerate(self.stages))
-        return Code(text, self.kept, self.counts)
+        self._leaves()
+        outside = self._places()
+        self._assign_slots(outside)
+        text = "\n".join(self._function(k) for k in range(len(self.stages)))
+        return Code(text, self.kept, [sum(map(len, pieces)) for pieces in self.order])
 
-    def _read(self) -> None:
-        """Read the expression graph as single assignments, and note the stage of every value."""
-        f, stage, operations = self.f, self.stage, self.op
-        kind, taken, made = f.instruction_id, f.instruction_input, f.instruction_output
-        for k in range(f.n_instructions()):
-            op = kind(k)
-            if op in UNARY:
-                v, a = made(k)[0], taken(k)[0]
-                operations[v] = (UNARY[op], (a,))
-                stage[v] = max(0, stage[a])
-            elif op in BINARY:
-                v, pair = made(k)[0], tuple(taken(k))
-                operations[v] = (BINARY[op], pair)
-                stage[v] = max(0, stage[pair[0]], stage[pair[1]])
-            elif op == ca.OP_OUTPUT:
-                o, i = made(k)
-                out = self.outputs[o]
-                target = f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else "")
-                self.writes.append((out.stage, target, taken(k)[0]))
-            elif op == ca.OP_CONST:
-                v = made(k)[0]
-                self.text[v], stage[v] = literal(f.instruction_constant(k)), -1
-            elif op == ca.OP_INPUT:
-                v, (i, e) = made(k)[0], taken(k)
-                stage[v] = self.inputs[i].stage
-                self.text[v] = self.inputs[i].element(e)
-                if self.inputs[i].transient or self.inputs[i].stage == 0:
-                    self.transient.add(v)
-            else:
-                raise KeyError(f"no C text for operation {op}")
+    def _leaves(self) -> None:
+        """Text and stage of constants and inputs."""
+        for v, number in self.code.constants.items():
+            self.text[v] = literal(number)
+        for v, (i, e) in self.code.inputs.items():
+            self.text[v], self.stage[v] = self.inputs[i].element(e), self.inputs[i].stage
 
-    def _order(self) -> list[list[int]]:
-        """Operations of every stage in order of computation, cut into pieces; ``home`` notes the stage and piece of each value."""
-        order: list[list[int]] = [[] for _ in self.stages]
-        places = [(k, 0) for k in range(len(order))]
-        for v in self.op:
+    def _places(self) -> set[int]:
+        """Put every operation into the latest stage of its operands, cut stages into pieces, and count uses. Returns the values
+        that are read outside the place that computes them."""
+        stage, home, uses, outside = self.stage, self.home, self.uses, set()
+        places: list[Place] = [(k, 0) for k in range(len(self.stages))]
+        for op, v, operands in self.code.operations:
+            if op in DOUBLED:
+                operands *= 2
+            k = stage[v] = max(0, *(stage[a] for a in operands))
+            piece = self.order[k][-1]
+            if len(piece) == PIECE:
+                places[k] = (k, places[k][1] + 1)
+                self.order[k].append(piece := [])
+            piece.append((op, v, operands))
+            place = home[v] = places[k]
+            for a in operands:
+                uses[a] += 1
+                if home[a] is not place and (home[a] or self._gone(a, k)):
+                    outside.add(a)
+        for o, i, v in self.code.outputs:
+            out = self.outputs[o]
+            found = home[v]
+            place = found if found and found[0] == out.stage else (out.stage, 0)
+            self.writes.setdefault(place, []).append((f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else ""), v))
+            uses[v] += 1
+            if found != place and (found or self._gone(v, out.stage)):
+                outside.add(v)
+        return outside
+
+    def _gone(self, v: int, k: int) -> bool:
+        """Whether stage k is not handed the input v, so that what it needs of it is kept."""
+        if v not in self.code.inputs or k <= self.stage[v]:
+            return False
+        return self.stage[v] == 0 or self.inputs[self.code.inputs[v][0]].transient
+
+    def _assign_slots(self, outside: set[int]) -> None:
+        """Give each value that is used outside its own place an element of the array that carries it there."""
+        for v in sorted(outside):
             k = self.stage[v]
-            members = order[k]
-            if members and len(members) % PIECE == 0:
-                places[k] = (k, len(members) // PIECE)
-            self.home[v] = places[k]
-            members.append(v)
-        self.counts = [len(o) for o in order]
-        return order
+            self.slot[v] = f"{self.stages[k].keep or SCRATCH}[{self.kept[k]}]"
+            self.kept[k] += 1
 
-    def _users(self, order: list[list[int]]) -> dict[int, set[tuple[int, int]]]:
-        """For each value the places (stage, piece) that use it."""
-        users: dict[int, set[tuple[int, int]]] = {}
-        for members in order:
-            for v in members:
-                place = self.home[v]
-                for a in self.op[v][1]:
-                    found = users.get(a)
-                    if found is None:
-                        users[a] = {place}
-                    else:
-                        found.add(place)
-        for stage, _, v in self.writes:
-            place = self.home.get(v, (stage, 0))
-            users.setdefault(v, set()).add(place if place[0] == stage else (stage, 0))
-        return users
-
-    def _assign_slots(self, users: dict[int, set[tuple[int, int]]]) -> None:
-        """Give each value that is used outside its own piece an element of the array that carries it there. Transient inputs that
-        later stages read are copied too."""
-        for v, places in users.items():
-            source = self.stage[v]
-            if source < 0:
+    def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
+        """The statements of a piece. A value that is used once is written where it is used, which halves what the compiler reads
+        and the variables it begins with; nesting is bounded, because compilers bound it."""
+        text, uses, slot, body = self.text, self.uses, self.slot, []
+        deep: dict[int, int] = {}
+        for op, v, operands in members:
+            words = FORMS[op] % tuple([text[a] for a in operands])
+            depth = 1 + max([deep.get(a, 0) for a in operands])
+            if uses[v] == 1 and v not in slot and depth < DEPTH:
+                text[v], deep[v] = f"({words})", depth
                 continue
-            home = self.home.get(v)
-            outside = home is not None and (len(places) > 1 or home not in places)
-            if outside or (v in self.transient and any(p[0] > source for p in places)):
-                keep = self.stages[source].keep or SCRATCH
-                self.slot[v] = f"{keep}[{self.kept[source]}]"
-                self.kept[source] += 1
+            text[v] = f"v{v}"
+            body.append(f"double v{v}={words};")
+            if v in slot:
+                body.append(f"{slot[v]}=v{v};")
+        body += [f"{target}={text[v]};" for target, v in self.writes.get(place, ())]
+        for _, v, _ in members:
+            if v in slot:
+                text[v] = slot[v]
+        return body
 
-    def _ref(self, v: int, place: tuple[int, int]) -> str:
-        if v in self.op:
-            return f"v{v}" if self.home[v] == place else self.slot[v]
-        if v in self.transient and place[0] > self.stage[v]:
-            return self.slot[v]
-        return self.text[v]
-
-    def _statements(self, k: int, members: list[int]) -> None:
-        """The statements of a stage, with the piece that each is in."""
-        home, add = self.home, self.stages[k].statements.append
-        for v in members:
-            form, args = self.op[v]
-            place = home[v]
-            words = [f"v{a}" if home.get(a) == place else self._ref(a, place) for a in args]
-            add((place[1], f"double v{v}={form.format(*words)};"))
-            if v in self.slot:
-                add((place[1], f"{self.slot[v]}=v{v};"))
-
-    def _function(self, k: int, stage: Stage) -> str:
+    def _function(self, k: int) -> str:
         """C text of a stage's function; a long one calls its pieces one after the other."""
-        pieces = max((p for p, _ in stage.statements), default=0) + 1
-        bodies: list[list[str]] = [[] for _ in range(pieces)]
-        for v, slot in self.slot.items():
-            if v not in self.op and self.stage[v] == k:
-                bodies[0].append(f"{slot}={self.text[v]};")
-        for p, s in stage.statements:
-            bodies[p].append(s)
-        for where, target, v in self.writes:
-            if where == k:
-                p = self.home[v][1] if v in self.op and self.home[v][0] == k else 0
-                bodies[p].append(f"{target}={self._ref(v, (k, p))};")
-        if pieces == 1:
+        stage = self.stages[k]
+        bodies = [self._piece((k, p), members) for p, members in enumerate(self.order[k])]
+        for v in self.code.inputs:
+            if v in self.slot and self.stage[v] == k:
+                bodies[0].insert(0, f"{self.slot[v]}={self.text[v]};")
+                self.text[v] = self.slot[v]
+        if len(bodies) == 1:
             return f"void {stage.name}({stage.arguments}){{\n" + "\n".join(bodies[0]) + "\n}\n"
         own = not stage.keep
         arguments = stage.arguments + (f",double*restrict {SCRATCH}" if own else "")
@@ -229,7 +217,7 @@ class _Emitter:
             f"static __attribute__((noinline)) void {stage.name}_{p}({arguments}){{\n" + "\n".join(b) + "\n}\n"
             for p, b in enumerate(bodies)
         ]
-        calls = "\n".join(f"{stage.name}_{p}({call});" for p in range(pieces))
+        calls = "\n".join(f"{stage.name}_{p}({call});" for p in range(len(bodies)))
         if own:
             calls = f"double {SCRATCH}[{max(self.kept[k], 1)}];\n" + calls
         return "\n".join(parts) + f"void {stage.name}({stage.arguments}){{\n{calls}\n}}\n"

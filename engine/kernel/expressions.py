@@ -96,12 +96,9 @@ def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:
 
 
 def kinetic(m: Model) -> SX:
-    """Kinetic energy Σ ½ Zᵀ M Z. The bodies' own masses are built anew, because the reduction has added to those of the model."""
-    from engine.recursion.loads import mass_matrix
-
+    """Kinetic energy Σ ½ Zᵀ M Z."""
     total = SX(0)
-    for b, motion in zip(m.sym.system.bodies, m.motions, strict=True):
-        mass = mass_matrix(m.sym, b, motion.R)
+    for mass, motion in zip(m.masses, m.motions, strict=True):
         p = mass.M11 @ motion.rdot + mass.M12 @ motion.omega
         total += 0.5 * (ca.dot(motion.rdot, p) + ca.dot(motion.omega, mass.M12.T @ motion.rdot + mass.M22 @ motion.omega))
     return total

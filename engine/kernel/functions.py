@@ -118,7 +118,7 @@ def energy_function(sym: Symbols, m: Model | None) -> Code:
         Stage("k_prepare_energy", f"{CONST}p,double*restrict c", "c"),
         Stage("k_energy", f"{STATE},double*restrict out", ""),
     ]
-    return emit(inputs(sym), [Output("out", 0, [kinetic(m), potential(m)] if m else [SX(0, 1)], 1)], stages)
+    return emit(inputs(sym), [Output("out", 0, [m.once(kinetic), m.once(potential)] if m else [SX(0, 1)], 1)], stages)
 
 
 def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Code:

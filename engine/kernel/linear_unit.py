@@ -15,7 +15,7 @@ from engine.kernel.jacobian_unit import residuals
 from engine.kernel.output_unit import Outputs
 from engine.recursion.accelerations import outward
 from engine.recursion.elements import bristle_rates
-from engine.recursion.reduction import Model, model
+from engine.recursion.reduction import Model, reduced, unreduced
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.external import TABLE
@@ -27,8 +27,9 @@ CALL_COLUMNS = f"{STATE},{CONST}z,{CONST}a,{CONST}seed,double*restrict out"
 
 def linear_text(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> tuple[str, int]:
     """C text of the unit's functions, and how many constants they keep."""
-    rates, kept = _rates(model(Symbols(system, parameters)), quadratures, redundant)
-    columns, more = _columns(model(Symbols(system, parameters), reduce=False), chosen, quadratures)
+    plain = unreduced(Symbols(system, parameters))
+    rates, kept = _rates(reduced(plain), quadratures, redundant)
+    columns, more = _columns(plain, chosen, quadratures)
     both = (
         f"void l_prepare_all({CONST}p,double*restrict c){{l_prepare(p,c);l_prepare_columns(p,c+{kept});}}\n"
         f"void l_columns_at({CALL_COLUMNS}){{l_columns(x,y,c+{kept},z,a,seed,out);}}\n"

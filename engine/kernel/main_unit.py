@@ -42,7 +42,7 @@ from engine.recursion.elements import (
     joint_rates,
     reaction_rows,
 )
-from engine.recursion.reduction import Model, model
+from engine.recursion.reduction import Model, reduced
 from engine.recursion.redundancy import inactive_rows_couple, rubbing_on_loops, rubs, scaled_reactions
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
@@ -88,12 +88,13 @@ class MainUnit:
     """Of joints on loops that rub: their first scaled reaction that friction changes, and how many (``rubbing_on_loops``)."""
 
 
-def main_unit(sym: Symbols, quadratures: bool, redundant: bool = False) -> MainUnit:
-    """Build the unit; ``redundant``: the variant that carries all rows and the scaled reactions."""
+def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainUnit:
+    """Build the unit of a model before its reduction; ``redundant``: the variant that carries all rows and the scaled reactions."""
+    sym = plain.sym
     system, parts = sym.system, elements(sym.system)
     if loops_pay(system, quadratures):
         return _looped(sym, parts)
-    m = model(sym)
+    m = reduced(plain)
     active = list(range(system.rows)) if redundant else list(active_rows(m))
     maps, nn, nrates, nkappa = _maps(m, parts, active, redundant)
     loop_friction = rubs(system)

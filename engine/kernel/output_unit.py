@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -15,7 +17,7 @@ from engine.kernel import expressions as ex
 from engine.kernel.calling import CONST, STATE, combination, inputs
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.kernel.powers import powers
+from engine.kernel.powers import names_of_powers
 from engine.recursion.accelerations import Accelerations, given
 from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
@@ -47,10 +49,17 @@ class Outputs:
         self.pick = combination(m.sym)
         self.a = SX.sym("a", m.sym.system.nv)
         self.acc: Accelerations = given(m, self.a, self.pick)
-        self.names = [n for n, _ in powers(m, self.acc, self.pick)] if quadratures else []
+        self.names = names_of_powers(m.sym.system) if quadratures else []
         self.quad = SX.sym("quad", len(self.names))
         self.extra = SX.sym("extra", EXTRA.numbers + len(m.sym.system.sliders))
-        self._contacts: dict[str, list] = {}
+        self._made: dict[tuple, Any] = {}
+
+    def once(self, build: Callable[..., Any], *which: str | int) -> Any:
+        """``build(*which)``, made once for all columns that are a component of it."""
+        key = (build.__name__, *which)
+        if key not in self._made:
+            self._made[key] = build(*which)
+        return self._made[key]
 
     def value(self, key: tuple) -> SX:
         """Expression of the column with this key."""
@@ -62,20 +71,28 @@ class Outputs:
         return self.m.motions[i].R @ self.sym.leaves(self.sym.system.bodies[i].center)
 
     def _position(self, i: int, k: int) -> SX:
-        return (self.m.motions[i].r + self._center(i))[k]
+        return (self.m.motions[i].r + self.once(self._center, i))[k]
+
+    def _velocities(self, i: int) -> SX:
+        motion = self.m.motions[i]
+        return motion.rdot + cross(motion.omega, self.once(self._center, i))
 
     def _velocity(self, i: int, k: int) -> SX:
-        motion = self.m.motions[i]
-        return (motion.rdot + cross(motion.omega, self._center(i)))[k]
+        return self.once(self._velocities, i)[k]
+
+    def _accelerations(self, i: int) -> SX:
+        motion, Z, c = self.m.motions[i], self.acc.Zdot[i], self.once(self._center, i)
+        return Z[:3] + cross(Z[3:], c) + cross(motion.omega, cross(motion.omega, c)) + self.sym.leaves(self.sym.system.gravity)
 
     def _acceleration(self, i: int, k: int) -> SX:
-        motion, Z, c = self.m.motions[i], self.acc.Zdot[i], self._center(i)
-        a = Z[:3] + cross(Z[3:], c) + cross(motion.omega, cross(motion.omega, c)) + self.sym.leaves(self.sym.system.gravity)
-        return a[k]
+        return self.once(self._accelerations, i)[k]
+
+    def _quaternion(self, i: int) -> list[SX]:
+        R = self.m.motions[i].R
+        return to_quaternion([[R[r, c] for c in range(3)] for r in range(3)], ca)
 
     def _orientation(self, i: int, k: int) -> SX:
-        R = self.m.motions[i].R
-        return to_quaternion([[R[r, c] for c in range(3)] for r in range(3)], ca)[k]
+        return self.once(self._quaternion, i)[k]
 
     def _omega(self, i: int, k: int) -> SX:
         return self.m.motions[i].omega[k]
@@ -93,10 +110,16 @@ class Outputs:
         return ex.rates(self.m, name)[k]
 
     def _qdd(self, name: str, k: int) -> SX:
-        return ex.accelerations(self.m, self.acc, name)[k]
+        return self.once(self._joint_accelerations, name)[k]
+
+    def _joint_accelerations(self, name: str) -> SX:
+        return ex.accelerations(self.m, self.acc, name)
+
+    def _reactions(self, name: str) -> tuple[SX, SX]:
+        return ex.reaction(self.m, self.acc, name, self.pick)
 
     def _reaction(self, name: str, which: str, k: int) -> SX:
-        f, t = ex.reaction(self.m, self.acc, name, self.pick)
+        f, t = self.once(self._reactions, name)
         return (f if which == "f" else t)[k]
 
     def _drive(self, name: str, k: int) -> SX:
@@ -114,14 +137,12 @@ class Outputs:
     def _state(self, flag: int) -> SX:
         return self.extra[EXTRA.numbers + flag]
 
-    def contacts(self, name: str) -> list:
-        """Contacts of a frictional joint (cached)."""
-        if name not in self._contacts:
-            self._contacts[name] = ex.contacts(self.m, self.acc, self.pick, name)
-        return self._contacts[name]
+    def contacts(self, name: str) -> list[ex.Touch]:
+        """Contacts of a frictional joint."""
+        return ex.contacts(self.m, self.acc, self.pick, name)
 
     def _contact(self, name: str, i: int, what: str, k: int = 0) -> SX:
-        c = self.contacts(name)[i]
+        c = self.once(self.contacts, name)[i]
         if what == "force":
             return c.force
         if what == "state":
@@ -139,10 +160,10 @@ class Outputs:
         return self.quad[self.names.index(name)]
 
     def _kinetic(self) -> SX:
-        return ex.kinetic(self.m)
+        return self.m.once(ex.kinetic)
 
     def _potential(self) -> SX:
-        return ex.potential(self.m)
+        return self.m.once(ex.potential)
 
     def _dissipated(self) -> SX:
         return -sum((self._quad(n) for n in self.names if n not in ("drive", "load")), SX(0))
@@ -168,7 +189,7 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     stages = [Stage("o_prepare", f"{CONST}p,double*restrict c", "c"),
               Stage("o_eval", f"{STATE},{CONST}z,{CONST}a,{CONST}extra,double*restrict out", "")]
     main = emit(state + z + more, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
-    touching = [c for j in sym.system.frictional for c in o.contacts(j.name)]
+    touching = [c for j in sym.system.frictional for c in o.once(o.contacts, j.name)]
     four = [v for c in touching for v in (c.force, *_oriented(c))]
     contact = _second("contacts", state + z, four)
     loops = scaled_reactions(m, o.acc, o.pick)

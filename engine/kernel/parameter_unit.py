@@ -15,13 +15,13 @@ import casadi as ca
 
 from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.columns import Column
-from engine.kernel.emit import Input, Output, Stage, emit
+from engine.kernel.emit import MATH, Input, Output, Stage, emit
 from engine.kernel.jacobian_unit import residuals, time_direction
 from engine.kernel.output_unit import Outputs
 from engine.kernel.powers import powers
 from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import bristle_rates, elements, joint_rates, laws, numbers, reaction_rows, wrench
-from engine.recursion.reduction import Model, model
+from engine.recursion.reduction import Model, reduced, unreduced
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.structure import System
@@ -38,11 +38,12 @@ class ParameterUnit:
 def parameter_unit(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> ParameterUnit:
     """Build the sensitivity unit of a system for the chosen columns."""
     sym = Symbols(system, parameters)
-    m = model(sym)
+    plain = unreduced(sym)
+    m = reduced(plain)
     active = list(range(system.rows)) if redundant else list(active_rows(m))
     motion, counts = _motion(m, quadratures, active)
-    outputs, more = _outputs(sym, chosen, quadratures)
-    return ParameterUnit("#include <math.h>\n" + motion + outputs, counts | more)
+    outputs, more = _outputs(plain, chosen, quadratures)
+    return ParameterUnit(MATH + motion + outputs, counts | more)
 
 
 def _motion(m: Model, quadratures: bool, active: list[int]) -> tuple[str, dict[str, int]]:
@@ -78,8 +79,8 @@ def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
     return out
 
 
-def _outputs(sym: Symbols, chosen: list[Column], quadratures: bool) -> tuple[str, dict[str, int]]:
-    o = Outputs(model(sym, reduce=False), quadratures)
+def _outputs(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, dict[str, int]]:
+    o, sym = Outputs(m, quadratures), m.sym
     ny = sym.system.nq + sym.system.nv + sym.b.numel()
     values = ca.densify(ca.vertcat(SX(0, 1), *[o.value(c.key) for c in chosen]))
     ins = [*inputs(sym), Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", o.a, 1),

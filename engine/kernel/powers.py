@@ -12,7 +12,7 @@ from engine.recursion.loads import spring_line, wrenches
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
-from engine.system.structure import Device, Joint
+from engine.system.structure import Device, Joint, System
 
 GIVING = 2
 """How many of the powers give energy (drives, loads), or may give it: the last ones."""
@@ -21,8 +21,13 @@ GIVING = 2
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
     """(name, power): "friction:JOINT" (≤ 0, but for what bristles give back), "damping" (≤ 0), "drive", "load"."""
     sym = m.sym
-    out = [(f"friction:{j.name}", friction_power(m, j)) for j in sym.system.frictional]
-    return [*out, ("damping", _damping(m)), ("drive", _drive(m, acc, pick)), ("load", _loads(m))]
+    values = [*(friction_power(m, j) for j in sym.system.frictional), _damping(m), _drive(m, acc, pick), _loads(m)]
+    return list(zip(names_of_powers(sym.system), values, strict=True))
+
+
+def names_of_powers(system: System) -> list[str]:
+    """Names of ``powers``, in their order."""
+    return [*(f"friction:{j.name}" for j in system.frictional), "damping", "drive", "load"]
 
 
 def friction_power(m: Model, j: Joint) -> SX:

@@ -10,18 +10,19 @@ from dataclasses import dataclass
 from engine.abi import Coordinate, RowKind
 from engine.abi.kernels import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST
 from engine.kernel.columns import Column
+from engine.kernel.emit import MATH
 from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.linear_unit import linear_text
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
 from engine.recursion.direct import direct_operators
-from engine.recursion.reduction import model
+from engine.recursion.reduction import model, unreduced
 from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.pace import frequencies
 from engine.system.structure import System, state_coordinates
 
-PREAMBLE = '#include <math.h>\n#include "tr_abi.h"\n'
+PREAMBLE = MATH + '#include "tr_abi.h"\n'
 
 
 @dataclass
@@ -50,9 +51,9 @@ def kernel_source(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> KernelSource:
     """Symbolic build of everything a run needs (the Jacobian comes later, when a method asks for it)."""
-    sym = Symbols(system, parameters)
-    main = main_unit(sym, quadratures, redundant)
-    out = output_unit(model(sym, reduce=False), chosen, quadratures)
+    plain = unreduced(Symbols(system, parameters))
+    main = main_unit(plain, quadratures, redundant)
+    out = output_unit(plain, chosen, quadratures)
     facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active), "loop_rows": rows_of(system)}
     facts["rubbing"] = [j.name for j in system.frictional]
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)

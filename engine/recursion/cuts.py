@@ -5,7 +5,10 @@ A row transposed is at once the force column W^N (59), (61) of its multiplier, s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import wraps
+from typing import Any, TypeVar
 
 import casadi as ca
 
@@ -41,6 +44,22 @@ class Cut:
     out: Motion
     s: SX
     rows: list[Row]
+    made: dict[str, Any] = field(default_factory=dict)
+
+
+T = TypeVar("T")
+
+
+def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
+    """A function of a cut joint that is asked for often and built once."""
+
+    @wraps(build)
+    def kept(c: Cut) -> T:
+        if build.__name__ not in c.made:
+            c.made[build.__name__] = build(c)
+        return c.made[build.__name__]
+
+    return kept
 
 
 def motion_of(motions: list[Motion], body: int) -> Motion:
@@ -59,11 +78,13 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     return made
 
 
+@once
 def point_velocity(c: Cut) -> SX:
     """Velocity of the outboard joint point relative to the inboard one."""
     return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
 
 
+@once
 def _centripetal(c: Cut) -> SX:
     """Relative acceleration of the joint points when Ż of both bodies is zero."""
     return cross(c.out.omega, cross(c.out.omega, c.c_out)) - cross(c.inb.omega, cross(c.inb.omega, c.c_in))
@@ -97,6 +118,7 @@ def _turn_row(c: Cut, m: int, k: int) -> Row:
     return Row(ca.dot(a, b), ca.dot(rel, ab), g, -g, xi)
 
 
+@once
 def rates(c: Cut) -> list[SX]:
     """Rates of a cut joint's freedoms from the bodies' motion while the loop is closed: (ω_out − ω_in)·axis where it turns,
     relative velocity of the joint's points along the axis where it slides."""
@@ -127,6 +149,7 @@ def acceleration_bias(c: Cut, freedom: int) -> SX:
     return ca.dot(_centripetal(c), h) + 2 * ca.dot(v, hdot) + ca.dot(c.s, cross(carrier, hdot))
 
 
+@once
 def coordinates(c: Cut) -> list[SX]:
     """Coordinates of a cut joint from the bodies' poses while the loop is closed (angles within ±π, scalar part of a quaternion ≥
     0)."""

@@ -6,13 +6,16 @@ METHOD, "Cut joints".
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import casadi as ca
 
 from engine.recursion import cuts as cutting
 from engine.recursion.kinematics import GROUND_MOTION, Motion, Step, walk
 from engine.recursion.loads import (
+    Mass,
     applied,
     device_force,
     ground_acceleration,
@@ -56,13 +59,14 @@ class Articulated:
 class Model:
     """Everything symbolic about a system at one instant; one entry per body in motions, steps, bodies and Q.
 
-    steps: what each tree joint adds. Q: forces along the free freedoms of each tree joint (n×columns).
+    masses: each body's own. steps: what each tree joint adds. Q: forces along the free freedoms of each tree joint (n×columns).
     S λ + Se η + g0 = 0 are the constraint equations of all cut joints (90): S (m×m) is the paper's G_λ + G_q H^λ, Se (m×nη) its
     G_η + G_q H^η.
     """
 
     sym: Symbols
     motions: list[Motion]
+    masses: list[Mass]
     steps: list[Step]
     cuts: list[cutting.Cut]
     bodies: list[Articulated]
@@ -70,16 +74,27 @@ class Model:
     S: SX
     Se: SX
     g0: SX
+    made: dict[Callable, Any] = field(default_factory=dict)
 
     @property
     def columns(self) -> int:
         """Number of force columns: one for what is known, one for each λ, one for each η."""
         return 1 + self.sym.system.rows + self.sym.system.neta
 
+    def once(self, build: Callable[[Model], Any]) -> Any:
+        """``build(self)``, made once for the model and its reduction: of what the reduction does not change."""
+        if build not in self.made:
+            self.made[build] = build(self)
+        return self.made[build]
 
-def model(sym: Symbols, reduce: bool = True) -> Model:
-    """Kinematics outward, then reduction inward; without ``reduce`` only the first, for accelerations that are known
-    (``accelerations.given``)."""
+
+def model(sym: Symbols) -> Model:
+    """Kinematics outward, then reduction inward."""
+    return reduced(unreduced(sym))
+
+
+def unreduced(sym: Symbols) -> Model:
+    """The model before its reduction, which is enough where accelerations are known (``accelerations.given``)."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []
@@ -89,21 +104,25 @@ def model(sym: Symbols, reduce: bool = True) -> Model:
         motions.append(m)
         steps.append(step)
     cuts = [cutting.cut(sym, motions, j) for j in system.cuts]
-    made = Model(sym, motions, steps, cuts, [], [], zeros(0), zeros(0), zeros(0))
+    masses = [mass_matrix(sym, body, motion.R) for body, motion in zip(system.bodies, motions, strict=True)]
+    made = Model(sym, motions, masses, steps, cuts, [], [], zeros(0), zeros(0), zeros(0))
     made.bodies = _bodies(made)
-    if reduce:
-        made.Q = [_generalised(made, s) for s in steps]
-        _reduce(made)
+    return made
+
+
+def reduced(m: Model) -> Model:
+    """The model reduced inward; the one given stays as it is."""
+    made = replace(m, bodies=[replace(b) for b in m.bodies], Q=[_generalised(m, s) for s in m.steps])
+    _reduce(made)
     return made
 
 
 def _bodies(m: Model) -> list[Articulated]:
     """Every body before reduction: its mass matrix and its forces [F⁰ + F^a | W^N | W^F of cut joints]."""
-    sym, system, n = m.sym, m.sym.system, m.columns
+    sym, n = m.sym, m.columns
     loads = applied(sym, m.motions)
     out = []
-    for body, motion, load in zip(system.bodies, m.motions, loads, strict=True):
-        mass = mass_matrix(sym, body, motion.R)
+    for mass, motion, load in zip(m.masses, m.motions, loads, strict=True):
         F = zeros(6, n)
         F[:, 0] = velocity_force(mass, motion.omega) + load
         out.append(Articulated(mass.M11, mass.M12, mass.M22, ca.sparsify(F)))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterable
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from engine.kernel import cache, compiler, emit
+from engine.kernel import cache, compiler, emit, instructions
 from engine.kernel.emit import Input, Output, Stage
 
 SX = ca.SX
@@ -178,3 +179,44 @@ def test_the_compilers_own_flags_change_only_the_last_digits(library) -> None:
     """Contraction rounds once where CasADi rounds twice; nothing else may differ (no fast-math: NaN stays NaN)."""
     assert "-ffp-contract=fast" in compiler.FLAGS
     assert not any("fast-math" in f or "Ofast" in f or "finite-math" in f for f in compiler.FLAGS)
+
+
+def alike(found: Iterable[instructions.Instruction]) -> list[instructions.Instruction]:
+    """The instructions, powers with a constant exponent as powers: both are printed alike."""
+    return [(ca.OP_POW if op == ca.OP_CONSTPOW else op, value, operands) for op, value, operands in found]
+
+
+def asked(f: ca.Function) -> list[instructions.Instruction]:
+    """All instructions, each asked for by itself."""
+    return alike(instructions._asked(f, k) for k in range(f.n_instructions()))
+
+
+def random_function(seed: int) -> ca.Function:
+    """A function of random expressions whose values all have numbers of their own."""
+    x = SX.sym("x", NX)
+    return ca.Function("f", [x], [ca.vertcat(*random_outputs(seed, [x]))], {"live_variables": False})
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_instructions_read_from_print_are_those_that_are_asked_for(seed: int) -> None:
+    f = random_function(seed)
+    assert alike(instructions._listed(f)) == asked(f)
+
+
+@pytest.mark.parametrize("change", [("Algorithm:", "Steps:"), ("@", "%"), ("@", "@1"), (";\n", "; \n\n")])
+def test_a_library_that_prints_otherwise_is_asked(monkeypatch: pytest.MonkeyPatch, change: tuple[str, str]) -> None:
+    f = random_function(0)
+    printed = f.str(True).replace(change[0], change[1])
+    monkeypatch.setattr(instructions, "_known", {})
+    monkeypatch.setattr(ca.Function, "str", lambda self, more: printed)
+    assert alike(instructions._listed(f)) == asked(f)
+
+
+def test_equal_operations_are_made_once_whichever_way_round() -> None:
+    x = SX.sym("x", 2)
+    twice = [ca.sin(x[0] * x[1]) + 0.5, ca.sin(x[1] * x[0]) + 0.5, x[0] - x[1], x[1] - x[0]]
+    f = ca.Function("f", [x], [ca.vertcat(*twice)], {"live_variables": False, "cse": False})
+    found = instructions.assignments(f)
+    assert [op for op, _, _ in found.operations] == [ca.OP_MUL, ca.OP_SIN, ca.OP_ADD, ca.OP_SUB, ca.OP_SUB]
+    (_, _, first), (_, _, second), *_ = found.outputs
+    assert first == second

@@ -1,0 +1,112 @@
+"""What CasADi's functions compute, as single assignments in Python's own lists, each value computed once.
+
+Asked for one by one, an instruction costs four microseconds in calls; all of them are printed in one, and read from that text
+with what was learnt by asking for the first of each form. Equal operations are found here too: the library's own search takes
+longer than all the rest of reading.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR}
+LEAVES = {ca.OP_CONST, ca.OP_INPUT}
+RESULT = re.compile(r"@(\d+)")
+WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
+Instruction = tuple[int, int, tuple[int, ...]]
+"""(operation, number of its value, numbers of its operands)"""
+
+
+@dataclass
+class Assignments:
+    """Values by number, in order of computation: ``operations`` are (operation, value, operands), ``constants`` the numbers of
+    constant values, ``inputs`` (input, element) and ``outputs`` (output, element, value)."""
+
+    operations: list[Instruction] = field(default_factory=list)
+    constants: dict[int, float] = field(default_factory=dict)
+    inputs: dict[int, tuple[int, int]] = field(default_factory=dict)
+    outputs: list[tuple[int, int, int]] = field(default_factory=list)
+    count: int = 0
+
+
+def assignments(f: ca.Function) -> Assignments:
+    """The instructions of an SX function whose values all have numbers of their own (``live_variables`` off), equal ones once."""
+    out = Assignments(count=f.sz_w())
+    same = list(range(out.count))
+    first: dict[tuple, int] = {}
+    for k, (op, value, operands) in enumerate(_listed(f)):
+        if op == ca.OP_OUTPUT:
+            o, e = f.instruction_output(k)
+            out.outputs.append((o, e, same[operands[0]]))
+            continue
+        if op in LEAVES:
+            leaf = repr(f.instruction_constant(k)) if op == ca.OP_CONST else tuple(f.instruction_input(k))
+            key: tuple = (op, leaf)
+        elif len(operands) == 1:
+            key = (op, same[operands[0]])
+        else:
+            a, b = same[operands[0]], same[operands[1]]
+            key = (op, b, a) if b < a and op in COMMUTES else (op, a, b)
+        known = first.setdefault(key, value)
+        if known != value:
+            same[value] = known
+        elif op == ca.OP_CONST:
+            out.constants[value] = f.instruction_constant(k)
+        elif op == ca.OP_INPUT:
+            out.inputs[value] = key[1]
+        else:
+            out.operations.append((op, value, key[1:]))
+    return out
+
+
+_known: dict[str, tuple[int, int]] = {}
+"""Operation and number of operands of every form of a printed line that has been met: the line without its digits."""
+
+
+def _listed(f: ca.Function) -> Iterator[Instruction]:
+    """All instructions of a function in order. Outputs have the value that they show for an operand."""
+    text = f.str(True).partition("Algorithm:\n")[2].rstrip("\n")
+    forms = text.translate(WITHOUT_DIGITS).split("\n")
+    lines = text.split("\n")
+    if len(lines) != f.n_instructions():  # nothing is printed as expected: all are asked for
+        yield from (_asked(f, k) for k in range(f.n_instructions()))
+        return
+    numbers = map(int, RESULT.findall(text))
+    for k, form in enumerate(forms):
+        if form not in _known and not _learn(f, k, form, lines[k]):
+            yield _asked(f, k)
+            for _ in RESULT.findall(lines[k]):
+                next(numbers)
+            continue
+        op, arity = _known[form]
+        value = next(numbers)
+        if arity == 2:
+            yield op, value, (next(numbers), next(numbers))
+        elif op == ca.OP_OUTPUT:
+            yield op, 0, (value,)
+        elif arity == 1:
+            yield op, value, (next(numbers),)
+        else:
+            yield op, value, ()
+
+
+def _asked(f: ca.Function, k: int) -> Instruction:
+    """Instruction k by the library's own account of it."""
+    op = f.instruction_id(k)
+    if op == ca.OP_OUTPUT:
+        return op, 0, tuple(f.instruction_input(k))
+    return op, f.instruction_output(k)[0], () if op in LEAVES else tuple(f.instruction_input(k))
+
+
+def _learn(f: ca.Function, k: int, form: str, line: str) -> bool:
+    """Note what lines of this form say, if instruction k is what its line says it is."""
+    op, value, operands = _asked(f, k)
+    numbers = tuple(map(int, RESULT.findall(line)))
+    if numbers != (operands if op == ca.OP_OUTPUT else (value, *operands)):
+        return False
+    _known[form] = op, len(operands)
+    return True
