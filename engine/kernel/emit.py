@@ -18,7 +18,8 @@ from engine.kernel.instructions import Instruction, assignments
 
 SX = ca.SX
 PIECE = 2500
-"""Statements per C function: compile time grows faster than linearly beyond a few thousand, run time does not suffer here."""
+"""Operations per C function: compile time grows faster than linearly beyond a few thousand. In pieces of 300 or 600 stepping units
+take 10 to 15 percent longer to run, dense Jacobians 3 percent for four fifths of the compile time."""
 
 SCRATCH = "s_"
 """Array that carries values between the pieces of a stage that keeps nothing for later ones."""
