@@ -2,7 +2,8 @@
 
 ``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``;
 ``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table;
-``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``.
+``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``;
+``hold(scene, bounds=True)`` → what a mechanism at rest can hold.
 Names are loaded when first used, so that importing the package costs nothing.
 """
 
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from engine.basics.problems import Problem, SceneError, SimulationError
     from engine.batch.sweeping import Sweep, sweep
+    from engine.bounds.api import hold
     from engine.scene import Scene, load_scene, models_dir
     from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
     from engine.simulation.event import Event
@@ -37,13 +39,13 @@ _HOMES = {
     "Linearization": "engine.simulation.linearize",
     "linearize": "engine.simulation.linearize",
     "simulate": "engine.simulation.run",
+    "hold": "engine.bounds.api",
     "Sweep": "engine.batch.sweeping",
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
     "Event", "Fit", "Linearization", "Problem", "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Sweep", "fit",
-    "linearize", "load_scene",
-    "models_dir", "sensitivity", "simulate", "sweep",
+    "hold", "linearize", "load_scene", "models_dir", "sensitivity", "simulate", "sweep",
 ]  # fmt: skip
 
 

@@ -133,14 +133,20 @@ def check(
     scene: Annotated[str | None, SCENE] = None,
     outputs: Annotated[bool, typer.Option("--outputs", help="List every column the scene can give.")] = False,
     hold: Annotated[bool, typer.Option("--hold", help="Does it hold at its start, at rest? By what margin?")] = False,
+    bounds: Annotated[bool, typer.Option("--bounds", help="With --hold: all that statics leaves open, not one answer.")] = False,
+    self_stress: Annotated[
+        float | None,
+        typer.Option("--self-stress", metavar="N", help="With --bounds: most that misfit (times stiffness) loads a contact with."),
+    ] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
-    from engine.cli.checking import check_command
+    from engine.cli.checking import Holding, check_command
 
-    raise typer.Exit(check_command(words_of(scene, ctx), outputs, hold, changes or [], as_json, verbose))
+    held = Holding(hold, bounds, self_stress)
+    raise typer.Exit(check_command(words_of(scene, ctx), outputs, held, changes or [], as_json, verbose))
 
 
 @app.command()

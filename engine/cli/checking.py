@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from engine.cli import options
@@ -17,15 +18,30 @@ if TYPE_CHECKING:
     from engine.scene.model import Scene
 
 
-def check_command(words: list[str], outputs: bool, hold: bool, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
+@dataclass(frozen=True)
+class Holding:
+    """What is asked of a scene at rest: whether it holds; with all that statics leaves open; the bound on self-stress, N."""
+
+    asked: bool = False
+    bounds: bool = False
+    self_stress: float | None = None
+
+
+def check_command(words: list[str], outputs: bool, hold: Holding, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
     """Report on a scene; the exit code (1: it is well formed but its loops cannot be closed; with ``hold``, it does not hold)."""
     talk(verbose)
     found = Findings()
     source = options.one_scene(words, found)
     scene = loaded(source, options.assignments(changes, found), None, found)
+    if hold.bounds and not hold.asked:
+        found.add("--bounds", "it is asked of what a scene holds", "write --hold --bounds")
+    if hold.self_stress is not None and not hold.bounds:
+        found.add("--self-stress", "one answer has none", "write --hold --bounds --self-stress N")
     found.end()
     assert scene is not None
-    if hold:
+    if hold.bounds:
+        return _bounded(scene, hold.self_stress, as_json)
+    if hold.asked:
         return _held(scene, as_json)
     report, every = examined(scene)
     code = DONE if report["start"]["outcome"] in ("done", "ready") else FAILED
@@ -52,6 +68,19 @@ def _held(scene: Scene, as_json: bool) -> int:
         print_json({"exit_code": code, "problems": [], "scene": scene.name, "hold": hold_document(report)})
     else:
         print("\n".join(_bare(line) for line in hold_lines(scene.name, report)))
+    return code
+
+
+def _bounded(scene: Scene, self_stress: float | None, as_json: bool) -> int:
+    from engine.bounds.api import hold
+    from engine.cli.bounding import bounds_document, bounds_lines
+
+    report = hold(scene, bounds=True, self_stress=self_stress)
+    code = DONE if report.holds == "certain" else FAILED
+    if as_json:
+        print_json({"exit_code": code, "problems": [], "scene": scene.name, "hold": bounds_document(report)})
+    else:
+        print("\n".join(_bare(line) for line in bounds_lines(scene.name, report)))
     return code
 
 

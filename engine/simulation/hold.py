@@ -63,9 +63,9 @@ class HoldReport:
 def hold(scene: Scene) -> HoldReport:
     """Statics of the scene at its start pose with all rates zero, every frictional pair held. SimulationError when the pose cannot
     be assembled or the statics have no answer."""
-    asked, taken = _stopped(*_dry(scene))
+    asked, taken = resting(scene)
     model = Model(asked)
-    status = _start(model)
+    status = started(model)[0]
     table = model.block.hold()
     if table is None:
         raise SimulationError(f"the statics of this pose cannot be solved (runtime status {status})")
@@ -77,6 +77,11 @@ def hold(scene: Scene) -> HoldReport:
     over = [p for p in pairs if p.share > 1.0 + EDGE]
     first = max(over, key=lambda p: p.share).joint if over else moves[0] if moves else ""
     return HoldReport(not first, first, 1.0 - worst, pairs, moves, (*taken, *_words(pairs)))
+
+
+def resting(scene: Scene) -> tuple[Scene, list[str]]:
+    """The scene of which statics is asked, dry and with its drives held where they start, and notes of what was changed."""
+    return _stopped(*_dry(scene))
 
 
 def _dry(scene: Scene) -> tuple[Scene, list[str]]:
@@ -103,15 +108,17 @@ def _stopped(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
     return replace(scene, joints=joints), notes
 
 
-def _start(model: Model) -> int:
-    """Assemble, set all rates to zero and begin a run; gives the runtime's status (here a failure of friction is an answer)."""
+def started(model: Model) -> tuple[int, np.ndarray]:
+    """Assemble, set all rates to zero and begin a run: the runtime's status (here a failure of friction is an answer) and the first
+    row."""
     settings, block = bl.Settings(rtol=1e-9), model.block
     block.configure(settings)
     code = block.assemble()
     if code != 1:
         raise SimulationError(str(open_loop(model, code)))
     block.y[model.system.nq : block.ny] = 0.0
-    return model.begin(settings, 0.0, 1.0, 1.0, np.zeros(block.width))
+    row = np.zeros(block.width)
+    return model.begin(settings, 0.0, 1.0, 1.0, row), row
 
 
 def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[str, ...], started: bool) -> tuple[PairHold, ...]:

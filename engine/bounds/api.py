@@ -1,0 +1,97 @@
+"""``hold``: does a scene hold where it starts? One answer, or with ``bounds`` all of what statics leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal, overload
+
+from engine.basics.problems import Problem, SceneError
+from engine.bounds.asking import NEVER, Asked, asked, begins, load_bounds, pair_bounds
+from engine.bounds.cones import Pair
+from engine.bounds.cones import pairs as pairs_of
+from engine.bounds.motions import Motion, motions
+from engine.bounds.report import HoldBounds, PairBounds
+from engine.bounds.space import space
+from engine.bounds.statics import statics
+from engine.scene.model import Scene
+from engine.scene.overrides import Given, scene_given
+from engine.simulation.hold import HoldReport
+from engine.simulation.hold import hold as one_answer
+
+FEW, CELLS, FEWER = 4, 1000, 100
+"""Up to FEW open directions a search may look at CELLS cells, beyond at FEWER, before it stops with a gap: seconds for each end."""
+
+
+@overload
+def hold(scene: Given, overrides: Mapping[str, Any] | None = None, bounds: Literal[False] = False) -> HoldReport: ...
+@overload
+def hold(
+    scene: Given, overrides: Mapping[str, Any] | None = None, *, bounds: Literal[True], self_stress: float | None = None,
+    cells: int | None = None,
+) -> HoldBounds: ...  # fmt: skip
+def hold(
+    scene: Given, overrides: Mapping[str, Any] | None = None, bounds: bool = False, self_stress: float | None = None,
+    cells: int | None = None,
+) -> HoldReport | HoldBounds:  # fmt: skip
+    """Whether a scene stays where it starts, at rest, and by what margin: a ``HoldReport``.
+
+    bounds: a ``HoldBounds`` instead: over all states in equilibrium with friction within its limits the least and largest normal
+    force, friction and margin of every joint, and for every load, input and drive up to where it is certain to be held and beyond
+    where nothing holds it. self_stress: the most, N, that what opposed joints do to each other loads any contact with (misfit times
+    stiffness); without it intervals may have no end. cells: how much each search may look at before it leaves a gap.
+    """
+    loaded = scene_given(scene, overrides)
+    if not bounds:
+        return one_answer(loaded)
+    problems = []
+    if self_stress is not None and not 0.0 <= self_stress < float("inf"):
+        problems.append(Problem("self_stress", f"{self_stress} is no bound on a force", "a number of newtons, 0 or more"))
+    if cells is not None and cells < 1:
+        problems.append(
+            Problem("cells", f"{cells} cells are none", f"1 or more; without it {CELLS}, {FEWER} beyond {FEW} open directions")
+        )
+    if problems:
+        raise SceneError(problems)
+    return _bounds(loaded, self_stress, cells)
+
+
+def _bounds(scene: Scene, self_stress: float | None, most: int | None) -> HoldBounds:
+    answer, st = one_answer(scene), statics(scene)
+    pairs = tuple(pairs_of(st.joints))
+    cells = most or (CELLS if space(st, pairs).open <= FEW else FEWER)
+    a = asked(st, pairs, self_stress, cells)
+    found, unheld, all_found = motions(st, pairs)
+    balanced, there = a.space.misses <= NEVER, a.there
+    begin = begins(a, found) if there else []
+    holds = "no" if there is False else "possible" if begin or there is None else "certain"
+    each = tuple(pair_bounds(a, i) for i in range(len(pairs))) if there is not False else ()
+    loads = [load_bounds(st, pairs, self_stress, cells, k, True) for k in range(len(st.drives))]
+    loads += [load_bounds(st, pairs, self_stress, cells, k, False) for k in range(len(st.loads))]
+    notes = (*st.notes, *_words(a, there, unheld, all_found, balanced))
+    return HoldBounds(holds, _first(answer, pairs, begin, each), a.space.open, self_stress, each, tuple(loads), answer, notes)
+
+
+def _first(
+    answer: HoldReport, pairs: tuple[Pair, ...], begin: list[tuple[Motion, bool | None]], each: tuple[PairBounds, ...]
+) -> tuple[str, ...]:
+    """The joints of the motion that can begin; else the one nearest to its limit."""
+    if begin:
+        return tuple(dict.fromkeys(pairs[i].joint for i in begin[0][0].moving))
+    if not each:
+        return (answer.first,) if answer.first else ()
+    return (max(each, key=lambda p: p.share.largest.certified).joint,)
+
+
+def _words(a: Asked, there: bool | None, unheld: int, all_found: bool, balanced: bool) -> list[str]:
+    out = []
+    if not balanced:
+        out.append("a freedom that nothing rubs against is not in balance: whatever friction does, it moves")
+    if there is None:
+        out.append("whether any state holds was not found out within the cells; more of them may")
+    if unheld and balanced:
+        out.append(f"{unheld} freedoms that nothing rubs against are in balance, which friction does not keep")
+    if not all_found:
+        out.append("there are more motions than were looked at: guaranteed loads are those of the ones that were")
+    if any(not c.exact for p in a.space.pairs for c in p.capacities):
+        out.append("what shafts hold is bounded from above: their intervals may be wider than they are")
+    return out

@@ -1,0 +1,123 @@
+"""A scene made ready for statics: at rest, dry, drives replaced by efforts that nobody knows, loads by their values at the start.
+
+So loads and efforts of drives are numbers of one kernel, which is asked with one of them changed at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine.joints import REGISTRY
+from engine.kernel.columns import columns
+from engine.scene.model import Applied, Drive, Force, FromInput, Joint, Scene, SpringDamper, Start
+from engine.simulation.motions import external
+from engine.system.build import Built
+
+
+@dataclass(frozen=True)
+class Load:
+    """A load whose amount may be asked for. name: its path in the scene; unit; now: its amount at the start (drives: not known,
+    NaN); paths: the parameters it acts on and how much of it each of them is; drive: (joint, freedom) where it is a drive's."""
+
+    name: str
+    unit: str
+    now: float
+    paths: tuple[tuple[str, float], ...]
+    drive: tuple[str, int] | None = None
+
+
+def freed(scene: Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[Scene, tuple[Load, ...]]:
+    """The scene with every drive replaced by an effort and every load by its value at the start, and its loads: drives first.
+    built: the scene as it is; poses: coordinates of joints that have drives, where they start."""
+    known = _values(built)
+    joints, loads, drives = dict(scene.joints), [], []
+    uses: dict[str, list[tuple[str, float]]] = {name: [] for name in scene.inputs}
+    for name, j in scene.joints.items():
+        made, own, found = _joint(name, j, known, uses)
+        joints[name] = replace(made, start=Start(q=poses[name]), cut=False) if own else made
+        drives += own
+        loads += found
+    forces: dict[str, Any] = {}
+    for name, f in scene.forces.items():
+        forces[name], found = _force(name, f, known, uses)
+        loads += found
+    inputs = [Load(f"inputs.{n}", scene.inputs[n].unit, float(scene.inputs[n].start), tuple(u)) for n, u in uses.items() if u]
+    every = (*drives, *loads, *inputs)
+    tunable = (*scene.tunable, *(path for load in every for path, _ in load.paths))
+    return replace(scene, joints=joints, forces=forces, inputs={}, tunable=tunable), every
+
+
+def _joint(
+    name: str, j: Joint, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]
+) -> tuple[Joint, list[Load], list[Load]]:
+    """The joint without drives, the loads that stand for them, and those of its efforts."""
+    nv, turns = REGISTRY[j.type].nv, REGISTRY[j.type].turns
+    given = j.effort if isinstance(j.effort, tuple) else (j.effort,) + (None,) * (nv - 1) if nv else ()
+    moved = j.drive if isinstance(j.drive, tuple) else (j.drive,) + (None,) * (nv - 1) if nv else ()
+    efforts: list[float | None] = [None] * nv
+    drives: list[Load] = []
+    loads: list[Load] = []
+    for k in range(nv):
+        path, unit = f"joints.{name}.effort" + ("" if nv == 1 else f"[{k + 1}]"), "N*m" if turns(k) else "N"
+        if isinstance(moved[k], Drive):
+            efforts[k] = known.get(f"{name}.{k}", 0.0)
+            label = f"joints.{name}.drive" + ("" if nv == 1 else f"[{k + 1}]")
+            drives.append(Load(label, unit, float("nan"), ((path, 1.0),), (name, k)))
+        elif given[k] is not None:
+            efforts[k] = known[f"{name}.{k}"]
+            if isinstance(given[k], FromInput):
+                uses[given[k].input].append((path, 1.0))
+            else:
+                loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
+    if all(e is None for e in efforts):
+        return replace(j, drive=None), drives, loads
+    return replace(j, drive=None, effort=efforts[0] if nv == 1 else tuple(efforts)), drives, loads
+
+
+def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]) -> tuple[Applied, list[Load]]:
+    """The force with plain numbers, and the load it is: its amount along the direction it has at the start."""
+    if isinstance(f, SpringDamper):
+        return f, []
+    given, field = (f.force, "force") if isinstance(f, Force) else (f.torque, "torque")
+    now = [known[f"forces.{name}.{k}"] for k in range(3)]
+    own = [0.0 if isinstance(g, FromInput) else v for g, v in zip(given, now, strict=True)]
+    for k, g in enumerate(given):
+        if isinstance(g, FromInput):
+            uses[g.input].append((f"forces.{name}.{field}[{k + 1}]", 1.0))
+    size = float(np.linalg.norm(own))
+    paths = tuple((f"forces.{name}.{field}[{k + 1}]", v / size) for k, v in enumerate(own) if v)
+    load = [Load(f"forces.{name}", "N" if field == "force" else "N*m", size, paths)] if paths else []
+    return replace(f, **{field: tuple(now)}), load
+
+
+def _values(built: Built) -> dict[str, float]:
+    """Every load of the scene at t = 0: "joint.freedom" and "forces.name.component" → N or N m."""
+    import casadi as ca
+
+    from engine.recursion.symbols import Symbols
+
+    sym = Symbols(built.system, len(built.parameters.values))
+    names, values = [], []
+    for j in built.system.joints:
+        for k, d in enumerate(j.devices):
+            if d.effort is not None:
+                names.append(f"{j.name}.{k}")
+                values.append(sym.load(d.effort))
+    for load in built.system.loads:
+        for k, s in enumerate(load.vector):
+            names.append(f"forces.{load.name}.{k}")
+            values.append(ca.SX(0) if s is None else sym.load(s))
+    if not names:
+        return {}
+    f = ca.Function("loads", [sym.x, sym.p], [ca.densify(ca.vertcat(*values))])
+    found = np.array(f(external(built, 0.0), np.array(built.parameters.values, float))).ravel()
+    return dict(zip(names, found.tolist(), strict=True))
+
+
+def pose_columns(built: Built) -> list[str]:
+    """Names of the columns that are coordinates of joints with drives."""
+    driven = {j.name for j in built.system.joints if j.driven}
+    return [c.name for c in columns(built.system) if c.key[0] == "q" and c.key[1] in driven]

@@ -1,0 +1,72 @@
+"""States at which a motion can begin: every pair that slides in it has its friction at its limit, against the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from engine.bounds.cones import Pair
+from engine.bounds.motions import Motion
+from engine.bounds.program import Program, Row
+from engine.bounds.space import Space
+
+
+def beginning(s: Space, program: Program, motion: Motion, sense: float) -> Program:
+    """The program's states at which the motion can begin in this sense (±1). Of a ball whose turning is not across its force it
+    is a superset, so that what no such state does is certain."""
+    terms, rows = list(program.terms), []
+
+    def term(V: np.ndarray) -> int:
+        terms.append(V)
+        return len(terms) - 1
+
+    for i in motion.moving:
+        pair, v = s.pairs[i], sense * motion.slides[i]
+        d = v / float(np.linalg.norm(v))
+        friction = s.friction(pair)
+        if len(pair.eta) == 3:
+            rows += _ball(s, pair, d, friction, term)
+            continue
+        held = {term(s.of_norm(pair, n)): -n.weight for n in pair.against(d).norms}
+        rows.append(Row(d @ friction, held, equal=True))
+        rows += [Row(e @ friction, equal=True) for e in _others(d)]
+    return Program(tuple(terms), (*program.rows, *rows), program.objective, program.across, program.normal)
+
+
+def _ball(s: Space, pair: Pair, d: np.ndarray, friction: np.ndarray, term: Callable[[np.ndarray], int]) -> list[Row]:
+    """sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d| (METHOD, "Bounds at rest"); Adams' ball has its friction along the part of d
+    across the force, and no such cone."""
+    held = pair.capacities[0].norms[0]
+    force, weight = s.of_norm(pair, held), held.weight
+    mu = 0.0 if pair.across is None else pair.static
+    aside, along = term(np.array(_others(d)) @ force), term((d @ force)[None, :])
+    return [Row(d @ friction, {aside: -weight}), Row(-d @ friction, {aside: weight, along: -weight * mu})]
+
+
+def _others(d: np.ndarray) -> list[np.ndarray]:
+    """Unit vectors that with d make a right-angled frame."""
+    return list(np.linalg.svd(d[None, :])[2][1:])
+
+
+def stressed(s: Space, program: Program, most: float) -> Program:
+    """The program's states whose self-stress loads no contact by more than ``most``, N. Self-stress is the part of the open
+    amounts in which no friction takes part (METHOD, "Bounds at rest")."""
+    st = s.statics
+    own = s.basis[st.eta0 :] * 1.0
+    if not own.size:
+        return program
+    _, sizes, Vt = np.linalg.svd(own)
+    rank = int((sizes > 1e-9 * max(float(np.abs(s.basis).max(initial=0.0)), 1e-300)).sum())
+    free = Vt[rank:]
+    project = np.zeros((s.open + 1, s.open + 1))
+    project[:-1, :-1] = free.T @ free
+    terms, rows = list(program.terms), []
+    limit = np.append(np.zeros(s.open), -most / s.scale)
+    for pair in s.pairs:
+        for n in pair.capacities[0].norms:
+            V = n.contact * s.of_norm(pair, n) @ project
+            if np.abs(V).max(initial=0.0) > 1e-12:
+                terms.append(V)
+                rows.append(Row(limit, {len(terms) - 1: 1.0}))
+    return Program(tuple(terms), (*program.rows, *rows), program.objective, program.across, program.normal)

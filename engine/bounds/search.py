@@ -1,0 +1,161 @@
+"""The least value of a program of norms, found and certified: spatial branch and bound over the directions of its vectors."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.bounds.program import FAR, Program
+from engine.bounds.relaxed import FEASIBLE, Answer, Cell, Relaxation
+
+CLOSE = 1e-9
+"""Gap between what is attained and what is certified at which a search ends, of the value and of the loads."""
+LIMIT = 0.98 * FAR
+"""An open direction this far out is at the end of what is looked at: the value is reported as without end."""
+EXACT = 1e-11
+"""A norm taken for too large by less than this, of the loads, is exact: the linear programs' own tolerance."""
+EDGE = 0.05
+"""A cell is cut at the vector found in it where that is no nearer to its sides than this part of it, else in the middle."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """The least value. value: attained (infinite: no state is admissible); bound: nothing is less, certified; X: the state that
+    attains it; cells: how many were looked at; endless: whether it falls without end, along X."""
+
+    value: float
+    bound: float
+    X: np.ndarray | None
+    cells: int
+    endless: bool = False
+
+    @property
+    def gap(self) -> float:
+        """What is left between the two."""
+        return max(0.0, self.value - self.bound)
+
+
+class Search:
+    """One search. most: cells at most; floor: a value that nothing can be less than, whatever the relaxations say; root: cones in
+    which all admissible vectors lie (``narrow``)."""
+
+    def __init__(self, program: Program, most: int, floor: float = -np.inf, root: Cell | None = None):
+        self.root = root or {}
+        self.program, self.most, self.floor = program, most, floor
+        self.linear = Relaxation(program)
+        self.concave = program.concave()
+        self.value, self.left = np.inf, np.inf
+        self.X: np.ndarray | None = None
+        self.count = itertools.count()
+        self.heap: list[tuple[float, int, Cell, Answer]] = []
+        self.cells = 0
+
+    def run(self) -> Found:
+        """Search until the gap is closed, or the cells are spent."""
+        self._look(self.root, self.floor)
+        while self.heap and self.cells < self.most and not self._endless():
+            if self.heap[0][0] >= self.value - self._close():
+                break
+            bound, _, cell, answer = heapq.heappop(self.heap)
+            parts = self._parts(cell, answer)
+            if not parts:
+                self.left = min(self.left, bound)
+            for part in parts:
+                self._look(part, bound)
+        lowest = self.heap[0][0] if self.heap else self.value
+        return Found(self.value, min(lowest, self.left, self.value), self.X, self.cells, self._endless())
+
+    def _close(self) -> float:
+        return CLOSE * max(1.0, abs(self.value)) if np.isfinite(self.value) else 0.0
+
+    def _endless(self) -> bool:
+        return self.program.normal is None and self.X is not None and float(np.abs(self.X[:-1]).max(initial=0.0)) >= LIMIT
+
+    def _look(self, cell: Cell, bound: float) -> None:
+        """Solve a cell's relaxation, climb from it, and keep the cell when it may hold something better."""
+        self.cells += 1
+        answer = self.linear.solve(cell)
+        if answer is None:
+            return
+        low = max(bound, answer.value)
+        if low >= self.value - self._close():
+            return
+        self._attain(answer.X)
+        if self.cells < 8 or self.cells % 8 == 0 or not np.isfinite(self.value):
+            climbed = self.linear.climb(answer.X)
+            if climbed is not None:
+                self._attain(climbed)
+        if low < self.value - self._close():
+            heapq.heappush(self.heap, (low, next(self.count), cell, answer))
+
+    def _attain(self, X: np.ndarray) -> None:
+        at = self.program.scaled(X)
+        if at is None or self.program.broken(at) > FEASIBLE:
+            return
+        value = self.program.objective.value(at, self.program.norms(at))
+        if value < self.value:
+            self.value, self.X = value, at
+
+    def _parts(self, cell: Cell, answer: Answer) -> list[Cell]:
+        """The cell cut where its relaxation is worst; none where it is exact."""
+        j = self._worst(cell, answer)
+        if j is None:
+            return []
+        v = self.program.terms[j] @ answer.X
+        cones = _first(len(v)) if j not in cell else _cut(cell[j], v)
+        return [{**cell, j: G} for G in cones]
+
+    def _worst(self, cell: Cell, answer: Answer) -> int | None:
+        """The term whose norm the relaxation takes for too large with the most effect; a sense of friction comes first."""
+        for row in self.program.rows:
+            if row.when is not None and row.when[0] not in cell:
+                return row.when[0]
+        over = [self._excess(j, answer) for j in range(len(self.program.terms))]
+        for a in self.program.across:
+            f, m = self.program.terms[a.force] @ answer.X, self.program.terms[a.moment] @ answer.X
+            over[a.force] = max(over[a.force], abs(float(f @ m)) / max(float(np.linalg.norm(f)), 1e-12))
+        j = int(np.argmax(over)) if over else 0
+        return j if over and over[j] > EXACT else None
+
+    def _excess(self, j: int, answer: Answer) -> float:
+        return self.concave[j] * max(0.0, answer.t[j] - float(np.linalg.norm(self.program.terms[j] @ answer.X)))
+
+
+def _first(k: int) -> list[np.ndarray]:
+    """Cones that together are all directions of k components."""
+    if k == 1:
+        return [np.array([[1.0]]), np.array([[-1.0]])]
+    if k == 2:
+        corners = [np.array([np.cos(a), np.sin(a)]) for a in (0.5, 0.5 + 2 * np.pi / 3, 0.5 + 4 * np.pi / 3)]
+        return [np.column_stack([corners[i], corners[(i + 1) % 3]]) for i in range(3)]
+    return [np.diag(s) for s in itertools.product((1.0, -1.0), repeat=k)]
+
+
+def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
+    """The cone cut in two, through v where that is well inside (two components), else through the middle of its widest side."""
+    k = len(v)
+    if k == 1:
+        return []
+    pairs = list(itertools.combinations(range(k), 2))
+    a, b = min(pairs, key=lambda p: float(G[:, p[0]] @ G[:, p[1]]))
+    middle = G[:, a] + G[:, b]
+    if k == 2:
+        part = np.linalg.solve(G, v)
+        share = part[0] / part.sum() if part.sum() > 0.0 else 0.5
+        if EDGE < share < 1.0 - EDGE:
+            middle = v
+    middle = middle / np.linalg.norm(middle)
+    halves = []
+    for kept in (a, b):
+        half = G.copy()
+        half[:, b if kept == a else a] = middle
+        halves.append(half)
+    return halves
+
+
+def least(program: Program, most: int, floor: float = -np.inf, root: Cell | None = None) -> Found:
+    """The least value of a program."""
+    return Search(program, most, floor, root).run()

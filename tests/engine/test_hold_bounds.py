@@ -1,0 +1,179 @@
+"""Bounds at rest: five mechanisms by hand, sampled states judged by the kernel's own laws, and today's one answer inside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import engine
+from engine.bounds.asking import asked
+from engine.bounds.cones import pairs
+from engine.bounds.motions import motions
+from engine.bounds.statics import Statics, statics
+from engine.scene.overrides import scene_given
+from tests.engine import bounds_scenes as scenes
+
+CLOSED = 1e-8
+"""Relative; searches close to 1e-9 of the loads."""
+
+
+def sine(mu: float) -> float:
+    return mu / math.hypot(1.0, mu)
+
+
+def test_a_door_is_sure_to_hold_what_its_four_contacts_carry_with_the_longest_arms() -> None:
+    """Radial loads f_i at heights ±s/2 ± c carry the moment M = W·arm with Σ|f| ≥ M over the largest height, 2 M/(s + 2c); thrust
+    rubs with all of the weight. Couples inside the pins may press as they like, so that no torque is sure to turn the door."""
+    moment = scenes.WEIGHT * scenes.ARM
+    radial = 2.0 * moment / (scenes.SPACING + 2.0 * scenes.HALF)
+    held = scenes.RADIUS * sine(scenes.MU) * radial + scenes.THRUST * scenes.MU * scenes.WEIGHT
+    b = engine.hold(scenes.door(), bounds=True, cells=8)
+    load = b.load("joints.low.effort")
+    assert load.more.guaranteed.certified == pytest.approx(held, rel=CLOSED)
+    assert load.more.guaranteed.value == pytest.approx(held, rel=CLOSED)
+    assert load.less.guaranteed.value == pytest.approx(-held, rel=CLOSED)
+    assert load.more.possible.value == math.inf
+    assert load.more.possible.state is not None
+    assert load.more.possible.state.endless
+    assert b["low"].normal_force.largest.value == math.inf
+    assert b.holds == "certain"
+    assert load.more.joints == ("low", "high")
+
+
+def test_without_self_stress_a_door_holds_what_four_equal_springs_make_its_contacts_carry() -> None:
+    """Four equal contacts at heights h_i: f_i = M h_i/Σh², Σ|f| = 2 M s/(s² + 4c²)."""
+    s, c = scenes.SPACING, scenes.HALF
+    radial = 2.0 * scenes.WEIGHT * scenes.ARM * s / (s * s + 4.0 * c * c)
+    held = scenes.RADIUS * sine(scenes.MU) * radial + scenes.THRUST * scenes.MU * scenes.WEIGHT
+    load = engine.hold(scenes.door(), bounds=True, self_stress=0.0, cells=60).load("joints.low.effort")
+    assert load.more.guaranteed.certified == pytest.approx(held, rel=CLOSED)
+    assert load.more.possible.certified == pytest.approx(held, rel=CLOSED)
+
+
+def test_a_block_between_walls_is_sure_to_hold_its_weights_friction_and_may_hold_anything() -> None:
+    """Ends press with at least the weight together; walls that press against each other are self-stress without end."""
+    load = engine.hold(scenes.walls(), bounds=True, cells=8).load("forces.push")
+    assert load.more.guaranteed.value == pytest.approx(0.2 * 50.0, rel=CLOSED)
+    assert load.more.possible.value == math.inf
+
+
+def test_a_four_bar_rests_while_lines_of_force_keep_within_its_friction_circles() -> None:
+    """The coupler pulls with T along its line, at distances h from the pins, whose reactions keep within circles ρ = r sin φ about
+    them: both T (h_a ± ρ_a) about the one and T (h_d ± ρ_d) about the other pin."""
+    torque, held = 4.5, 13.5
+    rho_a, rho_d = 0.01 * sine(0.2), 0.012 * sine(0.3)
+    h_a, h_d = 0.1 * 0.4 / math.hypot(0.4, 0.2), 0.3 * 0.4 / math.hypot(0.4, 0.2)
+    pull = max(held / (h_d + rho_d), torque / (h_a + rho_a)), min(held / (h_d - rho_d), torque / (h_a - rho_a))
+    b = engine.hold(scenes.four_bar(), bounds=True)
+    assert b.open == 1
+    normal = b["a"].normal_force
+    assert [normal.least.value, normal.largest.value] == pytest.approx([math.cos(math.atan(0.2)) * t for t in pull], rel=CLOSED)
+    assert [normal.least.certified, normal.largest.certified] == pytest.approx(
+        [normal.least.value, normal.largest.value], rel=CLOSED
+    )
+    friction = sorted((held - t * h_d) / 0.012 for t in pull)
+    found = b["d"].friction
+    assert sorted(abs(e.value or 0.0) for e in (found.least, found.largest)) == pytest.approx(
+        sorted(map(abs, friction)), rel=CLOSED
+    )
+    load = b.load("joints.d.effort")
+    ends = torque * (h_d - rho_d) / (h_a + rho_a), torque * (h_d + rho_d) / (h_a - rho_a)
+    assert [load.less.possible.value, load.more.possible.value] == pytest.approx(ends, rel=CLOSED)
+    assert [load.less.guaranteed.value, load.more.guaranteed.value] == pytest.approx(ends, rel=CLOSED)
+
+
+@pytest.mark.parametrize(("height", "held"), [(0.15, 4.0), (0.29, 4.0), (0.31, math.inf)])
+def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float) -> None:
+    """Its ends press with max(W, P h/c): it holds P ≤ μ W, and any P where μ h/c ≥ 1 (h = 0.3 m)."""
+    load = engine.hold(scenes.guide(height), bounds=True).load("forces.push")
+    assert load.more.guaranteed.certified == pytest.approx(held, rel=CLOSED)
+    assert load.more.possible.certified == pytest.approx(held, rel=CLOSED)
+
+
+def test_a_beam_on_three_supports_is_sure_to_hold_what_the_smoothest_of_them_do() -> None:
+    """Least Σ μ_i |f_i| with Σ f = W, Σ x_i f_i = 1.2 m W is 0.4·0.1 + 0.6·0.2 of W (the middle support bears nothing): couples
+    that the guides carry as well would only press more. The other end is free: supports may press against each other."""
+    load = engine.hold(scenes.beam(), bounds=True, cells=8).load("joints.s0.effort")
+    assert load.more.guaranteed.certified <= 16.0 * (1.0 + CLOSED)
+    assert load.more.possible.value == math.inf
+
+
+def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+    """Random states in equilibrium that the kernel's laws admit: (capacities, friction over capacity, signed friction)."""
+    a = asked(st, tuple(pairs(st.joints)), None, 5)
+    caps, shares, sizes = [], [], []
+    for _ in range(n):
+        X = np.append(rng.normal(0.0, 10.0 ** rng.uniform(-3, 0), a.space.open), 1.0)
+        x = a.space.x(X)
+        held = st.probe.capacities(a.space.reactions(x), x[st.eta0 : st.multipliers])
+        if (held[:, 1] <= held[:, 0]).all():
+            caps.append(held[:, 0])
+            shares.append(held[:, 1] / held[:, 0])
+            sizes.append(held[:, 1])
+    return caps, shares, sizes
+
+
+def test_states_that_the_kernels_laws_admit_lie_inside_the_bounds() -> None:
+    scene = scene_given(scenes.four_bar(cross=True))
+    b = engine.hold(scene, bounds=True, cells=12)
+    assert b.open == 3
+    caps, shares, sizes = sampled(statics(scene), np.random.default_rng(1), 4000)
+    assert len(caps) > 100
+    for cap, share, size in zip(caps, shares, sizes, strict=True):
+        for k, p in enumerate(b.pairs):
+            mu = {"a": 0.2, "b": 0.25, "d": 0.3}[p.joint]
+            assert p.normal_force.contains(cap[k] / mu)
+            assert p.share.contains(share[k])
+            assert p.friction.contains(size[k]) or p.friction.contains(-size[k])
+
+
+@pytest.mark.parametrize("make", [scenes.door, scenes.walls, lambda: scenes.four_bar(cross=True)])
+def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[[], dict[str, Any]]) -> None:
+    st = statics(scene_given(make()))
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        N, eta = rng.normal(size=len(st.reaction)), rng.normal(size=st.system.neta)
+        held = st.probe.capacities(N, eta)
+        for k, p in enumerate(pairs(st.joints)):
+            j = next(j for j in st.joints if j.element.joint.name == p.joint)
+            mine, sense = N[j.at : j.at + len(j.element.needs)], np.sign(eta[p.eta[0]])
+            norms = next(c for c in p.capacities if c.sense * sense >= 0.0).norms
+            assert sum(n.weight * np.linalg.norm(n.rows @ mine) for n in norms) == pytest.approx(held[k, 0], rel=1e-12)
+            assert np.linalg.norm(p.friction @ eta[list(p.eta)]) == pytest.approx(held[k, 1], rel=1e-12)
+
+
+def test_todays_one_answer_lies_inside_the_bounds() -> None:
+    rng = np.random.default_rng(5)
+    held = 0
+    for _ in range(4):
+        pull, mu = rng.uniform(5.0, 60.0), rng.uniform(0.1, 0.6)
+        scene = scenes.four_bar(held=pull * 0.2683, torque=-pull * 0.0894 * rng.uniform(0.97, 1.03), mu=mu)
+        b = engine.hold(scene, bounds=True, cells=12)
+        if not b.answer.holds:
+            continue
+        held += 1
+        assert b.holds in ("certain", "possible")
+        for p in b.answer.pairs:
+            assert b[p.joint].share.contains(p.share)
+            assert b[p.joint].normal_force.contains(p.capacity / (mu if p.joint == "a" else 0.3))
+    assert held >= 2
+
+
+def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
+    """Two doors in a row on the ground: either may turn without the other."""
+    scene = scenes.door()
+    scene["bodies"]["gate"] = {"mass": 3.0, "inertia": [1, 1, 1], "center": [0.2, 0, 0], "points": {"p": [0, 0, 0]}}
+    scene["joints"]["own"] = scene["joints"]["high"] | {"inboard": "ground", "outboard": "gate.p", "start": {"q": 0}}
+    st = statics(scene_given(scene))
+    ps = tuple(pairs(st.joints))
+    found = motions(st, ps)[0]
+    assert sorted(tuple(ps[i].joint for i in m.moving) for m in found) == [("low", "high"), ("own",)]
+
+
+def test_a_wrong_question_says_where_and_what_to_do() -> None:
+    with pytest.raises(engine.SceneError, match=r"self_stress"):
+        engine.hold(scenes.guide(0.1), bounds=True, self_stress=-1.0)
