@@ -68,8 +68,9 @@ def _joint(
             drives.append(Load(label, unit, float("nan"), ((path, 1.0),), (name, k)))
         elif given[k] is not None:
             efforts[k] = known[f"{name}.{k}"]
-            if isinstance(given[k], FromInput):
-                uses[given[k].input].append((path, 1.0))
+            effort = given[k]
+            if isinstance(effort, FromInput):
+                uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
     if all(e is None for e in efforts):
@@ -90,7 +91,8 @@ def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[
     size = float(np.linalg.norm(own))
     paths = tuple((f"forces.{name}.{field}[{k + 1}]", v / size) for k, v in enumerate(own) if v)
     load = [Load(f"forces.{name}", "N" if field == "force" else "N*m", size, paths)] if paths else []
-    return replace(f, **{field: tuple(now)}), load
+    vector = (now[0], now[1], now[2])
+    return replace(f, force=vector) if isinstance(f, Force) else replace(f, torque=vector), load
 
 
 def _values(built: Built) -> dict[str, float]:

@@ -33,7 +33,7 @@ class Probe:
         self.prepare(self.parameters)
 
     def _call(self, name: str, *arrays: np.ndarray) -> None:
-        address = ctypes.cast(getattr(self.table, name), ctypes.c_void_p).value
+        address = ctypes.cast(getattr(self.table, name), ctypes.c_void_p).value or 0
         function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(arrays))(address)
         function(*[a.ctypes.data for a in arrays])
 

@@ -48,11 +48,12 @@ class Relaxation:
             for u in _around(len(V)):
                 self.cut(j, u)
         self.first = len(self.cuts)
+        span: tuple[float, float | None] = (-FAR, FAR)
         far = np.append(np.full(self.n - 1, FAR), 1.0 if program.normal is None else FAR)
         most = [float(np.linalg.norm(np.abs(V) @ far)) + 1.0 for V in program.terms]
-        tau = (1.0, 1.0) if program.normal is None else (0.0, FAR)
-        self.box: list[tuple[float, float | None]] = [(-FAR, FAR)] * (self.n - 1) + [tau] + [(0.0, b) for b in most]
-        self.free: list[tuple[float, float | None]] = [(-FAR, FAR)] * (self.n - 1) + [tau] + [(-b, b) for b in most]
+        tau: tuple[float, float | None] = (1.0, 1.0) if program.normal is None else (0.0, FAR)
+        self.box: list[tuple[float, float | None]] = [span] * (self.n - 1) + [tau] + [(0.0, b) for b in most]
+        self.free: list[tuple[float, float | None]] = [span] * (self.n - 1) + [tau] + [(-b, b) for b in most]
 
     def cut(self, j: int, u: np.ndarray) -> None:
         """Remember t_j ≥ u·v_j."""
@@ -112,7 +113,9 @@ class Relaxation:
 
     def _tangent(self, X: np.ndarray) -> list[np.ndarray]:
         """Its rows ≤ 0. A norm that must be small keeps its cuts, in a variable t; one that helps when large is u·v."""
-        p, upper, equal = self.program, [], []
+        p = self.program
+        upper: list[np.ndarray] = []
+        equal: list[np.ndarray] = []
         self._cut_at(X)
         for row in p.rows:
             if row.when is not None and row.when[1] * float(p.terms[row.when[0]][0] @ X) < 0.0:
@@ -148,7 +151,8 @@ class Relaxation:
 
     def _rows(self, cell: Cell) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """(rows ≤ 0, rows = 0) of the relaxation over a cell."""
-        upper, equal = [], []
+        upper: list[np.ndarray] = []
+        equal: list[np.ndarray] = []
         for row in self.program.rows:
             if row.when is not None and not (row.when[0] in cell and cell[row.when[0]][0, 0] == row.when[1]):
                 continue

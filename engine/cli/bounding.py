@@ -40,8 +40,8 @@ def bounds_lines(name: str, b: HoldBounds) -> list[str]:
         rows = [(_name(p, b), _span(p.normal_force), _span(p.friction), _span(p.share, 100.0, " %")) for p in b.pairs]
         lines += [*table(heads, rows), ""]
     if b.loads:
-        heads = ("load", "now", "sure to be held", "may be held", "lets go first")
-        lines += [*table(heads, [_load(p) for p in b.loads]), ""]
+        names = ("load", "now", "sure to be held", "may be held", "lets go first")
+        lines += [*table(names, [_load(p) for p in b.loads]), ""]
     lines += [f"note: {n}" for n in b.notes]
     if b.gap > LARGE:
         lines.append(f"note: the ends are certified up to a gap of {b.gap:.3g}; more than four open directions may keep one")
