@@ -158,6 +158,9 @@ def load_bounds(st: Statics, pairs: tuple, self_stress: float | None, cells: int
             program = beginning(a.space, a.program, m, sense).asking(Row(sign * amount), rows)
             ends.append((end(a, least(program, cells, root=a.root), sign, a.space.scale), m))
         ways.append(_breakaway(pairs, possible, ends, sign))
+    low, high = ways[1].possible.certified, ways[0].possible.certified
+    if not drive and not low <= load.now <= high:  # nothing holds it as it is: nothing is sure
+        ways = [replace(w, guaranteed=End(None, float("nan"), None, 0)) for w in ways]
     return LoadBounds(load.name, load.unit, None if drive else load.now, *ways)
 
 
@@ -175,9 +178,9 @@ def _ways(st: Statics, found: list[Motion], k: int, sign: float, drive: bool) ->
         return [(m, s) for m in found for s in (1.0, -1.0)]
     out = []
     for m in found:
-        rate = float(st.driven[k] @ m.rates)
-        if abs(rate) > 1e-9 * float(np.abs(m.rates).max()):
-            out.append((m, sign if rate > 0.0 else -sign))
+        rates = st.driven[k] @ m.rates
+        if float(np.abs(rates).max()) > 1e-9 * float(np.abs(m.rates).max()):
+            out.append((m, sign if rates[0] > 0.0 else -sign))
     return out
 
 
@@ -185,8 +188,8 @@ def _breakaway(pairs: tuple, possible: End, ends: list[tuple[End, Motion]], sign
     """The first motion to begin, and how far the load is certain to be held."""
     there = [(e, m) for e, m in ends if e.value is not None or abs(e.certified) < np.inf]
     if not there:
-        return Breakaway(End(None, sign * np.inf, None, sum(e.cells for e, _ in ends)), possible, ())
+        return Breakaway(End(None, possible.certified, None, sum(e.cells for e, _ in ends)), possible, ())
     first, motion = min(there, key=lambda em: sign * (em[0].certified if em[0].value is None else em[0].value))
-    certified = sign * min(sign * e.certified for e, _ in there)
+    certified = sign * min(sign * possible.certified, *(sign * e.certified for e, _ in there))
     joints = tuple(dict.fromkeys(pairs[i].joint for i in motion.moving))
     return Breakaway(End(first.value, certified, first.state, first.cells), possible, joints)

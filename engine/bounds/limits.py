@@ -13,8 +13,8 @@ from engine.bounds.space import Space
 
 
 def beginning(s: Space, program: Program, motion: Motion, sense: float) -> Program:
-    """The program's states at which the motion can begin in this sense (±1). Of a ball whose turning is not across its force it
-    is a superset, so that what no such state does is certain."""
+    """The program's states at which the motion can begin in this sense (±1). Of a ball whose turning is not across its force,
+    and where the direction of sliding is open, it is a superset, so that what no such state does is certain."""
     terms, rows = list(program.terms), []
 
     def term(V: np.ndarray) -> int:
@@ -22,6 +22,9 @@ def beginning(s: Space, program: Program, motion: Motion, sense: float) -> Progr
         return len(terms) - 1
 
     for i in motion.moving:
+        if not motion.directed:
+            rows += _full(s, s.pairs[i], term)
+            continue
         pair, v = s.pairs[i], sense * motion.slides[i]
         d = v / float(np.linalg.norm(v))
         friction = s.friction(pair)
@@ -32,6 +35,15 @@ def beginning(s: Space, program: Program, motion: Motion, sense: float) -> Progr
         rows.append(Row(d @ friction, held, equal=True))
         rows += [Row(e @ friction, equal=True) for e in _others(d)]
     return Program(tuple(terms), (*program.rows, *rows), program.objective, program.across, program.normal)
+
+
+def _full(s: Space, pair: Pair, term: Callable[[np.ndarray], int]) -> list[Row]:
+    """Friction of no known direction is at its limit: no less than what the pair holds at least."""
+    size, rows = term(s.friction(pair)), []
+    for c in pair.capacities:
+        held = {term(s.of_norm(pair, n)): w for n, w in zip(c.norms, c.least or tuple(n.weight for n in c.norms), strict=True)}
+        rows.append(Row(np.zeros(s.open + 1), {size: -1.0, **held}, when=(size, c.sense) if c.sense else None))
+    return rows
 
 
 def _ball(s: Space, pair: Pair, d: np.ndarray, friction: np.ndarray, term: Callable[[np.ndarray], int]) -> list[Row]:

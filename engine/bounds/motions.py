@@ -21,11 +21,17 @@ MOST = 400
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion that may begin. rates of the tree's freedoms (nv), the largest 1 in the scale of lengths; slides: for every pair its
-    rates as surface velocities (zero where it rests)."""
+    """A motion that may begin. rates of the tree's freedoms (nv × 1), the fastest surface 1; slides: for every pair its rates as
+    surface velocities (zero where it rests). Where a ball or a shaft may begin to slide in several directions and no pair can rest
+    in its stead, they are the columns of rates (nv × k), and slides says only which pairs slide."""
 
     rates: np.ndarray
     slides: tuple[np.ndarray, ...]
+
+    @property
+    def directed(self) -> bool:
+        """Whether its direction is known."""
+        return self.rates.shape[1] == 1
 
     @property
     def moving(self) -> tuple[int, ...]:
@@ -48,9 +54,9 @@ def motions(st: Statics, pairs: tuple[Pair, ...], freed: int | None = None) -> t
         if tried >= MOST:
             return found, unheld.shape[1], False
         rows = np.vstack([W[i] @ rest for i in chosen]) if chosen else np.zeros((0, rest.shape[1]))
-        null = _null(rows, rest.shape[1])
-        if null.shape[1] == 1:
-            _add(found, free @ rest @ null[:, 0], [w @ rest @ null[:, 0] for w in W])
+        null = rest @ _null(rows, rest.shape[1])
+        if null.shape[1] and all(_stops(w, null) for w in W):
+            _add(found, free @ null, [w @ null for w in W])
     return found, unheld.shape[1], True
 
 
@@ -59,7 +65,16 @@ def _sets(W: list[np.ndarray], rest: np.ndarray) -> itertools.chain[tuple[int, .
     return itertools.chain.from_iterable(itertools.combinations(range(len(W)), k) for k in range(max(rest.shape[1], 1)))
 
 
-def _add(found: list[Motion], rates: np.ndarray, slides: list[np.ndarray]) -> None:
+def _stops(w: np.ndarray, null: np.ndarray) -> bool:
+    """Whether a pair rests in these motions, or would stop all of them if it did."""
+    left = w @ null
+    moves = np.abs(left).max(initial=0.0) > RANK * max(float(np.abs(w).max(initial=0.0)), 1e-300)
+    return not moves or np.linalg.matrix_rank(left, tol=RANK * float(np.linalg.norm(left))) == null.shape[1]
+
+
+def _add(found: list[Motion], rates: np.ndarray, every: list[np.ndarray]) -> None:
+    """Keep a motion that is not there yet. every: for each pair its rates in each of the motion's directions (k × directions)."""
+    slides = [v[:, 0] if v.shape[1] == 1 else np.linalg.norm(v, axis=1) for v in every]
     size = max(float(np.abs(v).max(initial=0.0)) for v in slides)
     clean = tuple(np.where(np.abs(v) > RANK * size, v / size, 0.0) for v in slides)
     for m in found:

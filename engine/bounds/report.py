@@ -81,8 +81,8 @@ class PairBounds:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """Letting go as a load changes one way. guaranteed: up to there no state lets a motion begin; possible: beyond it no state
-    holds; joints: which slide in the motion that begins first."""
+    """Letting go as a load changes one way. guaranteed: up to there no state lets a motion begin (NaN: it does not hold as it is);
+    possible: beyond it no state holds; joints: which slide in the motion that begins first."""
 
     guaranteed: End
     possible: End

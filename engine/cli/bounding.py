@@ -62,7 +62,9 @@ def _span(i: Interval, unit: float = 1.0, after: str = "") -> str:
 
 
 def _number(e: End, unit: float = 1.0) -> str:
-    if not math.isfinite(e.certified):
+    if math.isnan(e.certified):
+        return "–"
+    if math.isinf(e.certified):
         return "no end"
     return f"{round(unit * e.certified, 9) + 0.0:.6g}"
 

@@ -78,8 +78,20 @@ def guide(height: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def rod(offset: float = 1e-3, torque: float = 0.01) -> dict[str, Any]:
+    """A rod of 20 N that hangs from a ball, its mass centre ``offset`` m beside it, turned by a torque about y."""
+    return {
+        "schema": 1, "gravity": [0, 0, -10],
+        "bodies": {"rod": {"mass": 2.0, "inertia": [0.01, 0.01, 0.01], "center": [offset, 0, -0.2], "points": {"top": [0, 0, 0]}}},
+        "joints": {"ball": {"type": "spherical", "inboard": "ground", "outboard": "rod.top",
+                            "friction": {"mu": 0.2, "radius": 0.01}}},
+        "forces": {"turn": {"type": "torque", "on": "rod", "torque": [0, torque, 0]}},
+    }  # fmt: skip
+
+
 def beam() -> dict[str, Any]:
-    """A beam of 100 N, its mass centre at 1.2 m, on supports at 0, 1 and 2 m that slide along it, with μ 0.1, 0.5 and 0.2."""
+    """A beam of 100 N, its mass centre at 1.2 m, on guides at 0, 1 and 2 m, of half length 0.05 m, that it slides along with μ
+    0.1, 0.5 and 0.2."""
     joints: dict[str, Any] = {}
     points = {f"p{k}": [k, 0, 0] for k in range(3)}
     for k, mu in enumerate((0.1, 0.5, 0.2)):

@@ -14,6 +14,8 @@ from engine.bounds.asking import asked
 from engine.bounds.cones import pairs
 from engine.bounds.motions import motions
 from engine.bounds.statics import Statics, statics
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact.resting import HOLDS
 from engine.scene.overrides import scene_given
 from tests.engine import bounds_scenes as scenes
 
@@ -95,11 +97,27 @@ def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float
 
 
 def test_a_beam_on_three_supports_is_sure_to_hold_what_the_smoothest_of_them_do() -> None:
-    """Least Σ μ_i |f_i| with Σ f = W, Σ x_i f_i = 1.2 m W is 0.4·0.1 + 0.6·0.2 of W (the middle support bears nothing): couples
-    that the guides carry as well would only press more. The other end is free: supports may press against each other."""
+    """Least Σ μ_i |f| over forces at the ends of all guides with Σ f = W, Σ x f = 1.2 m W: most of it on the smoothest, at x =
+    0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold any push."""
     load = engine.hold(scenes.beam(), bounds=True, cells=8).load("joints.s0.effort")
-    assert load.more.guaranteed.certified <= 16.0 * (1.0 + CLOSED)
+    assert load.more.guaranteed.value == pytest.approx(15.75, rel=1e-6)  # friction has an arm of 1e-6 m
+    assert load.more.guaranteed.certified == pytest.approx(15.75, rel=1e-6)
     assert load.more.possible.value == math.inf
+
+
+def test_a_rod_that_hangs_from_a_ball_holds_the_torque_of_its_friction_either_way() -> None:
+    """The ball carries W and holds r W sin φ; the mass centre takes W·offset of that."""
+    load = engine.hold(scenes.rod(), bounds=True).load("forces.turn")
+    held, lean = 0.01 * 20.0 * sine(0.2), 20.0 * 1e-3
+    ends = [load.less.guaranteed, load.less.possible, load.more.guaranteed, load.more.possible]
+    assert [e.certified for e in ends] == pytest.approx([-held - lean] * 2 + [held - lean] * 2, rel=CLOSED)
+
+
+def test_what_does_not_hold_as_it_is_is_sure_of_nothing() -> None:
+    b = engine.hold(scenes.rod(torque=0.1), bounds=True)
+    assert b.holds == "no"
+    assert math.isnan(b.load("forces.turn").more.guaranteed.certified)
+    assert b.load("forces.turn").more.possible.certified < 0.1
 
 
 def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
@@ -172,6 +190,10 @@ def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
     ps = tuple(pairs(st.joints))
     found = motions(st, ps)[0]
     assert sorted(tuple(ps[i].joint for i in m.moving) for m in found) == [("low", "high"), ("own",)]
+
+
+def test_every_contact_element_says_what_it_holds() -> None:
+    assert set(HOLDS) == set(CONTACTS)
 
 
 def test_a_wrong_question_says_where_and_what_to_do() -> None:
