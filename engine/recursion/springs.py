@@ -24,7 +24,8 @@ from engine.system.structure import GROUND, Body, Joint
 
 PART = 0.1
 """Half length of the contacts of a joint without friction, of the radius of gyration of its parts."""
-NO_SIZE = 1e-300
+NO_SIZE = 1e-24
+"""m²: a size that is none, squared, where one is divided by. What is scaled by it is squared again and must stay finite."""
 
 
 def _element(j: Joint) -> ContactElement | None:
@@ -95,13 +96,22 @@ def _arm(m: Model, j: Joint) -> SX:
 
 
 def spin(m: Model, b: Body) -> SX:
-    """Half the trace of a body's inertia, kg m²; of a point mass m |c|², c being its distance from its joint."""
+    """Half the trace of a body's inertia, kg m²; of a point mass m |c|², c being its distance from its joint, or, if none, from
+    the others."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):
-        return mass * (ca.dot(c, c) + NO_SIZE)
+        square = ca.dot(c, c)
+        return mass * ((square if not square.is_zero() else _spread(m, b)) + NO_SIZE)
     total = 0.5 * (j[0] + j[1] + j[2])
     return total * mass if b.per_mass else total
+
+
+def _spread(m: Model, b: Body) -> SX:
+    """Sum of squares of the distances, m², of a body's joints from its reference origin."""
+    own = m.sym.system.bodies.index(b)
+    points = [p for j in m.sym.system.joints for p, body in ((j.inb_point, j.inb), (j.out_point, j.out)) if body == own]
+    return sum((ca.dot(p, p) for p in map(m.sym.leaves, points)), SX(0))
 
 
 def _along(m: Model, j: Joint, k: int, f: SX, t: SX) -> SX:

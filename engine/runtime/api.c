@@ -35,6 +35,7 @@ TR_OFTEN
 TR_RARE
 #include "closed.c"
 #include "settle.c"
+#include "closing.c"
 #include "assemble.c"
 #include "diagnose.c"
 #include "fold.c"

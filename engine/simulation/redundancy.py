@@ -29,8 +29,6 @@ def redundancy(block: Block) -> Redundancy:
     if not block.kernel.sizes["rows"]:
         return Redundancy(0)
     open_directions = block.redundancy()
-    size = np.linalg.norm(open_directions, axis=0) if open_directions.size else np.zeros(0)
-    open_directions = open_directions[:, size > 0.5]
     names, at = [], 0
     for name, rows in block.kernel.facts["loop_rows"]:
         part = open_directions[at : at + rows]

@@ -6,9 +6,12 @@ import heapq
 from dataclasses import dataclass
 
 from engine.joints import REGISTRY
+from engine.scene.mass import mass_properties
 from engine.scene.model import Joint, Scene
 from engine.scene.refs import body_of
 
+LIGHT = 1e-6
+"""Of the heaviest body's mass: below it six of sixteen digits of what a cut joint pulls along are lost."""
 DEVICES = ("spring", "damping", "stops", "drive", "effort")
 
 
@@ -21,19 +24,36 @@ class Spanning:
     cut: tuple[str, ...]
 
 
-def cutting_cost(j: Joint) -> tuple[int, int]:
-    """How much is lost by cutting a joint, compared entry by entry: first devices it has and constraints that no cut joint can
-    hold; then friction, given start values and the number of multipliers cutting would add (a spherical joint, which adds three
-    and saves a quaternion, is the best cut)."""
+def cutting_cost(j: Joint, light: bool) -> tuple[int, int]:
+    """How much is lost by cutting a joint, compared entry by entry: first a joint that cannot be cut and the user's wish, then a
+    body that is light, then devices the joint has; then friction, given start values and the number of multipliers cutting would
+    add (a spherical joint, which adds three and saves a quaternion, is the best cut)."""
     kind = REGISTRY[j.type]
-    never = 0 if kind.cuttable else 4
+    never = 0 if kind.cuttable else 16
     devices = sum(getattr(j, d) is not None for d in DEVICES)
     wish = {None: 0, True: -8, False: 8}[j.cut]
     soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
-    return (never + wish + min(devices, 2), 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
+    return (never + wish + (3 if light else 0) + min(devices, 2), 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
+
+
+def light_bodies(scene: Scene) -> set[str]:
+    """Bodies that had better not end a chain: a force on one there moves it 1/mass as much, and what it pulls along is lost in the
+    round-off of that."""
+    made = {n: mass_properties(b) for n, b in scene.bodies.items()}
+    heaviest = max((m for m, _, _ in made.values()), default=0.0)
+    return {n for n, (m, _, inertia) in made.items() if m < LIGHT * heaviest or not any(map(any, inertia))}
 
 
 def span(scene: Scene) -> Spanning:
+    """The spanning tree, without light bodies at its ends where that can be."""
+    made = _span(scene, set())
+    carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
+    loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying
+    light = light_bodies(scene)
+    return made if light.isdisjoint(loose) else _span(scene, light)
+
+
+def _span(scene: Scene, light: set[str]) -> Spanning:
     """The spanning tree, grown from the ground, always along the joint that is worst to cut. Ties go to the body nearest the
     ground, then by name, so that the order of the file does not matter."""
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
@@ -49,7 +69,7 @@ def span(scene: Scene) -> Spanning:
     def reach(body: str) -> None:
         for n in at.get(body, ()):
             if n not in used:
-                cost = cutting_cost(scene.joints[n])
+                cost = cutting_cost(scene.joints[n], not light.isdisjoint(ends[n]))
                 heapq.heappush(heap, ((-cost[0], -cost[1]), depth[body], n, body))
 
     reach("ground")

@@ -27,10 +27,10 @@ def four_bar(law: str = "regularized") -> sm.Scene:
     bodies = {"crank": bar(0.3, 1.0), "coupler": bar(0.8, 2.0), "rocker": bar(0.6, 1.5)}
     hinge = {"type": "revolute", "axis": "z"}
     joints = {
-        "a": sm.Joint(**hinge, inboard="ground", outboard="crank", start=sm.Start(q=1.0, qd=4.0)),
+        "a": sm.Joint(**hinge, inboard="ground", outboard="crank", start=sm.Start(q=0.0808162551, qd=4.0)),
         "b": sm.Joint(**hinge, inboard="crank.end", outboard="coupler"),
         "c": sm.Joint(**hinge, inboard="coupler.end", outboard="rocker.end", friction=rub),
-        "d": sm.Joint(**hinge, inboard=sm.Side("ground", (0.9, 0.0, 0.05)), outboard="rocker", start=sm.Start(q=1.6)),
+        "d": sm.Joint(**hinge, inboard=sm.Side("ground", (0.9, 0.0, 0.05)), outboard="rocker", start=sm.Start(q=1.644045465)),
     }
     return sm.Scene(bodies, joints, f"four_bar_{law}", gravity=(1.5, -8.0, 4.0))
 

@@ -1,0 +1,177 @@
+/* Newton's search for positions that close the loops, changing as little as possible: one from where the coordinates are, with short steps
+ * or long ones. */
+#include "tr.h"
+
+#define TIGHT 1e-13         /* of the length (rad): closed; a hundredth of it ends the search, the rest is for where round-off is larger */
+#define TIGHT_ENDS 1e-2
+#define NO_ROW 1e-30        /* squared unit changes: a row that nothing may change */
+#define ROW_DEPENDS 1e-10   /* of a row's scale: pivots of rows that follow from others */
+#define TIGHT_LAST 4e-15    /* of the largest coordinate (rad; of the length) where that is far out: its own round-off */
+#define CLOSE_STEPS 200     /* Newton steps from far away, cut to */
+#define CLOSE_CUT 0.3       /* rad; of the length */
+#define CLOSE_STALLED 40    /* steps that did not halve the best residual: it will not close */
+#define LONGER 4.0          /* a whole step, or parts of it in this ratio, where the loops close far beyond what so many cut steps go */
+#define PAYS 0.5            /* of what a part of a step promises to take from the residual: what it must take */
+#define FINE 1e-2     /* of a row, all that a unit of a coordinate moves: it is measured by that */
+#define IDLE 1e-12    /* and round-off of one that moves none */
+
+/* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
+static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
+  const tr_kernel *k = s->k;
+  int rows = k->rows;
+  double v[k->nv + 1], h0[2 * rows], h1[2 * rows];
+  const double *c = TR_A(s, c) + k->c_closure;
+  memcpy(v, y + k->nq, sizeof(double) * k->nv);
+  memset(y + k->nq, 0, sizeof(double) * k->nv);
+  k->closure(TR_A(s, x), y, c, h0);
+  for (int j = 0; j < k->nv; ++j) {
+    y[k->nq + j] = 1.0;
+    k->closure(TR_A(s, x), y, c, h1);
+    y[k->nq + j] = 0.0;
+    for (int i = 0; i < rows; ++i) G[i + rows * j] = h1[rows + i] - h0[rows + i];
+  }
+  memcpy(y + k->nq, v, sizeof(double) * k->nv);
+}
+
+/* δ = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest change in the weighted sense. weight: nv. */
+static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, double *delta) {
+  const tr_kernel *k = s->k;
+  int n = k->rows;
+  double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
+  int perm[n];
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      double a = 0.0;
+      for (int q = 0; q < k->nv; ++q) a += G[i + n * q] * weight[q] * weight[q] * G[j + n * q];
+      A[i + n * j] = a;
+    }
+  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
+  int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
+  tr_cholesky_solve(n, rank, L, perm, d, b, x);
+  for (int q = 0; q < k->nv; ++q) {
+    double a = 0.0;
+    for (int i = 0; i < n; ++i) a += G[i + n * q] * x[i];
+    delta[q] = weight[q] * weight[q] * a;
+  }
+}
+
+/* Largest residual of all rows, positions or rates, in units of the length or of length · rate (turns: 1, rate). */
+static double tr_all_residual(const tr_sim *s, const double *h, int rates) {
+  const tr_kernel *k = s->k;
+  double worst = 0.0;
+  for (int i = 0; i < k->rows; ++i) {
+    double unit = tr_row_unit(s, i);
+    worst = fmax(worst, fabs(h[i + (rates ? k->rows : 0)]) / (unit * (rates ? s->set.rate : 1.0)));
+  }
+  return worst;
+}
+
+/* A search for closed positions. given, weight (nv): what the user said, and how far each rate may move; start: the state as given;
+ * nearest: the state nearest to closing of all searches, `least` apart; moved: how far the last search moved given ones, `cut` its last step. */
+typedef struct tr_closing {
+  tr_sim *s;
+  const double *given, *start;
+  double *weight, *G, *nearest, least, moved, cut;
+} tr_closing;
+
+/* y ← from, moved by `part` of the rates dv, as if they lasted a second. */
+static void tr_move(const tr_sim *s, const double *from, const double *dv, double part, double *y) {
+  const tr_kernel *k = s->k;
+  double v[k->nv + 1], dq[k->nq + 4];
+  for (int i = 0; i < k->nv; ++i) v[i] = part * dv[i];
+  k->qdot(from, v, dq);
+  for (int i = 0; i < k->nq; ++i) y[i] = from[i] + dq[i];
+  tr_normalize(s, y);
+}
+
+/* Largest residual of the positions at y, of which all rows' go to h. */
+static double tr_gap_at(tr_sim *s, const double *y, double *h) {
+  s->k->closure(TR_A(s, x), y, TR_A(s, c) + s->k->c_closure, h);
+  return tr_all_residual(s, h, 0);
+}
+
+/* What counts as closed at y: round-off, that of coordinates far out too (a screw some thousand turns from its zero). */
+static double tr_tight(const tr_sim *s, const double *y) {
+  double far = 0.0;
+  for (int i = 0; i < s->k->nq; ++i) far = fmax(far, fabs(y[i]) / (s->k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0));
+  return fmax(TIGHT, TIGHT_LAST * far);
+}
+
+/* How much of the step dv is made: what CLOSE_CUT leaves of it; with `longer` all of it, that of the farthest coordinate alone (a screw,
+ * on which something turns that cannot know how often), or the largest part, that takes from the residual `now` what it should. */
+static double tr_part(tr_closing *c, const double *y, double *dv, double now, int longer) {
+  tr_sim *s = c->s;
+  const int nv = s->k->nv;
+  double big = 0.0, h[2 * s->k->rows], at[s->ny + 1], alone[nv + 1];
+  int farthest = 0;
+  for (int i = 0; i < nv; ++i)
+    if (fabs(dv[i]) / tr_rate_unit(s, i) > big) big = fabs(dv[i]) / tr_rate_unit(s, i), farthest = i;
+  double cut = big > CLOSE_CUT ? CLOSE_CUT / big : 1.0;
+  memcpy(at, y, sizeof(double) * s->ny);
+  for (double part = 1.0; longer && part > cut; part /= LONGER) {
+    tr_move(s, y, dv, part, at);
+    if (tr_gap_at(s, at, h) <= (1.0 - PAYS * part) * now) return part;
+    for (int i = 0; i < nv; ++i) alone[i] = i == farthest ? dv[i] : 0.0;
+    tr_move(s, y, alone, part, at);
+    if (tr_gap_at(s, at, h) > (1.0 - PAYS * part) * now) continue;
+    memcpy(dv, alone, sizeof(double) * nv);
+    return part;
+  }
+  return cut;
+}
+
+/* Newton on the positions from y; 1 when closed. */
+static int tr_close_positions(tr_closing *c, double *y, int longer) {
+  tr_sim *s = c->s;
+  const tr_kernel *k = s->k;
+  double h[2 * k->rows], b[k->rows], dv[k->nv + 1], from[s->ny + 1], total[k->nv + 1], best = INFINITY;
+  int stalled = 0;
+  memset(total, 0, sizeof total);
+  c->cut = 1.0;
+  for (int it = 0; it < CLOSE_STEPS; ++it) {
+    double now = tr_gap_at(s, y, h), tight = tr_tight(s, y);
+    if (!(now < INFINITY)) return 0;
+    if (now < c->least) c->least = now, memcpy(c->nearest, y, sizeof(double) * s->ny);
+    c->moved = 0.0;
+    for (int i = 0; i < k->nv; ++i) c->moved = c->given[i] != 0.0 ? fmax(c->moved, fabs(total[i]) / tr_rate_unit(s, i)) : c->moved;
+    if (now <= tight * TIGHT_ENDS) return 1;
+    if (now > 0.5 * best) {
+      if (now <= tight) return 1;
+      if (++stalled > CLOSE_STALLED) return 0;
+    } else stalled = 0;
+    best = fmin(best, now);
+    tr_constraint_jacobian(s, y, c->G);
+    for (int i = 0; i < k->rows; ++i) b[i] = -h[i];
+    tr_least_change(s, c->G, c->weight, b, dv);
+    c->cut = tr_part(c, y, dv, now, longer);
+    memcpy(from, y, sizeof(double) * s->ny);
+    tr_move(s, from, dv, c->cut, y);
+    for (int i = 0; i < k->nv; ++i) total[i] += c->cut * dv[i];
+  }
+  return 0;
+}
+
+/* How far each rate may move: in its unit, those the user has given by the part `held` of it, those that move next to nothing (a fine
+ * screw) by as much more. */
+static void tr_weights(tr_closing *c, const double *y, double held) {
+  tr_sim *s = c->s;
+  const int nv = s->k->nv, rows = s->k->rows;
+  double at[s->ny + 1];
+  memcpy(at, y, sizeof at);
+  tr_constraint_jacobian(s, at, c->G);
+  for (int i = 0; i < nv; ++i) {
+    double reach = 0.0, unit = tr_rate_unit(s, i);
+    for (int r = 0; r < rows; ++r) reach = fmax(reach, fabs(c->G[r + rows * i]) * unit / tr_row_unit(s, r));
+    c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * unit * (reach > IDLE && reach < FINE ? 1.0 / reach : 1.0);
+  }
+}
+
+/* The same with steps of up to CLOSE_CUT, then, where these were still on their way, with longer ones. */
+static int tr_close_from(tr_closing *c, double *y) {
+  double from[c->s->ny + 1];
+  memcpy(from, y, sizeof(double) * c->s->ny);
+  if (tr_close_positions(c, y, 0)) return 1;
+  if (c->cut == 1.0) return 0;
+  memcpy(y, from, sizeof(double) * c->s->ny);
+  return tr_close_positions(c, y, 1);
+}
