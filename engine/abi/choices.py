@@ -23,6 +23,7 @@ class Status(Named):
     FAIL_GIMBAL = 15, "the turning axes of a loop lie in one plane, and it cannot turn on"
     FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
     FAIL_METHOD = 17, "there is no method of this number"
+    FAIL_STALLED = 19, "trial step after trial step, and the time stands still"
     INACCURATE = 18, "the end was reached, but the audit has found energy gained or lost far beyond the tolerance"
     CASE_FAILED = 20, "of a batch: a case ended early; the host may look at its block, then call again"
 

@@ -6,6 +6,8 @@
 #define LEAST_PART 1e-4      /* of a fixed step in which friction cannot be followed (sliding of several components that ends inside
                                 it): it is made in parts not smaller than this */
 #define RESUMED_MOST 2       /* of the pairs: so many failures are passed at one time, the last half of them by impacts alone */
+#define STALL_TIME 1e-9         /* of 1/rate: what so many trial steps must get on by; steps at round-off of the time end sooner */
+#define STALL_TRIALS 20000      /* a second of work at most; onsets and captures take a hundred */
 #define LEFT_OVER 1e-10         /* of what is left to the limit: no step leaves so little */
 
 /* The time up to which the next step may reach: the target, or a break of the signals in front of it. */
@@ -204,6 +206,15 @@ static int tr_goes_on(tr_sim *s, int code) {
   return 1;
 }
 
+/* Whether the run neither gets on nor ends: so many trial steps, accepted or not, in next to no time. Steps that are asked to be shorter
+ * get on by themselves. */
+static int tr_stalls(tr_sim *s) {
+  const double asked = s->set.hfixed > 0.0 ? s->set.hfixed : s->set.hmax;
+  const long tried = s->stats.steps + s->stats.rejected;
+  if (s->clock.t - s->step.moved_t > fmin(STALL_TIME / s->set.rate, 0.5 * asked)) s->step.moved_t = s->clock.t, s->step.moved = tried;
+  return tried - s->step.moved > STALL_TRIALS;
+}
+
 /* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   *count = 0;
@@ -219,6 +230,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     }
     if (s->clock.t >= target - tr_same_time(target)) return s->clock.status = TR_DONE;
     if (step++ >= max_steps) return TR_MORE;
+    if (tr_stalls(s)) return tr_end(s, TR_FAIL_STALLED);
     if (s->set.max_steps > 0 && s->stats.steps >= s->set.max_steps) return s->clock.status = TR_FAIL_MAX_STEPS;
     code = tr_attempt(s, tr_limit_time(s, target));
     if (code == TR_NEED_JACOBIAN) {

@@ -93,7 +93,7 @@ static void tr_reset(tr_sim *s, double t, double t_stop, double every) {
   const int width = s->clock.width, nbreaks = s->clock.nbreaks, capacity = s->events.capacity;
   const int method = tr_chooses(s) ? tr_first_choice(s) : s->set.method;
   s->clock = (tr_clock){.t = t, .start = t, .stop = t_stop, .every = every, .row_next = t, .width = width, .nbreaks = nbreaks};
-  s->step = (tr_stepping){.h = s->set.hfixed, .method = method};
+  s->step = (tr_stepping){.h = s->set.hfixed, .method = method, .moved_t = t};
   s->pending = (tr_waiting){.kind = TR_NOTHING};
   s->loops = (tr_loops){0};
   s->moreau = (tr_moreau){.burst_t = t, .first_t = -1.0, .failed_t = -INFINITY};

@@ -9,51 +9,41 @@
 #define RATES_AGREE 1e-11   /* and the most that counts as agreeing: their condition takes four digits */
 #define ROUNDED 1e-6        /* rad; of the length: gaps so small come of rounding, whatever else may close: places are not sought for them */
 #define MOVED_BY 10.0       /* of such a gap: the most that given values then move */
+#define NEARER 0.1          /* of what the first search leaves: what another place must leave to be taken for it */
 #define NUDGE 0.02 /* rad; of the length scale */
 #define AFAR 3.141592653589793 /* rad; of the length scale: as far apart are starts of what is open */
 #define HELD 0.01     /* what is given moves by this part of what is open */
 #define TRIES_AFAR 24 /* what cannot be kept costs so many searches: a tenth of a second with forty loops */
 
-/* Move every coordinate from where it starts, given ones by the part `held` of it: each by another amount, or (seed) by chance. */
-static void tr_displace(const tr_closing *c, double far, double held, unsigned *seed, double *y) {
-  const int nv = c->s->k->nv;
-  double dv[nv + 1];
-  for (int i = 0; i < nv; ++i)
-    dv[i] = far * (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i) * (seed ? tr_next_number(seed) : 1.0 / (1.0 + 0.618 * i));
-  memcpy(y, c->start, sizeof(double) * c->s->ny);
-  tr_move(c->s, c->start, dv, 1.0, y);
-}
-
-/* Given ones a little too, from the nearest that open ones come: they were rounded. 1 when closed, and they moved by no more than the gap. */
-static int tr_close_rounded(tr_closing *c, double *y) {
-  const double gap = c->least;
-  double nearest[c->s->ny + 1];
-  memcpy(nearest, c->nearest, sizeof(double) * c->s->ny);
-  memcpy(y, nearest, sizeof(double) * c->s->ny);
-  tr_weights(c, y, HELD);
-  if (tr_close_positions(c, y, 1) && c->moved <= MOVED_BY * gap) return 1;
-  c->least = gap;
-  memcpy(c->nearest, nearest, sizeof(double) * c->s->ny);
-  return 0;
+/* Given ones a little too, from the state `near`, which open ones leave `gap` apart: they were rounded. 1 when closed, and they moved by no
+ * more than the gap. */
+static int tr_close_rounded(tr_closing *c, const double *near, double gap, double *y) {
+  memcpy(y, near, sizeof(double) * c->s->ny);
+  tr_weights(c, HELD);
+  return tr_close_positions(c, y, 1) && c->moved <= MOVED_BY * gap;
 }
 
 /* Positions closed by open coordinates alone, from where they are and, where that leads nowhere, from places all over their range: a
- * chain that comes from far away may stall though there is a place for it. What is given as numbers of few digits moves in the last of
- * them. 1 when closed. */
+ * chain that comes from far away may stall though there is a place for it. Then the same with longer steps. What is given as numbers of
+ * few digits moves in the last of them. 1 when closed. */
 static int tr_close_open(tr_closing *c, double *y) {
+  const int ny = c->s->ny;
   int kept = 0, open = 0;
-  unsigned seed = 1u;
+  double near[ny + 1], gap = INFINITY;
   for (int i = 0; i < c->s->k->nv; ++i) kept += c->given[i] != 0.0, open += c->given[i] == 0.0;
-  tr_weights(c, y, 0.0);
-  if (tr_close_from(c, y)) return 1;
-  if (!kept || !open) return 0;
-  if (c->least <= ROUNDED && tr_close_rounded(c, y)) return 1;
-  for (int attempt = 0; attempt < TRIES_AFAR; ++attempt) {
-    tr_displace(c, AFAR, 0.0, &seed, y);
-    tr_weights(c, y, 0.0);
-    if (tr_close_from(c, y)) return 1;
+  for (int longer = 0; longer < 2; ++longer) {
+    unsigned seed = 1u;
+    tr_displace(c, 0.0, 0.0, 0, y);
+    for (int attempt = 0; attempt <= TRIES_AFAR; ++attempt) {
+      tr_weights(c, 0.0);
+      if (tr_close_positions(c, y, longer)) return 1;
+      if (!kept || !open) break;
+      if (c->least < NEARER * gap) gap = c->least, memcpy(near, c->nearest, sizeof(double) * ny);
+      if (attempt == 0 && gap <= ROUNDED && tr_close_rounded(c, near, gap, y)) return 1;
+      tr_displace(c, AFAR, 0.0, &seed, y);
+    }
   }
-  return tr_close_rounded(c, y);
+  return gap < INFINITY && tr_close_rounded(c, near, gap, y);
 }
 
 /* Make the start state consistent. qgiven, vgiven (nv each): 1 where the user said so. Returns 1; 0 positions cannot be closed;
@@ -67,12 +57,12 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
   double weight[k->nv + 1], start[s->ny + 1], *G = TR_A(s, jac), h[2 * k->rows], b[k->rows], dv[k->nv + 1];
   memcpy(start, y, sizeof(double) * s->ny);
   const double held[3] = {0.0, HELD, 1.0};
-  tr_closing c = {s, qgiven, start, weight, G, TR_A(s, ynew), INFINITY, 0.0, 1.0};
+  tr_closing c = {s, qgiven, start, weight, G, TR_A(s, ynew), INFINITY, 0.0};
   int closed = tr_close_open(&c, y);
   for (int phase = 1; phase < 6 && !closed; ++phase) {
     tr_displace(&c, phase < 3 ? 0.0 : NUDGE, held[phase % 3], 0, y);
-    tr_weights(&c, y, held[phase % 3]);
-    closed = tr_close_from(&c, y);
+    tr_weights(&c, held[phase % 3]);
+    closed = tr_close_positions(&c, y, 0) || tr_close_positions(&c, y, 1);
   }
   if (!closed && c.least < INFINITY) memcpy(y, c.nearest, sizeof(double) * s->ny);
   if (!closed) return 0;
@@ -80,7 +70,7 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
   c.given = vgiven;
   for (int phase = 0; phase < 3; ++phase) {
     memcpy(y + k->nq, start + k->nq, sizeof(double) * k->nv);
-    tr_weights(&c, y, held[phase]);
+    tr_weights(&c, held[phase]);
     for (int it = 0; it < 4; ++it) {
       k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
       if (tr_all_residual(s, h, 1) <= RATES_CLOSED) return 1;

@@ -7,13 +7,13 @@
 #define NO_ROW 1e-30        /* squared unit changes: a row that nothing may change */
 #define ROW_DEPENDS 1e-10   /* of a row's scale: pivots of rows that follow from others */
 #define TIGHT_LAST 4e-15    /* of the largest coordinate (rad; of the length) where that is far out: its own round-off */
+#define TIGHT_MOST 5e-9     /* below what counts as open later */
 #define CLOSE_STEPS 200     /* Newton steps from far away, cut to */
 #define CLOSE_CUT 0.3       /* rad; of the length */
 #define CLOSE_STALLED 40    /* steps that did not halve the best residual: it will not close */
 #define LONGER 4.0          /* a whole step, or parts of it in this ratio, where the loops close far beyond what so many cut steps go */
 #define PAYS 0.5            /* of what a part of a step promises to take from the residual: what it must take */
-#define FINE 1e-2     /* of a row, all that a unit of a coordinate moves: it is measured by that */
-#define IDLE 1e-12    /* and round-off of one that moves none */
+#define FARTHEST 1e7        /* rad; of the length: no part of a step is longer; a million turns of a screw */
 
 /* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
 static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
@@ -67,11 +67,12 @@ static double tr_all_residual(const tr_sim *s, const double *h, int rates) {
 }
 
 /* A search for closed positions. given, weight (nv): what the user said, and how far each rate may move; start: the state as given;
- * nearest: the state nearest to closing of all searches, `least` apart; moved: how far the last search moved given ones, `cut` its last step. */
+ * nearest: the state nearest to closing of all searches, `least` apart; moved: how far the last one moved given
+ * ones. */
 typedef struct tr_closing {
   tr_sim *s;
   const double *given, *start;
-  double *weight, *G, *nearest, least, moved, cut;
+  double *weight, *G, *nearest, least, moved;
 } tr_closing;
 
 /* y ← from, moved by `part` of the rates dv, as if they lasted a second. */
@@ -94,7 +95,7 @@ static double tr_gap_at(tr_sim *s, const double *y, double *h) {
 static double tr_tight(const tr_sim *s, const double *y) {
   double far = 0.0;
   for (int i = 0; i < s->k->nq; ++i) far = fmax(far, fabs(y[i]) / (s->k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0));
-  return fmax(TIGHT, TIGHT_LAST * far);
+  return fmin(fmax(TIGHT, TIGHT_LAST * far), TIGHT_MOST);
 }
 
 /* How much of the step dv is made: what CLOSE_CUT leaves of it; with `longer` all of it, that of the farthest coordinate alone (a screw,
@@ -109,6 +110,7 @@ static double tr_part(tr_closing *c, const double *y, double *dv, double now, in
   double cut = big > CLOSE_CUT ? CLOSE_CUT / big : 1.0;
   memcpy(at, y, sizeof(double) * s->ny);
   for (double part = 1.0; longer && part > cut; part /= LONGER) {
+    if (part * big > FARTHEST) continue;
     tr_move(s, y, dv, part, at);
     if (tr_gap_at(s, at, h) <= (1.0 - PAYS * part) * now) return part;
     for (int i = 0; i < nv; ++i) alone[i] = i == farthest ? dv[i] : 0.0;
@@ -127,7 +129,6 @@ static int tr_close_positions(tr_closing *c, double *y, int longer) {
   double h[2 * k->rows], b[k->rows], dv[k->nv + 1], from[s->ny + 1], total[k->nv + 1], best = INFINITY;
   int stalled = 0;
   memset(total, 0, sizeof total);
-  c->cut = 1.0;
   for (int it = 0; it < CLOSE_STEPS; ++it) {
     double now = tr_gap_at(s, y, h), tight = tr_tight(s, y);
     if (!(now < INFINITY)) return 0;
@@ -143,35 +144,25 @@ static int tr_close_positions(tr_closing *c, double *y, int longer) {
     tr_constraint_jacobian(s, y, c->G);
     for (int i = 0; i < k->rows; ++i) b[i] = -h[i];
     tr_least_change(s, c->G, c->weight, b, dv);
-    c->cut = tr_part(c, y, dv, now, longer);
+    const double part = tr_part(c, y, dv, now, longer);
     memcpy(from, y, sizeof(double) * s->ny);
-    tr_move(s, from, dv, c->cut, y);
-    for (int i = 0; i < k->nv; ++i) total[i] += c->cut * dv[i];
+    tr_move(s, from, dv, part, y);
+    for (int i = 0; i < k->nv; ++i) total[i] += part * dv[i];
   }
   return 0;
 }
 
-/* How far each rate may move: in its unit, those the user has given by the part `held` of it, those that move next to nothing (a fine
- * screw) by as much more. */
-static void tr_weights(tr_closing *c, const double *y, double held) {
-  tr_sim *s = c->s;
-  const int nv = s->k->nv, rows = s->k->rows;
-  double at[s->ny + 1];
-  memcpy(at, y, sizeof at);
-  tr_constraint_jacobian(s, at, c->G);
-  for (int i = 0; i < nv; ++i) {
-    double reach = 0.0, unit = tr_rate_unit(s, i);
-    for (int r = 0; r < rows; ++r) reach = fmax(reach, fabs(c->G[r + rows * i]) * unit / tr_row_unit(s, r));
-    c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * unit * (reach > IDLE && reach < FINE ? 1.0 / reach : 1.0);
-  }
+/* Move every coordinate from where it starts, given ones by the part `held` of it: each by another amount, or (seed) by chance. */
+static void tr_displace(const tr_closing *c, double far, double held, unsigned *seed, double *y) {
+  const int nv = c->s->k->nv;
+  double dv[nv + 1];
+  for (int i = 0; i < nv; ++i)
+    dv[i] = far * (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i) * (seed ? tr_next_number(seed) : 1.0 / (1.0 + 0.618 * i));
+  memcpy(y, c->start, sizeof(double) * c->s->ny);
+  tr_move(c->s, c->start, dv, 1.0, y);
 }
 
-/* The same with steps of up to CLOSE_CUT, then, where these were still on their way, with longer ones. */
-static int tr_close_from(tr_closing *c, double *y) {
-  double from[c->s->ny + 1];
-  memcpy(from, y, sizeof(double) * c->s->ny);
-  if (tr_close_positions(c, y, 0)) return 1;
-  if (c->cut == 1.0) return 0;
-  memcpy(y, from, sizeof(double) * c->s->ny);
-  return tr_close_positions(c, y, 1);
+/* How far each rate may move: in its unit, those the user has given by the part `held` of it. */
+static void tr_weights(tr_closing *c, double held) {
+  for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i);
 }

@@ -76,9 +76,10 @@ static int tr_open_row(const tr_sim *s) {
 /* The status of a run that cannot go on for the reason `code`. Loops at the end of their reach come first: near it reactions grow
  * without bound, and with them friction, steps and errors. */
 static int tr_end(tr_sim *s, int code) {
-  if (code == TR_FAIL_STEP || code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES || code == TR_FAIL_CLOSURE) {
+  const int slow = code == TR_FAIL_STEP || code == TR_FAIL_STALLED || code == TR_FAIL_CLOSURE;
+  if (slow || code == TR_FAIL_MULTIPLIERS || code == TR_FAIL_MODES) {
     s->audit.fail_detail = code == TR_FAIL_CLOSURE ? tr_open_row(s) : -1, s->audit.fail_number = -1.0;
-    int limit = tr_limit(s, code == TR_FAIL_STEP || code == TR_FAIL_CLOSURE ? LOST : LOST_RUBBING);
+    int limit = tr_limit(s, slow ? LOST : LOST_RUBBING);
     if (limit != TR_OK) code = limit;
   }
   return s->clock.status = code;

@@ -36,6 +36,8 @@ typedef struct tr_stepping {
   int watch;           /* the right-hand side notes how near pairs come to the end of their modes */
   int trouble;         /* why the last evaluation or projection failed: a status */
   int stiff_count, nonstiff_count, kink_count; /* steps in a row that speak for one method or the other (``tr_choose``) */
+  double moved_t;      /* time up to which the run has got on, s (``tr_stalls``), and how many trial steps it had made then */
+  long moved;
   int aside;           /* steps that the stiff method should make are made explicitly for now (``tr_step_aside``) */
 } tr_stepping;
 

@@ -14,6 +14,7 @@ TOO_MANY_ROWS = "too_many_rows"
 NAMES: dict[int, str] = {
     Status.FAIL_NOT_FINITE: "not_finite",
     Status.FAIL_STEP: "step_underflow",
+    Status.FAIL_STALLED: "stalled",
     Status.FAIL_MULTIPLIERS: "no_solution",
     Status.FAIL_CLOSURE: "open_loop",
     Status.FAIL_MAX_STEPS: "max_steps",
@@ -27,6 +28,8 @@ ADVICE = {
     f"with a fixed step, take a smaller step or method {AUTO.stiff.name}",
     "step_underflow": f"the motion becomes singular or far stiffer than the tolerance allows here: try method {AUTO.stiff.name}, a "
     "looser rtol, or look at the mechanism's configuration at this time",
+    "stalled": "thousands of steps were tried and the time stands still: try another rtol or method "
+    f"({', '.join(METHODS[1:])}), and look at the mechanism at this time",
     "no_solution": "the complement equations have no solution: with this friction the joint named jams (or its law has no answer, "
     "Painlevé); lengthen the guide (half_length), lower mu or radius, or bring the load closer",
     "jammed": "friction grows without bound, so that the joint's sliding stops at once (an impact without a collision): "

@@ -54,13 +54,14 @@ def moved(r: Result, starts: dict[str, float], given: tuple[str, ...]) -> float:
 
 
 @pytest.mark.parametrize("given", GIVEN)
-@pytest.mark.parametrize("digits", [12, 3])
+@pytest.mark.parametrize("digits", [12, 7])
 def test_a_start_is_kept_whatever_the_pitch_of_a_screw(given: tuple[str, ...], digits: int) -> None:
-    for pitch in (1e-5, 5e-3, -5e-3, 1.0):
+    for pitch in (1e-4, 5e-3, -5e-3, 1.0):
         for angle in (0.5, 0.05, -1.2):
             scene, starts = jack(pitch, angle, given, digits)
             r = simulate(scene, outputs=["*.q[*]"])
-            assert moved(r, starts, given) <= 3 * 10.0**-digits
+            lever = min(1.0, 2.0 * abs(np.sin(angle)))  # of the arms on the foot: by so much less it moves than they
+            assert moved(r, starts, given) <= 3 * 10.0**-digits / lever
             turns = float(r["guide.q[1]"][0]) / pitch
             assert abs(float(r["nut.q[1]"][0])) / (2 * np.pi) == pytest.approx(abs(turns), rel=1e-9)
 
