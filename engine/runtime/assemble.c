@@ -8,6 +8,7 @@
 #define RATES_CLOSED 1e-15  /* of length · rate (rate): round-off of rates that agree, which are the solution of linear equations */
 #define RATES_AGREE 1e-11   /* and the most that counts as agreeing: their condition takes four digits */
 #define ROUNDED 1e-6        /* rad; of the length: gaps so small come of rounding, whatever else may close: places are not sought for them */
+#define FEW_DIGITS 1e-2     /* rad; of the length: what given values of two digits miss by; beyond, they contradict each other */
 #define MOVED_BY 10.0       /* of such a gap: the most that given values then move */
 #define NEARER 0.1          /* of what the first search leaves: what another place must leave to be taken for it */
 #define NUDGE 0.02 /* rad; of the length scale */
@@ -43,7 +44,7 @@ static int tr_close_open(tr_closing *c, double *y) {
       tr_displace(c, AFAR, 0.0, &seed, y);
     }
   }
-  return gap < INFINITY && tr_close_rounded(c, near, gap, y);
+  return gap <= FEW_DIGITS && tr_close_rounded(c, near, gap, y);
 }
 
 /* Make the start state consistent. qgiven, vgiven (nv each): 1 where the user said so. Returns 1; 0 positions cannot be closed;
