@@ -32,7 +32,7 @@ static void tr_event_state(tr_sim *s, double t, double *out) {
 }
 
 /* Pairs of several components that come to rest at the event that cuts the step short have no direction at the state y there: for the row
- * they keep the one they had just before. */
+ * they keep the one they had just before, whichever way round-off points. */
 static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
   double before[tr_width(s)], theta = s->pending.theta * (1.0 - JUST_BEFORE);
@@ -49,7 +49,8 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   tr_set_time(s, s->step.t0 + theta * s->step.size);
   k->stage1(TR_A(s, x), before, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
   for (int i = 0; i < k->nsliders; ++i)
-    if (stops[i] && tr_pair_speed(s, i) > NO_DIRECTION * tr_speed_unit(s)) tr_freeze_long(s, i, tr_slider_rates(s, i), tr_pair_speed(s, i));
+    if (stops[i] && tr_pair_speed(s, i) > NO_DIRECTION * tr_speed_unit(s))
+      tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), tr_pair_speed(s, i));
 }
 
 /* The row of an event that cuts the step short, as it was up to there. */

@@ -27,9 +27,10 @@ static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
   for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, arm)[pair->eta0 + j];
 }
 
-/* Freeze the direction of pair i where it has rates r and the speed v. */
-static void tr_freeze_long(tr_sim *s, int i, const double *r, double v) {
-  for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) tr_mode_of(s, i)->direction[j] = TR_FROZEN * r[j] / v;
+/* Freeze the direction of pair i where it has rates r and the speed v: as that of a first step (TR_FROZEN), from which friction turns where
+ * the rates point the other way, or as that of a line (ON_LINE), from which it does not. */
+static void tr_freeze_along(tr_sim *s, int i, double length, const double *r, double v) {
+  for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) tr_mode_of(s, i)->direction[j] = length * r[j] / v;
 }
 
 /* Whether the pair is in its first step from rest. */

@@ -98,6 +98,21 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
   }
 }
 
+/* Bring the pairs `rest` (n) to rest at the state y whose maps are in place, and with them those that come to rest because these do: in a
+ * loop one pair's stop may be that of others, whose speeds were small before, and not nothing. `also`: as in tr_at_rest. How many there are
+ * then; maps in place. */
+static int tr_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n) {
+  const tr_kernel *k = s->k;
+  for (int more = n; n; n = more) {
+    tr_bring_to_rest(s, y, rest, n);
+    k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    if (!k->active) break; /* in a tree no pair's rest follows from another's */
+    more = tr_at_rest(s, also, rest);
+    if (more <= n) break;
+  }
+  return n;
+}
+
 /* Rates of stuck tree joints stay exactly zero. */
 static void tr_keep_still(const tr_sim *s, double *v) {
   for (int i = 0; i < s->k->nsliders; ++i)

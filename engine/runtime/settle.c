@@ -107,7 +107,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest), decided = 1;
   if (released >= 0) tr_let_slip(s, released);
-  if (n) tr_bring_to_rest(s, y, rest, n);
+  if (n) n = tr_all_to_rest(s, y, own ? which : -1, rest, n);
   int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
   if (code != TR_OK) return code;
   s->step.margin_end = tr_beyond(s, y, &n);
@@ -189,7 +189,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
 static void tr_freeze_last(tr_sim *s, int i) {
   double r[3], v = tr_speed_of_state(s, i);
   tr_rates_of_state(s, i, r);
-  tr_freeze_long(s, i, r, v);
+  tr_freeze_along(s, i, TR_FROZEN, r, v);
 }
 
 /* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when
