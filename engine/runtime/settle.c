@@ -4,6 +4,7 @@
 
 #define TURN_NOTED 0.017453292519943295 /* rad: contacts of other joints that turn by more at an event are recorded too */
 #define BALL_TURNS 4                    /* decisions that balls may undo by changing their branch */
+#define BRANCHES_MOST 4                 /* events at one time at which a ball changes its branch: once is enough where one of the two leads on */
 #define CONE_NEAR 1e-6                  /* of s²/|ω|²: a ball this near to its cone, once the loops are closed, is at it */
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
@@ -51,10 +52,12 @@ static void tr_change_branch(tr_sim *s, int i) {
 
 /* The event of ball i in motion, located inside a step and evaluated at (t, y): never the end of its motion. It has come to its cone and
  * changes its branch; or its sliding turns back before the cone does, and what was found there is the other branch: then it goes over to
- * that, if that is there at y, and slides on otherwise. */
+ * that, if that is there at y, and slides on otherwise. Where it goes from one branch to the other and back without end both end there: they
+ * have met, and neither leads on. */
 static int tr_meets_cone(tr_sim *s, double t, const double *y, int i) {
   const int turns_back = tr_flag(tr_mode_of(s, i)) != TR_CONE && tr_sliding_of(s, i)->cone > CONE_NEAR;
   s->step.margin_end = NAN;
+  if (s->events.chatter > BRANCHES_MOST) return TR_FAIL_MULTIPLIERS;
   tr_change_branch(s, i);
   if (tr_rhs(s, t, y, TR_A(s, dy)) && !(turns_back && tr_sliding_of(s, i)->cone > 0.0)) return TR_OK;
   if (!turns_back) return TR_FAIL_MULTIPLIERS;

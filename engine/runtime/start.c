@@ -31,7 +31,7 @@ static int tr_start_modes(tr_sim *s) {
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = TR_STOP_OPEN;
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
-  s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .resumed_t = NAN,
+  s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .folded = -INFINITY, .resumed_t = NAN,
                               .capture = -1, .missed = -1, .freed = -1};
   s->step.aside = 0;
   if (k->nsliders == 0) return TR_OK;
