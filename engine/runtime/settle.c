@@ -130,7 +130,8 @@ static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int other
     tr_put_modes(s, modes), memcpy(y, old, sizeof old);
     return 0;
   }
-  s->step.have_k1 = s->step.have_jac = 0;
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s)); /* decided again it might not be found again */
+  s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed;
   return 1;
 }
