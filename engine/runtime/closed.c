@@ -55,6 +55,7 @@ static double tr_closed_violation(tr_sim *s, int i, double theta) {
   double *y = TR_A(s, cand), t = s->step.t0 + theta * s->step.size;
   tr_dense_state(s, theta, y);
   if (!tr_project(s, t, y) || !tr_rhs(s, t, y, TR_A(s, dy))) return NAN;
+  tr_law(s, TR_A(s, z) + s->k->active); /* what Newton's method leaves in place is that of its last iterate but one */
   if (s->friction.still) tr_holding(s);
   return tr_violation(s, i, 0) - 1.0;
 }
