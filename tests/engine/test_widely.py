@@ -34,16 +34,18 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
     [
         ("tree", 38, ("rk5", 1e-5)),  # a ball that turns about its contact is carried across its cone when another pair stops
         ("tree", 199, ("auto", 1e-6)),  # a pair turns so fast that its friction jumps, and another seems let go by it
-        (
-            "loop",
-            19,
-            ("auto", 1e-4),
-        ),  # a ball that closes a loop is slow for a moment, at a dead centre of its own: it does not stop
+        # a ball that closes a loop is slow for a moment, at a dead centre of its own: it does not stop
+        ("loop", 19, ("auto", 1e-4)),
         ("loop", 15, ("rk5", 1e-5)),  # the row of an event is at it with the loops closed: a sleeve is let go there
         ("loop", 27, ("auto", 1e-4)),  # the same of balls that come to their cones
         ("loop", 3, ("rk8", 1e-8)),  # a ball that stops with others has no direction any more in the row of that event
         ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start, where friction is found from chance alone
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by what their two components carry together
+        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction before it, whichever way round-off points
+        ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another one does rest as well
+        ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, and no fold to be stepped over
+        ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not go to and fro between them
+        ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is where its friction is solved for, not where it nearly is
         ("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
     ],
 )
@@ -101,15 +103,17 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "j2")]
 
 
-def test_a_failure_that_is_passed_in_vain_ends_the_run() -> None:
+@pytest.mark.parametrize(("seed", "method", "rtol"), [(147, "auto", 1e-4), (23, "rk5", 1e-5)])
+def test_a_failure_that_is_passed_in_vain_ends_the_run(seed: int, method: str, rtol: float) -> None:
     """Friction of loop 147 has no answer from 0.76 of its time on. A slow pair that stops there is let go at once and fails
-    again."""
-    case, told = rubbing("loop", 147), Counter()
+    again. In loop 23 a pair can neither hold nor turn back where its sliding ends; friction found elsewhere left it sliding, to end
+    at once."""
+    case, told = rubbing("loop", seed), Counter()
 
     def progress(time: float, until: float) -> None:
         told[time] += 1
         if told[time] > STUCK:
             raise KeyboardInterrupt
 
-    r = simulate(case.scene, until=3.0 * time_scale(case), method="auto", rtol=1e-4, outputs=["energy.*"], progress=progress)
+    r = simulate(case.scene, until=3.0 * time_scale(case), method=method, rtol=rtol, outputs=["energy.*"], progress=progress)
     assert r.outcome.name in JAMS

@@ -24,7 +24,7 @@ JAMS = ("jammed", "no_solution", "inconsistent")
 NO_ANSWER = "no answer"
 """How a run ended that ended by one of these names where enumeration finds no answer."""
 ENERGY, CONE = 1e-3, 1e-6
-"""What a run that is done may have of energy that is unaccounted for, over what was turned over, and of friction beyond a cone."""
+"""What a run may have of energy that is unaccounted for, over what was turned over, and if it is done of friction beyond a cone."""
 MOST_PAIRS = 8
 """Pairs at rest up to which all their choices are tried."""
 INSTANT = 1e-6
@@ -123,7 +123,7 @@ def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], t
         ways = (ways_on(case, began) if began else at_start(None)) if outcome.name in JAMS else None
         ends.append(NO_ANSWER if ways == [] else outcome.name)
         at = (kind, seed, setting)
-        if outcome.ok and not run.energy <= ENERGY:
+        if (outcome.ok or outcome.name in JAMS) and not run.energy <= ENERGY:
             wrong[at] = f"energy off by {run.energy:.1e}"
         elif outcome.ok and not run.cone <= CONE:
             wrong[at] = f"a cone broken by {run.cone:.1e}"
