@@ -66,11 +66,13 @@ static int tr_event_row(tr_sim *s, double t, double *row) {
 }
 
 /* Rows whose time lies in (…, t_end] of the step whose dense output is available, and the step's end itself when `every` is 0: the
- * end of the whole step, or where an event cuts it short (as it was up to there). */
+ * end of the whole step, or where an event cuts it short (as it was up to there; not where that comes at once: modes that held for no time
+ * are no state of the mechanism). */
 static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;
   if (s->clock.every <= 0.0) {
+    if (!final && t_end - s->step.t0 <= tr_same_time(t_end)) return TR_OK;
     if (*count >= capacity) return TR_ROWS_FULL;
     double *row = rows + width * *count;
     if (final) tr_end_state(s, TR_A(s, yout));
