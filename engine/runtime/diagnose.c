@@ -109,9 +109,12 @@ static int tr_lets_spin(tr_sim *s) {
   return 0;
 }
 
-/* The slowest of the pairs whose speed is below the tolerance of velocities, of those that slide; −1: there is none. Maps in place. */
+/* The speed that does not count, m/s: the tolerance of velocities, once the run has made a step. At the start they are as given. */
+static double tr_no_speed(const tr_sim *s) { return s->stats.steps ? s->set.rtol * tr_speed_unit(s) : 0.0; }
+
+/* The slowest of the pairs whose speed does not count, of those that slide; −1: there is none. Maps in place. */
 static int tr_slowest(const tr_sim *s) {
-  double least = s->set.rtol * tr_speed_unit(s);
+  double least = tr_no_speed(s);
   int slow = -1;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_is_set(s, i) || tr_is_stuck(s, i)) continue;
@@ -150,7 +153,7 @@ static int tr_through_jam(tr_sim *s) {
   tr_maps_at(s, y);
   if (tr_blame(s, y, &pair) != TR_WHY_JAM) return 0;
   tr_maps_at(s, y);
-  int slow = tr_pair_speed(s, pair) <= s->set.rtol * tr_speed_unit(s);
+  int slow = tr_pair_speed(s, pair) <= tr_no_speed(s);
   if (!slow && !s->set.through_jams) return 0;
   int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
   const double energy = tr_audit_now(s);
