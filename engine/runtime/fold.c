@@ -3,8 +3,9 @@
 #include "modes.h"
 
 #define FOLD_AHEAD 1e-7  /* of 1/rate: so far beyond the last state roots are looked for; the way there is made by Euler's rule */
-#define FOLD_AGAIN 1e-5  /* of 1/rate: a second fold so soon is no way on */
-#define FOLD_SPEED 1e-4  /* of the fastest rate: by more none changes on the way ahead, unless friction grows without bound, which is a jam */
+#define FOLD_AGAIN 1e-5  /* of 1/rate: folds that follow each other so soon, */
+#define FOLDS_MOST 3     /* and are more than so many, are no way on */
+#define FOLD_SPEED 1e-4  /* of the fastest rate: by no more any changes on the way there */
 #define FOLD_STARTS 48   /* of Newton's iteration, within multiples of the friction that the forces without it would cause */
 #define FOLD_BRANCHES 4  /* pairs whose branches are tried in all combinations */
 
@@ -57,26 +58,29 @@ static int tr_most_changed(const tr_sim *s, const double *was, const double *is)
   return best;
 }
 
-/* Whether accelerations at the block's state have grown so that rates do not stay what they are over the time h. */
-static int tr_bursts(const tr_sim *s, double h) {
-  const double *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
+/* How far ahead roots are looked for, s: so far that rates stay what they are, which a fold leaves as they were. */
+static double tr_look_ahead(const tr_sim *s) {
+  const double h = FOLD_AHEAD / s->set.rate, *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
   double fastest = s->set.rate, most = 0.0;
   for (int i = 0; i < s->k->nv; ++i) {
     fastest = fmax(fastest, fabs(v[i]) / tr_rate_unit(s, i));
     most = fmax(most, fabs(h * change[i]) / tr_rate_unit(s, i));
   }
-  return !(most <= FOLD_SPEED * fastest);
+  return h * fmin(1.0, FOLD_SPEED * fastest / most);
 }
 
-/* After a failure of friction at the block's state: go on with a root that is left an instant later. 1 when there is one. */
+/* After a failure of friction at the block's state, other than at the event of a pair that then can do nothing: go on with a root that is
+ * left an instant later. 1 when there is one. */
 static int tr_passes_fold(tr_sim *s) {
   const tr_kernel *k = s->k;
   int n = tr_width(s), nc = s->o ? s->o->ncontacts : 0, nz = k->active + k->neta;
-  double *y = TR_A(s, y), old[n], was[nz + 1], h = FOLD_AHEAD / s->set.rate;
+  double *y = TR_A(s, y), old[n], was[nz + 1], h;
   tr_contact before[nc + 1], after[nc + 1];
   tr_mode modes[k->nsliders + 1];
-  if (!k->nsliders || !s->step.have_k1 || s->clock.t - s->friction.folded < FOLD_AGAIN / s->set.rate || tr_bursts(s, h)) return 0;
-  s->step.watch = 0;
+  if (!k->nsliders || !s->step.have_k1 || s->friction.undecided >= 0) return 0;
+  if (s->clock.t - s->friction.folded >= FOLD_AGAIN / s->set.rate) s->friction.folds = 0;
+  if (s->friction.folds >= FOLDS_MOST) return 0;
+  h = tr_look_ahead(s), s->step.watch = 0;
   tr_keep_modes(s, modes), memcpy(old, y, sizeof old), memcpy(was, TR_A(s, zold), sizeof(double) * nz);
   memcpy(TR_A(s, z), was, sizeof(double) * nz);
   int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
@@ -87,7 +91,7 @@ static int tr_passes_fold(tr_sim *s) {
       int pair = tr_most_changed(s, was + k->active, TR_A(s, z) + k->active), first = tr_pair_of(s, pair)->contact0;
       contacts = contacts && tr_all_contacts(s, y, after);
       tr_log(s, s->clock.t, TR_EV_FOLD, pair, before + first, after + first, contacts ? tr_pair_of(s, pair)->ncontacts : 0);
-      s->clock.t += h, s->friction.folded = s->clock.t;
+      s->clock.t += h, s->friction.folded = s->clock.t, s->friction.folds++;
       s->step.have_k1 = s->step.have_jac = 0;
       s->step.h = s->set.hfixed;
       s->stats.events++;
