@@ -37,6 +37,9 @@ SLACK = 1e-7
 HELD = 1e-3
 """Part of what a freedom would accelerate if its bodies were free that counts as cancelling in it: where loops hold it, it
 accelerates by round-off alone."""
+FAR = 1e6
+"""Times force · lever: what has run away farther is no solution, whatever its residual is beside it (a joint that its loop holds at
+rest carries any friction)."""
 SPREAD = 3.0
 """Random starts are as large as this many times force · lever; every other one of a tenth of that."""
 
@@ -147,7 +150,8 @@ class Decision:
                 y = leastsq(self.lack, start, args=(modes,), xtol=1e-14, ftol=1e-14, maxfev=30 * (n + 1), full_output=True)[0]
             except (np.linalg.LinAlgError, ArithmeticError):
                 continue
-            solved = np.abs(self.lack(y, modes)).max(initial=0.0) <= SOLVED * (1.0 + np.abs(y).max(initial=0.0))
+            far = np.abs(y).max(initial=0.0)
+            solved = far <= FAR and np.abs(self.lack(y, modes)).max(initial=0.0) <= SOLVED * (1.0 + far)
             new = not any(np.allclose(y, z, rtol=1e-6, atol=1e-8) for z in found)
             if solved and new and self.fits(y * self.unit, modes):
                 found.append(y)
