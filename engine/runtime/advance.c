@@ -201,7 +201,7 @@ static int tr_goes_on(tr_sim *s, int code) {
   if (!(more && (tr_decides_anew(s) || tr_lets_spin(s) || tr_slow_pair_stops(s))) && !tr_searches_on(s, code) && !tr_passes_fold(s) &&
       !(s->friction.resumed < RESUMED_MOST * s->k->nsliders && tr_through_jam(s)))
     return 0;
-  s->friction.resumed++, s->friction.undecided = -1;
+  s->friction.resumed++, s->friction.failed = -1;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;
 }

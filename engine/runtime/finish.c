@@ -171,7 +171,7 @@ static int tr_finish_set(tr_sim *s) {
   if (code != TR_OK) { /* this is where it ends, or goes on by an impact: as it was before anything was brought to rest */
     tr_put_modes(s, modes);
     tr_shift(s, te, before);
-    s->friction.undecided = which;
+    s->friction.failed = which;
     return code;
   }
   s->stats.events++;

@@ -77,7 +77,7 @@ static int tr_passes_fold(tr_sim *s) {
   double *y = TR_A(s, y), old[n], was[nz + 1], h;
   tr_contact before[nc + 1], after[nc + 1];
   tr_mode modes[k->nsliders + 1];
-  if (!k->nsliders || !s->step.have_k1 || s->friction.undecided >= 0) return 0;
+  if (!k->nsliders || !s->step.have_k1 || s->friction.failed >= 0) return 0;
   if (s->clock.t - s->friction.folded >= FOLD_AGAIN / s->set.rate) s->friction.folds = 0;
   if (s->friction.folds >= FOLDS_MOST) return 0;
   h = tr_look_ahead(s), s->step.watch = 0;

@@ -32,7 +32,7 @@ static int tr_start_modes(tr_sim *s) {
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
   s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .folded = -INFINITY, .resumed_t = NAN,
-                              .capture = -1, .missed = -1, .freed = -1, .undecided = -1};
+                              .capture = -1, .missed = -1, .freed = -1, .failed = -1};
   s->step.aside = 0;
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode_of(s, i), 0, sizeof(tr_mode)), tr_zone_of(s, i)->inside = 0;
@@ -90,7 +90,7 @@ static int tr_searches_on(tr_sim *s, int code) {
   tr_set_time(s, s->clock.t);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
   s->friction.anywhere = 1;
-  int found = tr_settles_anew(s, s->friction.undecided, modes, 0);
+  int found = tr_settles_anew(s, s->friction.failed, modes, 0);
   s->friction.anywhere = 0;
   s->stats.events += found;
   return found;

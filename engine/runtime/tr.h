@@ -70,7 +70,7 @@ typedef struct tr_friction {
   int anywhere;        /* friction is sought from all starts there are: else the run would end */
   double eased;        /* part of friction that is left out for the moment (``starts.c``) */
   double searched;     /* time at which all has been tried, s */
-  int undecided;       /* the pair at whose event a decision has failed; -1: none */
+  int failed;          /* the pair at whose event a decision has failed; -1: none */
   double folded;       /* time at which a fold was last passed, s, */
   int folds;           /* and how many soon after each other */
   double resumed_t;    /* time at which a failure was last passed, s, */
