@@ -88,6 +88,8 @@ static int tr_worst_misfit(tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
+#include "idle.c"
+
 /* From the modes in force: turn the worst misfit until there is none. In a step of impulses what slides when it begins goes on much as it does,
  * or sticks; other directions are for what cannot stick. */
 static int tr_settle_from(tr_sim *s, const int *rest, int n) {
@@ -100,7 +102,7 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
       continue;
     }
     worst = tr_worst_misfit(s, rest, n);
-    if (worst < 0) return tr_holds(s, rest, n);
+    if (worst < 0) return tr_holds(s, rest, n) && tr_hold_idle(s, rest, n);
     if (!tr_slides(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
   }
   return 0;
