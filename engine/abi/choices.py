@@ -15,6 +15,7 @@ class Status(Named):
     NEED_JACOBIAN = 4, "the method asks for the Jacobian unit: attach it and call again"
     DONE = 5
     NEED_REDUNDANT = 6, "friction depends on reactions that redundant loops leave open: use the redundant variant"
+    STOPPED = 7, "the host, asked in the middle of the work, gave it up"
     FAIL_NOT_FINITE = 10
     FAIL_STEP = 11, "step size underflow"
     FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"

@@ -222,9 +222,10 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
   s->clock.status = TR_OK;
   for (long step = 0;;) {
     int code = TR_OK;
+    if (s->ask.stop) return s->clock.status = TR_STOPPED;
     if (s->pending.kind != TR_NOTHING) {
       code = tr_finish(s, rows, capacity, count);
-      if (tr_goes_on(s, code)) continue;
+      if (s->ask.stop || tr_goes_on(s, code)) continue;
       if (code != TR_OK) return tr_end(s, code);
       if (s->events.count > s->events.capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
@@ -237,7 +238,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       s->clock.status = TR_OK;
       return code;
     }
-    if (tr_goes_on(s, code)) continue;
+    if (s->ask.stop || tr_goes_on(s, code)) continue;
     if (code != TR_OK) return tr_end(s, code);
   }
 }

@@ -127,6 +127,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const tr_kernel *k = s->k;
   if (s->set.method < 0 || s->set.method >= TR_METHODS) return s->clock.status = TR_FAIL_METHOD;
   tr_reset(s, t, t_stop, every);
+  s->ask.stop = 0, s->ask.work = 0.0;
   tr_units(s);
   if (k->active) {
     tr_set_time(s, t);
@@ -138,12 +139,13 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const int open = k->coupled || (k->active && s->loops.rank < k->active);
   if (k->neta && k->loop_friction && k->nkappa == 0 && open) return TR_NEED_REDUNDANT;
   int modes = tr_start_modes(s);
+  if (s->ask.stop) return s->clock.status = TR_STOPPED;
   if (modes != TR_OK && k->neta) { /* once more, from all starts there are */
     s->friction.anywhere = 1;
     modes = tr_start_modes(s);
     s->friction.anywhere = 0;
   }
-  if (modes != TR_OK && !tr_through_jam(s)) return s->clock.status = modes;
+  if (modes != TR_OK && !tr_through_jam(s)) return s->clock.status = s->ask.stop ? TR_STOPPED : modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->clock.status = TR_FAIL_MULTIPLIERS;
   if (k->neta) tr_certify(s);
   for (int i = 0; i < s->ny; ++i)
@@ -208,6 +210,9 @@ int tr_events_take(tr_sim *s) {
   s->events.count = 0;
   return n;
 }
+
+/* Ask `host` now and then whether to give up (0: nobody). What is being sought then is not found; a start or an advance ends as TR_STOPPED. */
+void tr_ask(tr_sim *s, int (*host)(void)) { s->ask = (tr_asking){.host = host}; }
 
 /* How to step from now on. */
 void tr_configure(tr_sim *s, const tr_settings *set) { s->set = *set; }

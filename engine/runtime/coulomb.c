@@ -158,7 +158,7 @@ static inline int tr_is_spent(const tr_sim *s) { return s->friction.work > 0 && 
 static int tr_solve_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active;
-  if (tr_is_spent(s)) return 0;
+  if (tr_is_spent(s) || tr_gives_up(s, (double)(a + 1) * k->neta * (a + k->nn + k->neta))) return 0;
   tr_note_modes(s);
   if (!tr_multipliers(s)) return 0;
   if (!s->friction.still) {

@@ -209,7 +209,7 @@ static void tr_creep_to_rest(tr_sim *s, tr_creeping *c, const int *law) {
   for (double part = 1.0; part >= CREEP_LAST; part *= CREEP_NEXT) {
     const int last = part * CREEP_NEXT < CREEP_LAST;
     tr_creep_ease(c, part);
-    for (int it = 0; it < (last ? CREEP_STEPS_LAST : CREEP_STEPS); ++it) {
+    for (int it = 0; it < (last ? CREEP_STEPS_LAST : CREEP_STEPS) && !tr_gives_up(s, (double)c->r * c->r * (c->m + c->r)); ++it) {
       double changed = 0.0, size = 0.0;
       memcpy(old, eta, sizeof(double) * s->k->neta);
       tr_creep_step(s, c);

@@ -99,7 +99,7 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, con
   for (int i = 0; i < n; ++i) mine[c[i]] = 1.0, b[i] = TR_A(s, Q)[c[i]];
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < e; ++j) b[i] += (1.0 - mine[j]) * Qe[c[i] + j * e] * eta[j];
-  for (int it = 0; it < SHARE_MAX && moved > SHARE_SAME; ++it) {
+  for (int it = 0; it < SHARE_MAX && moved > SHARE_SAME && !tr_gives_up(s, 2.0 * SHARE_PASSES * n * n * n); ++it) {
     double size = 0.0;
     moved = 0.0;
     tr_law(s, eta);

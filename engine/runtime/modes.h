@@ -45,6 +45,15 @@ typedef struct tr_memory {
   double value;
 } tr_memory;
 
+#define ASK_AFTER 1e7 /* multiplications, a few milliseconds: 0.2 s are to be kept on slow machines too */
+
+/* Whether to give up, so much work having been done since this was last looked at. */
+static inline int tr_gives_up(tr_sim *s, double work) {
+  if (!s->ask.host || s->ask.stop || (s->ask.work += work) < ASK_AFTER) return s->ask.stop;
+  s->ask.work = 0.0;
+  return s->ask.stop = s->ask.host();
+}
+
 /* Copies n numbers of one of the block's arrays into another. Most are short: a call takes longer than they do. */
 static inline void tr_copy(int n, const double *from, double *to) {
   int i = 0;

@@ -109,6 +109,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
   for (int i = 0; i < e; ++i) per_lever[i] = arm[i] > 0.0 ? 1.0 / arm[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
+    if (tr_gives_up(s, (double)e * e * (e + k->nn))) return 0;
     tr_law(s, eta);
     tr_law_jacobian(s);
     const double *law = TR_A(s, law);

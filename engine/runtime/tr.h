@@ -162,6 +162,13 @@ typedef struct tr_places {
   int jac, jw, jp, W, wperm, jch; /* the stiff method: Jacobian, multiplier part, its point, matrix and order; of the choice of reactions */
 } tr_places;
 
+/* A host that wants to be asked, every few milliseconds of work, whether what is going on is to be given up. */
+typedef struct tr_asking {
+  int (*host)(void); /* 1: give it up; 0: nobody is asked */
+  double work;       /* multiplications since it was last asked */
+  int stop;          /* it has said so: nothing is sought any more */
+} tr_asking;
+
 typedef struct tr_sim {
   size_t bytes; /* of the whole block */
   const tr_kernel *k;
@@ -178,6 +185,7 @@ typedef struct tr_sim {
   tr_events events;
   tr_audit audit;
   tr_stats stats;
+  tr_asking ask;
   tr_places at;
 } tr_sim;
 

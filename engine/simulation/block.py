@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +16,7 @@ from engine.abi.runs import CERTIFICATE, EVENT, HELD, JUDGEMENT, SETTINGS, STATS
 from engine.basics.problems import Problem, SceneError
 from engine.integrators import METHODS as NAMES
 from engine.kernel.library import Kernel
+from engine.simulation.giving_up import asking
 from engine.simulation.library import library
 from engine.system.curves import table_block
 from engine.system.numbers import Numbers
@@ -23,6 +26,7 @@ EVENT_CAPACITY = 1024
 NO_EVENTS = np.zeros(0, EVENT.dtype)
 OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
 NEED_JACOBIAN, DONE, NEED_REDUNDANT = Status.NEED_JACOBIAN, Status.DONE, Status.NEED_REDUNDANT
+STOPPED = Status.STOPPED
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,12 @@ class Block:
 
     def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
         """Begin a run from t to t_stop with output spacing ``every``, all s; fills the first row. The ``Status``."""
-        return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
+        with self.asking():
+            return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
+
+    def asking(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
+        """While this lasts, long work in the block asks ``stop`` whether to give up (``giving_up.asking``)."""
+        return asking(self.lib, self.at, stop)
 
     def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
         """Step towards the time ``target``, s, by at most ``max_steps`` steps. (``Status``, number of rows written to ``rows``)."""
@@ -177,7 +186,8 @@ class Block:
         """Statics at the present state with every frictional pair held; to be asked after ``start``. One ``tr_held`` for each
         pair, None when the statics have no answer."""
         out = np.zeros(self.kernel.sizes["nsliders"] + 1, HELD.dtype)
-        return out[:-1] if self.lib.tr_hold_all(self.at, out.ctypes.data) else None
+        with self.asking():
+            return out[:-1] if self.lib.tr_hold_all(self.at, out.ctypes.data) else None
 
     def multipliers(self) -> np.ndarray:
         """η, the friction multipliers, as last solved."""

@@ -37,6 +37,7 @@ def library() -> ctypes.CDLL:
     lib.tr_audit_end.argtypes, lib.tr_audit_end.restype = [p], None
     lib.tr_judge.argtypes, lib.tr_judge.restype = [p, p], None
     lib.tr_hold_all.argtypes, lib.tr_hold_all.restype = [p, p], i
+    lib.tr_ask.argtypes, lib.tr_ask.restype = [p, p], None
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i

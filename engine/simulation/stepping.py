@@ -111,7 +111,8 @@ class OneRun:
             with held() as interrupt:
                 started = time.perf_counter()
                 try:
-                    return self._stepping(interrupt)
+                    with self.model.block.asking(lambda: interrupt.asked):
+                        return self._stepping(interrupt)
                 finally:
                     self.wall = time.perf_counter() - started - self.build
         except KeyboardInterrupt:
@@ -138,7 +139,7 @@ class OneRun:
                 self._attach_jacobian(interrupt)
             elif status == bl.MORE:
                 steps = sized(steps, time.perf_counter() - began)
-            elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.OK):
+            elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.STOPPED, bl.OK):
                 return diagnose(self.model, status)
             if left < 0.0:
                 return Outcome.named(TOO_MANY_ROWS, float(self.rows[-1][-1, 0]), "")

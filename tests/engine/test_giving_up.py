@@ -1,0 +1,85 @@
+"""Long work in the runtime asks its host whether to go on: at the start and while stepping, as often as its work says."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from engine.abi import Status
+from engine.basics.interrupts import Held
+from engine.simulation import block as bl
+from engine.simulation import stepping
+from engine.simulation.run import Model, simulate
+from tests.engine.test_many_pairs import links, rough, work
+
+
+def started(stop: int) -> tuple[int, int]:
+    """How a start ended that was to give up when asked for the stop-th time, and what it had cost by then."""
+    model, settings, asked = Model(rough(0), "j0.q[*]"), bl.Settings(), []
+    model.block.configure(settings)
+    assert model.block.assemble() == 1
+
+    def give_up() -> bool:
+        asked.append(1)
+        return len(asked) >= stop
+
+    with model.block.asking(give_up):
+        row = np.zeros(model.block.width)
+        status = model.block.lib.tr_start(model.block.at, 0.0, 1.0, 0.1, row.ctypes.data)
+    return status, work(model)
+
+
+def test_a_start_gives_up_as_soon_as_it_is_told() -> None:
+    status, first = started(1)
+    assert status == Status.STOPPED
+    status, third = started(3)
+    assert status == Status.STOPPED
+    assert first < third < 4 * first
+
+
+def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
+    model = Model(rough(0), "j0.q[*]")
+    model.block.configure(bl.Settings())
+    assert model.block.assemble() == 1
+
+    def pressed() -> bool:
+        signal.raise_signal(signal.SIGINT)
+        return False
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), model.block.asking(pressed):
+            model.block.lib.tr_start(model.block.at, 0.0, 1.0, 0.1, np.zeros(model.block.width).ctypes.data)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class AtTheThird(Held):
+    """An interrupt that comes as the runtime asks for the third time."""
+
+    times = 0
+
+    @property
+    def asked(self) -> bool:
+        AtTheThird.times += 1
+        return AtTheThird.times >= 3
+
+    @asked.setter
+    def asked(self, value: bool) -> None:
+        pass
+
+
+def test_a_run_that_is_given_up_inside_a_call_keeps_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def at_the_third() -> Iterator[Held]:
+        yield AtTheThird()
+
+    monkeypatch.setattr(stepping, "held", at_the_third)
+    r = simulate(links(10, 1, "spherical", apart=False), until=1.0, every=0.001, outputs="j0.q[*]")
+    assert r.outcome.name == "stopped"
+    assert 1 <= len(r.time) < 1000
+    assert np.isfinite(r.data).all()
