@@ -189,11 +189,12 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   return has;
 }
 
-/* Freeze the direction of pair i, of several components, over the last stretch of its sliding: at its end it has none. */
+/* Freeze the direction of pair i, of several components, over the last stretch of its sliding: at its end it has none, whichever way round-off
+ * points there. */
 static void tr_freeze_last(tr_sim *s, int i) {
   double r[3], v = tr_speed_of_state(s, i);
   tr_rates_of_state(s, i, r);
-  tr_freeze_along(s, i, TR_FROZEN, r, v);
+  tr_freeze_along(s, i, ON_LINE, r, v);
 }
 
 /* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when

@@ -146,7 +146,7 @@ class Block:
 
     def asking(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
         """While this lasts, long work in the block asks ``stop`` whether to give up (``giving_up.asking``)."""
-        return asking(self.lib, self.at, stop)
+        return asking(self.lib, lambda: self.at, stop)
 
     def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
         """Step towards the time ``target``, s, by at most ``max_steps`` steps. (``Status``, number of rows written to ``rows``)."""

@@ -10,15 +10,15 @@ from engine.basics.interrupts import held
 
 
 @contextmanager
-def asking(lib: ctypes.CDLL, at: int, stop: Callable[[], bool]) -> Iterator[None]:
-    """While this lasts, what takes long in the block at that address asks ``stop``; most calls end before they ask. Ctrl-C, where
-    nobody holds it back already, is a yes, and KeyboardInterrupt is raised here."""
+def asking(lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]) -> Iterator[None]:
+    """While this lasts, what takes long in the block that is ``at`` an address, which may change, asks ``stop``; most calls end
+    before they ask. Ctrl-C, where nobody holds it back already, is a yes, and KeyboardInterrupt is raised here."""
     with held() as interrupt:
         host = ctypes.CFUNCTYPE(ctypes.c_int)(lambda: int(interrupt.asked or stop()))
-        lib.tr_ask(at, ctypes.cast(host, ctypes.c_void_p))
+        lib.tr_ask(at(), ctypes.cast(host, ctypes.c_void_p))
         try:
             yield
         finally:
-            lib.tr_ask(at, None)
+            lib.tr_ask(at(), None)
     if interrupt.asked:
         raise KeyboardInterrupt

@@ -13,6 +13,7 @@ from engine.abi import Status
 from engine.basics.interrupts import Held
 from engine.simulation import block as bl
 from engine.simulation import stepping
+from engine.simulation.giving_up import asking
 from engine.simulation.run import Model, simulate
 from tests.engine.test_many_pairs import links, rough, work
 
@@ -56,6 +57,23 @@ def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
             model.block.lib.tr_start(model.block.at, 0.0, 1.0, 0.1, np.zeros(model.block.width).ctypes.data)
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
+    """The Jacobian unit is attached in a larger block: the old one's memory belongs to somebody else when the work is done."""
+    told: list[tuple[int, bool]] = []
+
+    class Library:
+        """Notes who is told to ask, and who no more."""
+
+        @staticmethod
+        def tr_ask(at: int, host: object) -> None:
+            told.append((at, host is not None))
+
+    places = iter((1, 2))
+    with asking(Library, lambda: next(places), lambda: False):  # type: ignore[arg-type]
+        pass
+    assert told == [(1, True), (2, False)]
 
 
 class AtTheThird(Held):
