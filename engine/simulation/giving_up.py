@@ -8,13 +8,16 @@ from contextlib import contextmanager
 
 from engine.basics.interrupts import held
 
+HOST = ctypes.CFUNCTYPE(ctypes.c_int)
+"""What the runtime calls."""
+
 
 @contextmanager
 def asking(lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]) -> Iterator[None]:
     """While this lasts, what takes long in the block that is ``at`` an address, which may change, asks ``stop``; most calls end
     before they ask. Ctrl-C, where nobody holds it back already, is a yes, and KeyboardInterrupt is raised here."""
     with held() as interrupt:
-        host = ctypes.CFUNCTYPE(ctypes.c_int)(lambda: int(interrupt.asked or stop()))
+        host = HOST(lambda: int(interrupt.asked or stop()))
         lib.tr_ask(at(), ctypes.cast(host, ctypes.c_void_p))
         try:
             yield

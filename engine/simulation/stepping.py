@@ -108,11 +108,10 @@ class OneRun:
     def _stepping_or_stopped(self) -> Outcome:
         """Advance to the end, or until Ctrl-C; the rows and events up to then are kept."""
         try:
-            with held() as interrupt:
+            with held() as interrupt, self.model.block.asking(lambda: interrupt.asked):
                 started = time.perf_counter()
                 try:
-                    with self.model.block.asking(lambda: interrupt.asked):
-                        return self._stepping(interrupt)
+                    return self._stepping(interrupt)
                 finally:
                     self.wall = time.perf_counter() - started - self.build
         except KeyboardInterrupt:
