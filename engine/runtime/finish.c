@@ -4,7 +4,8 @@
 #define ROW_SLACK 1e-12       /* of the time, at least of 1 s: a row this far beyond the end of a step is a row at its end */
 #define SAME_EVENT_TIME 1e-12 /* of the time, at least of 1 s: events closer to each other than that chatter */
 #define NO_DIRECTION 1e-9     /* of the speed unit: the direction of what is slower is that of round-off */
-#define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not */
+#define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
+#define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
 #define HALVES_MOST 60        /* bisections on θ: they reach its round-off */
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* of the step: over so much of it the slowing at its end is measured */
@@ -35,7 +36,7 @@ static void tr_event_state(tr_sim *s, double t, double *out) {
  * they keep the one they had just before, whichever way round-off points. */
 static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
-  double before[tr_width(s)], theta = s->pending.theta * (1.0 - JUST_BEFORE);
+  double before[tr_width(s)];
   int stops[k->nsliders + 1], any = 0;
   tr_set_time(s, t);
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
@@ -44,13 +45,19 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
                tr_pair_speed(s, i) <= NO_DIRECTION * tr_speed_unit(s);
     any |= stops[i];
   }
-  if (!any) return;
-  tr_dense_eval(s, theta, before);
-  tr_set_time(s, s->step.t0 + theta * s->step.size);
-  k->stage1(TR_A(s, x), before, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-  for (int i = 0; i < k->nsliders; ++i)
-    if (stops[i] && tr_pair_speed(s, i) > NO_DIRECTION * tr_speed_unit(s))
-      tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), tr_pair_speed(s, i));
+  for (double part = JUST_BEFORE; any && part <= 1.0; part *= BEFORE_GROWS) {
+    const double theta = s->pending.theta * (1.0 - part);
+    tr_dense_eval(s, theta, before);
+    tr_set_time(s, s->step.t0 + theta * s->step.size);
+    k->stage1(TR_A(s, x), before, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    any = 0;
+    for (int i = 0; i < k->nsliders; ++i) {
+      if (!stops[i]) continue;
+      stops[i] = tr_pair_speed(s, i) <= NO_DIRECTION * tr_speed_unit(s);
+      if (!stops[i]) tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), tr_pair_speed(s, i));
+      any |= stops[i];
+    }
+  }
 }
 
 /* At the event of a pair that shares a load at rest, at the state y: the loads followed up to there, by which all that rest hold on, if they do;

@@ -42,6 +42,7 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
         ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start, where friction is found from chance alone
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by what their two components carry together
         ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction before it, whichever way round-off points
+        ("loop", 121, ("rosenbrock", 1e-6)),  # the same where it was slow long before
         ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another one does rest as well
         ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, and no fold to be stepped over
         ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not go to and fro between them
