@@ -7,12 +7,11 @@ from typing import Any, Literal, overload
 
 from engine.basics.problems import Problem, SceneError
 from engine.bounds.asking import NEVER, Asked, asked, begins, load_bounds, pair_bounds
-from engine.bounds.cones import Pair
-from engine.bounds.cones import pairs as pairs_of
 from engine.bounds.motions import Motion, motions
 from engine.bounds.report import HoldBounds, PairBounds
 from engine.bounds.space import space
 from engine.bounds.statics import statics
+from engine.contact.resting import Pair
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.hold import HoldReport
@@ -57,7 +56,7 @@ def hold(
 
 def _bounds(scene: Scene, self_stress: float | None, most: int | None) -> HoldBounds:
     answer, st = one_answer(scene), statics(scene)
-    pairs = tuple(pairs_of(st.joints))
+    pairs = tuple(st.pairs())
     cells = most or (CELLS if space(st, pairs).open <= FEW else FEWER)
     a = asked(st, pairs, self_stress, cells)
     found, unheld, all_found = motions(st, pairs)

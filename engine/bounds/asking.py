@@ -66,8 +66,8 @@ def state_of(a: Asked, X: np.ndarray, endless: bool) -> State:
     for j in st.joints:
         pairs = [slider.flag for slider in j.element.friction.sliders]
         shares = tuple(float(held[f, 1] / held[f, 0]) if held[f, 0] > 0.0 else 0.0 for f in pairs)
-        reaction = dict(zip(j.element.needs, N[j.at : j.at + len(j.element.needs)].tolist(), strict=True))
-        joints[j.element.joint.name] = JointState(reaction, tuple(float(eta[k]) for k in j.eta), shares)
+        reaction = dict(zip(j.rubs.needs, N[j.reactions].tolist(), strict=True))
+        joints[j.rubs.joint] = JointState(reaction, tuple(float(eta[k]) for k in j.rubs.eta), shares)
     drives = {d.name: float(x[st.multipliers + k]) for k, d in enumerate(st.drives)}
     loads = {} if s.load is None else {st.loads[s.load].name: float(x[-1])}
     return State(joints, drives, loads, endless)
@@ -102,7 +102,7 @@ def pair_bounds(a: Asked, i: int) -> PairBounds:
     ]
     share = [interval(b, Row(a.none, {size: 1.0}), 1.0, Row(a.none, made[k]), 0.0) for k, b in sense]
     friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else Row(a.none, {size: 1.0}), a.space.scale)
-    kind = next(j for j in a.space.statics.joints if j.element.joint.name == pair.joint).element.joint.kind_name
+    kind = a.space.statics.joint(pair.joint).element.joint.kind_name
     return PairBounds(pair.joint, pair.part, kind, _both(normal), friction, _both(share), all(c.exact for c in pair.capacities))
 
 

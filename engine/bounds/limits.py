@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from engine.bounds.cones import Pair
 from engine.bounds.motions import Motion
 from engine.bounds.program import Program, Row
 from engine.bounds.space import Space
+from engine.contact.resting import Pair
 
 
 def beginning(s: Space, program: Program, motion: Motion, sense: float) -> Program:

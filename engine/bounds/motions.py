@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.bounds.cones import Pair
 from engine.bounds.space import RANK
 from engine.bounds.statics import Statics
+from engine.contact.resting import Pair
 
 MOST = 400
 """Sets of pairs at rest that are tried for elementary motions; if there are more, a note says that motions may be missing."""
@@ -87,8 +87,8 @@ def _add(found: list[Motion], rates: np.ndarray, every: list[np.ndarray]) -> Non
 
 def _sliding(st: Statics, p: Pair) -> np.ndarray:
     """Surface velocities of a pair along its friction, by the tree's rates: what friction at the surface takes power by."""
-    j = next(j for j in st.joints if j.element.joint.name == p.joint)
-    rows = st.rates[[j.element.rate0 + list(j.eta).index(eta) for eta in p.eta]]
+    j = st.joint(p.joint)
+    rows = st.rates[[j.element.rate0 + j.rubs.eta.index(eta) for eta in p.eta]]
     return np.linalg.inv(p.friction) @ rows
 
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.bounds.cones import Norm, Pair
 from engine.bounds.program import Across, Program, Row
 from engine.bounds.statics import Statics
+from engine.contact.resting import Norm, Pair
 
 RANK = 1e-9
 """Directions of equilibrium below this part of the largest are none: round-off is 1e-14, a mechanism's own numbers 1e-6."""
@@ -76,7 +76,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     if load is not None:
         now[load] = 0.0
     e = st.constant + st.by_load @ now
-    smooth = [st.eta0 + k for j in st.joints if not j.holds for k in j.eta]  # at rest their friction is none
+    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # at rest their friction is none
     E, e = np.vstack([E, np.eye(E.shape[1])[smooth]]), np.append(e, np.zeros(len(smooth)))
     origin, null, misses = _solutions(E, e, st.force)
     looks = _looks(st, pairs, load)
@@ -118,9 +118,8 @@ def _reaction_map(st: Statics, load: int | None) -> tuple[np.ndarray, np.ndarray
 
 def _contact(st: Statics, load: int | None, pair: Pair, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows over a joint's own components as rows over x."""
-    j = next(j for j in st.joints if j.element.joint.name == pair.joint)
     R, constant = _reaction_map(st, load)
-    mine = slice(j.at, j.at + len(j.element.needs))
+    mine = st.joint(pair.joint).reactions
     return rows @ R[mine], rows @ constant[mine]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from engine.bounds.freed import Load, freed, pose_columns
 from engine.bounds.probe import Probe
+from engine.contact.resting import Pair, Rubs, pairs_at_rest
 from engine.recursion.elements import Element, elements
 from engine.scene.model import Scene
 from engine.simulation.hold import resting, started
@@ -24,15 +25,15 @@ from engine.system.structure import System
 
 @dataclass(frozen=True)
 class Rubbing:
-    """A joint with friction, as numbers. at: its first reaction component; eta: its multipliers; sizes: numbers of its contact and
-    its law by name; holds: whether its law is set-valued at rest; sense: −1 where the outboard part carries the pin."""
+    """A joint with friction: its element and its numbers."""
 
     element: Element
-    at: int
-    eta: tuple[int, ...]
-    sizes: dict[str, float]
-    holds: bool
-    sense: float
+    rubs: Rubs
+
+    @property
+    def reactions(self) -> slice:
+        """Its components among the reactions."""
+        return slice(self.element.n0, self.element.n0 + len(self.element.needs))
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,14 @@ class Statics:
     force: float
     probe: Probe
     notes: tuple[str, ...]
+
+    def joint(self, name: str) -> Rubbing:
+        """A joint with friction by its name."""
+        return next(j for j in self.joints if j.rubs.joint == name)
+
+    def pairs(self) -> list[Pair]:
+        """Every pair that can hold something, in the engine's order."""
+        return [p for j in self.joints if j.element.sets for p in pairs_at_rest(j.rubs)]
 
     @property
     def now(self) -> np.ndarray:
@@ -159,7 +168,8 @@ def _joints(model: Model) -> tuple[Rubbing, ...]:
     out = []
     for e in elements(model.system):
         sizes = {name: float(values[leaf.index] if isinstance(leaf, Param) else leaf) for name, leaf in e.friction.numbers}
-        out.append(Rubbing(e, e.n0, tuple(e.eta), sizes, e.sets, -1.0 if e.joint.pin_out else 1.0))
+        sense = -1.0 if e.joint.pin_out else 1.0
+        out.append(Rubbing(e, Rubs(e.joint.name, e.friction.contact, e.needs, tuple(e.eta), sizes, sense, e.friction.adams)))
     return tuple(out)
 
 

@@ -130,8 +130,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   s->ask.stop = 0, s->ask.work = 0.0;
   tr_units(s);
   if (k->active) {
-    tr_set_time(s, t);
-    k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_maps_at(s, t, TR_A(s, y));
     tr_scale_rows(s);
     tr_note_rank(s);
   }

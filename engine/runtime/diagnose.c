@@ -51,7 +51,7 @@ static int tr_impact(tr_sim *s, double *y, int pair) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_at_rest(s, pair, rest);
   tr_bring_to_rest(s, y, rest, n);
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_of(s, y);
   for (int i = 0; i < k->nsliders; ++i) /* what slides on may have been turned round */
     if (tr_is_set(s, i) && !tr_is_one_of(rest, n, i)) tr_freeze(s, i);
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
@@ -73,19 +73,13 @@ static int tr_blame(tr_sim *s, const double *y, int *pair) {
   return why;
 }
 
-/* Put the maps of y at the block's time in place. */
-static void tr_maps_at(tr_sim *s, const double *y) {
-  tr_set_time(s, s->clock.t);
-  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
-}
-
 /* After a failure: why (TR_WHY_…) and which pair. Only for scenes with a set-valued law. */
 int tr_why(tr_sim *s, int *pair) {
   *pair = -1;
   if (!s->k->sets) return TR_WHY_UNKNOWN;
   if (s->friction.undecided) return TR_WHY_UNDECIDED;
   s->step.watch = 0;
-  tr_maps_at(s, TR_A(s, y));
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
   return tr_blame(s, TR_A(s, y), pair);
 }
 
@@ -131,7 +125,7 @@ static int tr_slow_pair_stops(tr_sim *s) {
   tr_mode modes[k->nsliders + 1];
   if (!k->sets) return 0;
   s->step.watch = 0;
-  tr_maps_at(s, TR_A(s, y));
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
   int slow = tr_slowest(s);
   if (slow < 0) return 0;
   tr_keep_modes(s, modes);
@@ -150,14 +144,14 @@ static int tr_through_jam(tr_sim *s) {
   tr_contact before[nc + 1], after[nc + 1];
   if (!k->sets) return 0;
   s->step.watch = 0;
-  tr_maps_at(s, y);
+  tr_maps_at(s, s->clock.t, y);
   if (tr_blame(s, y, &pair) != TR_WHY_JAM) return 0;
-  tr_maps_at(s, y);
+  tr_maps_at(s, s->clock.t, y);
   int slow = tr_pair_speed(s, pair) <= tr_no_speed(s);
   if (!slow && !s->set.through_jams) return 0;
   int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
   const double energy = tr_audit_now(s);
-  tr_maps_at(s, y);
+  tr_maps_at(s, s->clock.t, y);
   if (!tr_impact(s, y, pair) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
   tr_audit_excuse(s, energy);
   if (contacts) tr_all_contacts(s, y, after);
@@ -218,7 +212,7 @@ int tr_roots(tr_sim *s) {
   if (!e) return 1;
   memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
   s->step.watch = 0;
-  tr_maps_at(s, TR_A(s, y));
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
   tr_ready_equations(s);
   for (int i = 0; i < k->nn; ++i) scale = fmax(scale, fabs(TR_A(s, Np)[i]));
   for (int start = 0; start < 64 && count < most; ++start) {

@@ -38,8 +38,7 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
   double before[tr_width(s)];
   int stops[k->nsliders + 1], any = 0;
-  tr_set_time(s, t);
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, t, y);
   for (int i = 0; i < k->nsliders; ++i) {
     stops[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
                tr_pair_speed(s, i) <= NO_DIRECTION * tr_speed_unit(s);
@@ -48,8 +47,7 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   for (double part = JUST_BEFORE; any && part <= 1.0; part *= BEFORE_GROWS) {
     const double theta = s->pending.theta * (1.0 - part);
     tr_dense_eval(s, theta, before);
-    tr_set_time(s, s->step.t0 + theta * s->step.size);
-    k->stage1(TR_A(s, x), before, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_maps_at(s, s->step.t0 + theta * s->step.size, before);
     any = 0;
     for (int i = 0; i < k->nsliders; ++i) {
       if (!stops[i]) continue;
@@ -68,8 +66,7 @@ static void tr_keep_shares(tr_sim *s, double t, const double *y) {
   int rest[k->nsliders + 1];
   double eta[e + 1];
   if (!s->friction.shares || which >= k->nsliders || !tr_is_set(s, which) || !tr_is_stuck(s, which)) return;
-  tr_set_time(s, t);
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, t, y);
   tr_mode modes[k->nsliders + 1];
   tr_keep_modes(s, modes), memcpy(eta, TR_A(s, z) + a, sizeof(double) * e);
   const int n = tr_at_rest(s, which, rest);
@@ -137,8 +134,7 @@ static void tr_note_reversals(tr_sim *s, double theta_end) {
     for (int it = 0; it < HALVES_MOST && b - a > THETA_ROUND_OFF; ++it) {
       double m = 0.5 * (a + b), t = s->step.t0 + m * s->step.size;
       tr_dense_eval(s, m, y);
-      tr_set_time(s, t);
-      k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+      tr_maps_at(s, t, y);
       if (tr_along(s, i) < 0.0) b = m; else a = m;
     }
     zone->reversal = s->step.t0 + b * s->step.size;

@@ -86,7 +86,7 @@ static int tr_passes_fold(tr_sim *s) {
   int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_all_contacts(s, y, before);
   for (int i = 0; i < n; ++i) y[i] += h * TR_A(s, K)[i];
   if (tr_project(s, s->clock.t + h, y)) {
-    s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_maps_of(s, y);
     if (tr_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && tr_fits_branches(s)) {
       int pair = tr_most_changed(s, was + k->active, TR_A(s, z) + k->active), first = tr_pair_of(s, pair)->contact0;
       contacts = contacts && tr_all_contacts(s, y, after);

@@ -13,8 +13,7 @@ int tr_hold_all(tr_sim *s, tr_held *out) {
     if (tr_is_set(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
   }
   if (e == 0) return 1;
-  tr_set_time(s, s->clock.t);
-  k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * e);
   if (!tr_solve_modes(s)) return 0;
   tr_solve_modes(s); /* shares of a group follow from the loads of the first solution */

@@ -18,8 +18,7 @@ static int tr_as_before(const tr_sim *s, const tr_mode *then) {
 
 /* Surface speed of every pair at (t, y), m/s. */
 static void tr_speeds(tr_sim *s, double t, const double *y, double *speed) {
-  tr_set_time(s, t);
-  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) speed[i] = tr_pair_speed(s, i);
 }
 

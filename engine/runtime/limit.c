@@ -47,7 +47,7 @@ static int tr_limit(tr_sim *s, double least) {
   const tr_kernel *k = s->k;
   int a = k->active;
   if (!a || s->loops.rank < 1) return TR_OK;
-  tr_maps_at(s, TR_A(s, y));
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
   if (!tr_finite(k->nmaps, TR_A(s, maps))) return TR_OK;
   double *L = TR_A(s, S), lost[a], most = 0.0;
   s->loops.rank_now = tr_cholesky(a, TR_A(s, maps), TR_A(s, d), L, (int *)TR_A(s, perm), s->loops.rank, 0.0, GROW_PIVOT);

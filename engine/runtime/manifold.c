@@ -65,7 +65,7 @@ static void tr_correction(tr_sim *s, const double *y, const double *h, double *d
   const tr_kernel *k = s->k;
   int a = k->active;
   double b[a], dlam[a];
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_of(s, y);
   tr_factor(s);
   for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
   tr_solve_S(s, b, dlam);

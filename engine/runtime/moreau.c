@@ -52,8 +52,7 @@ static int tr_moreau_decides(tr_sim *s, const int *rest, int n, double h) {
 static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = 0, runs = 0;
-  tr_set_time(s, t);
-  k->stage1(TR_A(s, x), mid, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, t, mid);
   if (k->active + k->neta == 0) return 1;
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set(s, i)) continue;
@@ -74,8 +73,7 @@ static int tr_has_turned(tr_sim *s, double t, const double *y) {
   for (int i = 0; i < k->nsliders && s->moreau.frozen && !turned; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     if (!tr_is_set(s, i) || pair->nrates == 1 || pair->cone || tr_is_stuck(s, i) || tr_starts_sliding(s, i)) continue;
-    tr_set_time(s, t);
-    k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_maps_at(s, t, y);
     const double *r = tr_slider_rates(s, i), *d = tr_mode_of(s, i)->direction, *arm = TR_A(s, arm) + pair->eta0;
     double along = 0.0, size = 0.0;
     for (int j = 0; j < pair->nrates; ++j) along += r[j] * d[j] * arm[j] * arm[j], size += d[j] * d[j] * arm[j] * arm[j];
@@ -107,8 +105,7 @@ static void tr_moreau_rests(tr_sim *s, double t, const double *y, const tr_mode 
   for (int i = 0; i < pairs; ++i) held |= tr_is_stuck(s, i), stopped |= tr_is_stuck(s, i) && tr_flag(then + i) != TR_STUCK;
   if (!held || (!stopped && !s->k->active)) return;
   memcpy(slope, TR_A(s, dy), sizeof slope);
-  tr_set_time(s, t);
-  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, t, y);
   for (int i = 0; i < pairs && s->k->active; ++i)
     if (tr_is_set(s, i) && !tr_is_stuck(s, i) && tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s)) tr_mode_of(s, i)->flag = TR_STUCK, stopped = 1;
   if (stopped && tr_rhs(s, t, y, TR_A(s, dy))) {

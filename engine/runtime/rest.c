@@ -105,7 +105,7 @@ static int tr_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n) {
   const tr_kernel *k = s->k;
   for (int more = n; n; n = more) {
     tr_bring_to_rest(s, y, rest, n);
-    k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+    tr_maps_of(s, y);
     if (!k->active) break; /* in a tree no pair's rest follows from another's */
     more = tr_at_rest(s, also, rest);
     if (more <= n) break;

@@ -88,6 +88,12 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_signa
 /* Make t the moment of the block's own signals. */
 static inline void tr_set_time(tr_sim *s, double t) { tr_signals_at(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
+/* Put the maps of the state y in place, at the moment whose signals are. */
+static void tr_maps_of(tr_sim *s, const double *y) { s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy)); }
+
+/* The same at time t. */
+static void tr_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t), tr_maps_of(s, y); }
+
 /* Defined in the files that come after this one. */
 static double tr_set_violation(tr_sim *s, int i);
 static double tr_turn_violation(const tr_sim *s, int i);

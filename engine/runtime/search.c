@@ -109,8 +109,7 @@ static int tr_event_at(tr_sim *s, double theta, int *which) {
   double *y = TR_A(s, yout), was[s->k->nsliders + 1];
   tr_speeds_at_start(s, was);
   tr_dense_eval(s, theta, y);
-  tr_set_time(s, s->step.t0 + theta * s->step.size);
-  s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, s->step.t0 + theta * s->step.size, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_turned_back(s, i) || (i != *which && tr_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
     if (tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s) && !tr_stops_on_line(s, i)) { /* on a line it has across what loops are open by */

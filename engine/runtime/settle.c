@@ -82,10 +82,9 @@ static int tr_balls_cross(tr_sim *s) {
 /* Decide the modes of the pairs `rest` (n) at (t, y), and evaluate; what balls do follows from the forces that come of it, and these from
  * what balls do. */
 static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
-  const tr_kernel *k = s->k;
   for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
     if (n) {
-      k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+      tr_maps_of(s, y);
       if (!(*decided = tr_decide(s, rest, n, released))) return TR_FAIL_MODES;
       tr_note_answers(s, t, rest, n, ANSWERS_LATER);
     }

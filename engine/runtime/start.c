@@ -13,7 +13,7 @@ static int tr_start_sets(tr_sim *s, double *y) {
   int n = tr_at_rest(s, -1, rest);
   if (n == 0) return TR_OK;
   tr_bring_to_rest(s, y, rest, n);
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_of(s, y);
   if (tr_decide(s, rest, n, -1)) {
     tr_note_answers(s, s->clock.t, rest, n, ANSWERS_AT_START);
     return TR_OK;
@@ -36,7 +36,7 @@ static int tr_start_modes(tr_sim *s) {
   s->step.aside = 0;
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode_of(s, i), 0, sizeof(tr_mode)), tr_zone_of(s, i)->inside = 0;
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_of(s, y);
   for (int i = 0; i < k->nsliders; ++i) tr_freeze(s, i);
   const double *rates = map_rates(k, TR_A(s, maps));
   const tr_sliding *now = tr_sliding_of(s, 0);
@@ -66,8 +66,7 @@ static int tr_decides_anew(tr_sim *s) {
   tr_mode modes[k->nsliders + 1];
   if (!k->sets || s->step.trouble != TR_FAIL_MODES) return 0;
   s->step.watch = 0, s->step.trouble = TR_OK;
-  tr_set_time(s, s->clock.t);
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, s->clock.t, y);
   tr_keep_modes(s, modes);
   for (int i = 0; i < k->nsliders; ++i) {
     tr_mode *m = tr_mode_of(s, i);
@@ -87,8 +86,7 @@ static int tr_searches_on(tr_sim *s, int code) {
   if (!k->sets || s->friction.searched == s->clock.t || (code != TR_FAIL_MODES && s->step.have_k1)) return 0;
   s->friction.searched = s->clock.t, s->step.watch = 0;
   tr_keep_modes(s, modes);
-  tr_set_time(s, s->clock.t);
-  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, s->clock.t, y);
   s->friction.anywhere = 1;
   int found = tr_settles_anew(s, s->friction.failed, modes, 0);
   s->friction.anywhere = 0;

@@ -190,8 +190,7 @@ static int tr_at_rest(tr_sim *s, int also, int *rest);
  * that are at rest. */
 int tr_verify(tr_sim *s, int deciding) {
   int rest[s->k->nsliders + 1], n = 0;
-  tr_set_time(s, s->clock.t);
-  s->k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
   if (deciding) n = tr_at_rest(s, -1, rest);
   return tr_broken(s, TR_A(s, y), deciding ? rest : 0, n);
 }

@@ -11,7 +11,6 @@ import pytest
 
 import engine
 from engine.bounds.asking import asked
-from engine.bounds.cones import pairs
 from engine.bounds.motions import motions
 from engine.bounds.statics import Statics, statics
 from engine.contact import REGISTRY as CONTACTS
@@ -122,7 +121,7 @@ def test_what_does_not_hold_as_it_is_is_sure_of_nothing() -> None:
 
 def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
     """Random states in equilibrium that the kernel's laws admit: (capacities, friction over capacity, signed friction)."""
-    a = asked(st, tuple(pairs(st.joints)), None, 5)
+    a = asked(st, tuple(st.pairs()), None, 5)
     caps, shares, sizes = [], [], []
     for _ in range(n):
         X = np.append(rng.normal(0.0, 10.0 ** rng.uniform(-3, 0), a.space.open), 1.0)
@@ -156,9 +155,8 @@ def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[
     for _ in range(20):
         N, eta = rng.normal(size=len(st.reaction)), rng.normal(size=st.system.neta)
         held = st.probe.capacities(N, eta)
-        for k, p in enumerate(pairs(st.joints)):
-            j = next(j for j in st.joints if j.element.joint.name == p.joint)
-            mine, sense = N[j.at : j.at + len(j.element.needs)], np.sign(eta[p.eta[0]])
+        for k, p in enumerate(st.pairs()):
+            mine, sense = N[st.joint(p.joint).reactions], np.sign(eta[p.eta[0]])
             norms = next(c for c in p.capacities if c.sense * sense >= 0.0).norms
             assert sum(n.weight * np.linalg.norm(n.rows @ mine) for n in norms) == pytest.approx(held[k, 0], rel=1e-12)
             assert np.linalg.norm(p.friction @ eta[list(p.eta)]) == pytest.approx(held[k, 1], rel=1e-12)
@@ -187,7 +185,7 @@ def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
     scene["bodies"]["gate"] = {"mass": 3.0, "inertia": [1, 1, 1], "center": [0.2, 0, 0], "points": {"p": [0, 0, 0]}}
     scene["joints"]["own"] = scene["joints"]["high"] | {"inboard": "ground", "outboard": "gate.p", "start": {"q": 0}}
     st = statics(scene_given(scene))
-    ps = tuple(pairs(st.joints))
+    ps = tuple(st.pairs())
     found = motions(st, ps)[0]
     assert sorted(tuple(ps[i].joint for i in m.moving) for m in found) == [("low", "high"), ("own",)]
 
