@@ -3,7 +3,7 @@
 
 #define ROW_SLACK 1e-12       /* of the time, at least of 1 s: a row this far beyond the end of a step is a row at its end */
 #define SAME_EVENT_TIME 1e-12 /* of the time, at least of 1 s: events closer to each other than that chatter */
-#define NO_DIRECTION 1e-9     /* of the speed unit: the direction of what is slower is that of round-off */
+#define NO_MOTION 1e-9     /* of the speed unit: the direction of what is slower is that of round-off */
 #define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
 #define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
 #define HALVES_MOST 60        /* bisections on θ: they reach its round-off */
@@ -41,7 +41,7 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   tr_maps_at(s, t, y);
   for (int i = 0; i < k->nsliders; ++i) {
     stops[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
-               tr_pair_speed(s, i) <= NO_DIRECTION * tr_speed_unit(s);
+               tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
     any |= stops[i];
   }
   for (double part = JUST_BEFORE; any && part <= 1.0; part *= BEFORE_GROWS) {
@@ -51,7 +51,7 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
     any = 0;
     for (int i = 0; i < k->nsliders; ++i) {
       if (!stops[i]) continue;
-      stops[i] = tr_pair_speed(s, i) <= NO_DIRECTION * tr_speed_unit(s);
+      stops[i] = tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
       if (!stops[i]) tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), tr_pair_speed(s, i));
       any |= stops[i];
     }

@@ -105,6 +105,7 @@ static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkin
 static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
 
 /* How far apart two times may be and still be the same: round-off of sums of steps, of the time but at least of 1 s. */
+#define TURN 6.283185307179586 /* rad */
 #define SAME_TIME 1e-13
 static inline double tr_same_time(double t) { return SAME_TIME * fmax(1.0, fabs(t)); }
 

@@ -2,7 +2,6 @@
 #include "modes.h"
 
 #define OPEN_FORCE 1e-140 /* N: what is left of a normal force where there is none (the contact forms keep their roots off zero) */
-#define TURN 6.283185307179586 /* rad */
 
 /* Directions of λ (rows × count) that the motion leaves open at the state just solved, and their scaled reactions N (nkappa × count);
  * base: the scaled reactions of z. Returns the count. */

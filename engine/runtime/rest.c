@@ -2,7 +2,6 @@
 #include "modes.h"
 
 #define HELD_PART 0.25 /* of a period or a turn: eight points see every top of a margin that swings with it (``search.c``) */
-#define TURN 6.283185307179586
 
 /* Whether pair i, of a class, is as slow as the class is while pair j of it is as good as at rest. */
 static int tr_rests_with(const tr_sim *s, int i, int j) {

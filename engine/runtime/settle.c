@@ -4,7 +4,7 @@
 
 #define TURN_NOTED 0.017453292519943295 /* rad: contacts of other joints that turn by more at an event are recorded too */
 #define BALL_TURNS 4                    /* decisions that balls may undo by changing their branch */
-#define BRANCHES_MOST 4                 /* events at one time at which a ball changes its branch: once is enough where one of the two leads on */
+#define BRANCH_CHANGES 4                /* events at one time at which a ball changes its branch: once is enough where one of the two leads on */
 #define CONE_NEAR 1e-6                  /* of s²/|ω|²: a ball this near to its cone, once the loops are closed, is at it */
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
@@ -57,7 +57,7 @@ static void tr_change_branch(tr_sim *s, int i) {
 static int tr_meets_cone(tr_sim *s, double t, const double *y, int i) {
   const int turns_back = tr_flag(tr_mode_of(s, i)) != TR_CONE && tr_sliding_of(s, i)->cone > CONE_NEAR;
   s->step.margin_end = NAN;
-  if (s->events.chatter > BRANCHES_MOST) return TR_FAIL_MULTIPLIERS;
+  if (s->events.chatter > BRANCH_CHANGES) return TR_FAIL_MULTIPLIERS;
   tr_change_branch(s, i);
   if (tr_rhs(s, t, y, TR_A(s, dy)) && !(turns_back && tr_sliding_of(s, i)->cone > 0.0)) return TR_OK;
   if (!turns_back) return TR_FAIL_MULTIPLIERS;

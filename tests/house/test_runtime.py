@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,3 +60,10 @@ def test_the_runtimes_page_lists_every_file() -> None:
     page = (RUNTIME / "README.md").read_text(encoding="utf-8")
     listed = re.findall(r"^\| `([\w.]+)` \|", page, re.MULTILINE)
     assert sorted(listed) == sorted(f.name for f in RUNTIME.glob("*.[ch]"))
+
+
+def test_a_number_has_one_name_and_a_name_one_number() -> None:
+    """All files are one translation unit: a name defined again would mean one thing above that line and another below."""
+    text = "".join(f.read_text(encoding="utf-8") for f in sorted(RUNTIME.glob("*.[ch]")))
+    defined = Counter(re.findall(r"^#define ([A-Z_0-9]+) (?!_Pragma)", text, re.MULTILINE))
+    assert [name for name, count in defined.items() if count > 1] == []
