@@ -131,7 +131,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   tr_units(s);
   if (k->active) {
     tr_maps_at(s, t, TR_A(s, y));
-    tr_scale_rows(s);
+    tr_scale_rows(s, tr_rows_hold_nothing(s, TR_A(s, y)));
     tr_note_rank(s);
   }
   tr_shift(s, t, TR_A(s, y));

@@ -5,6 +5,7 @@
 #define TIGHT 1e-13         /* of the length (rad): closed; a hundredth of it ends the search, the rest is for where round-off is larger */
 #define TIGHT_ENDS 1e-2
 #define NO_ROW 1e-30        /* squared unit changes: a row that nothing may change */
+#define NO_LEVER 1e-12      /* of the length (rad): what a unit change moves no row by more than is round-off */
 #define ROW_DEPENDS 1e-10   /* of a row's scale: pivots of rows that follow from others */
 #define TIGHT_LAST 4e-15    /* of the largest coordinate (rad; of the length) where that is far out: its own round-off */
 #define TIGHT_MOST 5e-9     /* below what counts as open later */
@@ -31,6 +32,18 @@ static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
     for (int i = 0; i < rows; ++i) G[i + rows * j] = h1[rows + i] - h0[rows + i];
   }
   memcpy(y + k->nq, v, sizeof(double) * k->nv);
+}
+
+/* Whether no freedom moves any active row at y by more than round-off: all that the loops ask follows from the joints outside of them, as for a
+ * door on two hinges. In axes that are not the world's nothing else tells what is left from rows. */
+static int tr_rows_hold_nothing(tr_sim *s, double *y) {
+  const tr_kernel *k = s->k;
+  double *G = TR_A(s, jac);
+  tr_constraint_jacobian(s, y, G);
+  for (int i = 0; i < k->active; ++i)
+    for (int j = 0, r = k->active_rows[i]; j < k->nv; ++j)
+      if (fabs(G[r + k->rows * j]) * tr_rate_unit(s, j) > NO_LEVER * tr_row_unit(s, r)) return 0;
+  return 1;
 }
 
 /* δ = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest change in the weighted sense. weight: nv. */

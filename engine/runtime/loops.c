@@ -27,8 +27,9 @@ static void tr_solve_S(tr_sim *s, const double *b, double *x) {
 }
 
 /* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind, and a kind that has
- * nothing but round-off (the turns of a planar loop, unless its axes are the world's) what the other amounts to over the length. */
-static void tr_scale_rows(tr_sim *s) {
+ * nothing but round-off (the turns of a planar loop, unless its axes are the world's) what the other amounts to over the length. Where no row
+ * holds anything (`nothing`) none is scaled up: all pivots stay round-off. */
+static void tr_scale_rows(tr_sim *s, int nothing) {
   const tr_kernel *k = s->k;
   const double *S = TR_A(s, maps);
   double *d = TR_A(s, d), big[2] = {0.0, 0.0};
@@ -43,7 +44,7 @@ static void tr_scale_rows(tr_sim *s) {
   for (int i = 0; i < n; ++i) {
     double m = S[i + i * n], b = big[k->row_kind[k->active_rows[i]]];
     if (!(m > NOTHING_OF_ROW * b)) m = b;
-    d[i] = m > 0.0 ? 1.0 / sqrt(m) : 1.0;
+    d[i] = m > 0.0 && !nothing ? 1.0 / sqrt(m) : 1.0;
   }
 }
 
