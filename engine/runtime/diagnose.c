@@ -91,8 +91,10 @@ static int tr_lets_spin(tr_sim *s) {
   s->step.watch = 0;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s)) continue;
+    const tr_branch was = tr_branch_at(s, i, s->clock.t, y);
     tr_mode_of(s, i)->flag = TR_CONE;
     if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->cone < 0.0) {
+      tr_log_fold(s, i, s->clock.t, y, &was);
       s->step.have_k1 = s->step.have_jac = 0;
       s->step.h = s->set.hfixed;
       s->stats.events++;

@@ -182,6 +182,7 @@ static void tr_finish_impulses(tr_sim *s) {
 static int tr_finish_set(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
   const int which = s->pending.which;
+  const tr_branch was = tr_branch_before(s, which);
   double before[tr_width(s)];
   tr_mode modes[s->k->nsliders];
   s->friction.capture = s->friction.missed = -1;
@@ -189,13 +190,15 @@ static int tr_finish_set(tr_sim *s) {
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
   if (tr_needs_sharpening(s, which)) tr_sharpen(s, which, &te, ye);
   tr_keep_modes(s, modes), memcpy(before, ye, sizeof before);
-  int code = !s->pending.captured && tr_moving_ball(s, which) ? tr_meets_cone(s, te, ye, which) : tr_settle(s, te, ye, which);
+  const int ball = !s->pending.captured && tr_moving_ball(s, which);
+  int code = ball ? tr_meets_cone(s, te, ye, which) : tr_settle(s, te, ye, which);
   if (code != TR_OK) { /* this is where it ends, or goes on by an impact: as it was before anything was brought to rest */
     tr_put_modes(s, modes);
     tr_shift(s, te, before);
     s->friction.failed = which;
     return code;
   }
+  if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
   tr_note_chatter(s, te);
   tr_shift(s, te, ye);
@@ -211,6 +214,7 @@ static int tr_finish_event(tr_sim *s) {
   int i = s->pending.which, pair = i < s->k->nsliders;
   if (pair && tr_is_set(s, i)) return tr_finish_set(s);
   tr_dense_state(s, s->pending.theta, ye);
+  const tr_branch was = tr_branch_before(s, i);
   double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
   if (pair && tr_slides(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
     tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);
@@ -223,6 +227,7 @@ static int tr_finish_event(tr_sim *s) {
   int entering = pair && tr_slides(s, i);
   if (pair && tr_chooses(s)) tr_kink_passed(s);
   tr_switch(s, i, te, ye);
+  if (entering) tr_log_fold(s, i, te, ye, &was);
   tr_shift(s, te, ye);
   s->step.have_k1 = s->step.have_jac = 0;
   double h = s->pending.h * fmin(s->pending.grow, 1.0);

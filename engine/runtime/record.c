@@ -2,6 +2,9 @@
  * reversal is known only when the zone is left again: until then the zone keeps what was there when it was entered. */
 #include "modes.h"
 
+#define FOLD_BEFORE 1e-4 /* of the step: so much before its event a ball is looked at; a tilt that ends smoothly, as a root, is below 0.01 there */
+#define FOLD_TILT 0.017  /* of a ball's tilt, a degree: what its branch changes by less is no jump */
+
 /* Orientation angle of a contact. */
 static double tr_angle_of(const tr_contact *p) { return atan2(p->vector[1], p->vector[0]); }
 
@@ -86,6 +89,43 @@ static void tr_leap(tr_sim *s, int i, double t, const double *y) {
   const int n = tr_slider_contacts(s, i, y, before);
   if (!tr_slides_elsewhere(s, TR_A(s, z) + s->k->active, i) || !tr_rhs(s, t, y, TR_A(s, dy))) return;
   tr_log(s, t, TR_EV_FOLD, i, before, after, tr_slider_contacts(s, i, y, after) ? n : 0);
+}
+
+/* A ball's friction just before its event: its tilt (not a number: not known), its contacts. */
+typedef struct tr_branch {
+  double tilt;
+  int ncontacts;
+  tr_contact contacts[TR_EVENT_CONTACTS];
+} tr_branch;
+
+/* Tilt of ball i at the state just evaluated; one that turns about its contact has none. */
+static double tr_tilt_now(const tr_sim *s, int i) { return sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0)); }
+
+/* What there is of ball i at (t, y), in the modes in force. Multipliers are left as they were. */
+static tr_branch tr_branch_at(tr_sim *s, int i, double t, const double *y) {
+  tr_branch was = {.tilt = NAN};
+  const int n = s->k->active + s->k->neta;
+  double z[n + 1];
+  tr_copy(n, TR_A(s, z), z);
+  if (tr_rhs(s, t, y, TR_A(s, dy))) was.tilt = tr_tilt_now(s, i), was.ncontacts = tr_slider_contacts(s, i, y, was.contacts);
+  tr_copy(n, z, TR_A(s, z));
+  return was;
+}
+
+/* The same just before the event of pair or stop `which` that cuts the step short; nothing is known of what is no ball. */
+static tr_branch tr_branch_before(tr_sim *s, int which) {
+  const double theta = s->pending.theta * (1.0 - FOLD_BEFORE);
+  if (which >= s->k->nsliders || !tr_pair_of(s, which)->cone || s->pending.captured) return (tr_branch){.tilt = NAN};
+  tr_dense_state(s, theta, TR_A(s, yout));
+  return tr_branch_at(s, which, s->step.t0 + theta * s->step.size, TR_A(s, yout));
+}
+
+/* Ball i has had its event at (t, y), just evaluated. Where its friction has jumped to its other branch, the root that was followed has
+ * folded away: that is told. */
+static void tr_log_fold(tr_sim *s, int i, double t, const double *y, const tr_branch *was) {
+  tr_contact after[TR_EVENT_CONTACTS];
+  if (fabs(tr_tilt_now(s, i) - was->tilt) > FOLD_TILT)
+    tr_log(s, t, TR_EV_FOLD, i, was->contacts, after, tr_slider_contacts(s, i, y, after) ? was->ncontacts : 0);
 }
 
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */

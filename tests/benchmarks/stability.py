@@ -15,10 +15,11 @@ from engine.scene.dump import scene_to_yaml
 from tests.stability.row import EDGE, Edge, Row
 from tests.stability.rows import ROWS
 
+COUNT = "Twenty-five"
 PEERS = {"SciPy": "scipy", "MuJoCo": "mujoco"}
 HEAD = """# Stability gallery
 
-Twenty-two places where methods for mechanisms with friction fail, each with a scene to run:
+{count} places where methods for mechanisms with friction fail, each with a scene to run:
 
     python3 -m venv .venv && . .venv/bin/activate && pip install -q .
     trunnion simulate models/stability/01_zero_speed.yaml
@@ -46,8 +47,8 @@ def said(edge: Edge) -> str:
 def elsewhere(row: Row, peers: dict) -> str:
     """Table cell for other programs: what was measured now, else what the row says of them."""
     found = []
-    for name, side in peers.items():
-        if row.number in side.STATEMENTS:
+    for name, sides in peers.items():
+        for side in (s for s in sides if row.number in s.STATEMENTS):
             who = "" if row.number in getattr(side, "BY_ITSELF", ()) else f"{name}: "
             found.append(f"*{who}{side.STATEMENTS[row.number]()}*")
     return "<br>".join(found) or row.elsewhere
@@ -60,7 +61,7 @@ def installed() -> dict:
         if importlib.util.find_spec(package) is None:
             print(f"{name} is skipped: not installed (pip install {package})", file=sys.stderr)
         else:
-            out[name] = importlib.import_module(f"tests.benchmarks.stability_{package}")
+            out[name] = [importlib.import_module(f"tests.benchmarks.{part}_{package}") for part in ("stability", "shares")]
     return out
 
 
@@ -74,7 +75,7 @@ def main(write: bool) -> None:
         if write:
             title = f"# {row.number}. {row.title}: {row.edges[0].at}; one part in a million beyond (where it is a threshold).\n"
             (folder / file).write_text(title + scene_to_yaml(row.edges[0].scene(EDGE)), encoding="utf-8")
-    text = HEAD.replace("{peers}", " and ".join(peers) or "others") + "\n".join(lines) + "\n"
+    text = HEAD.replace("{count}", COUNT).replace("{peers}", " and ".join(peers) or "others") + "\n".join(lines) + "\n"
     print(text)
     if write:
         (folder / "README.md").write_text(text, encoding="utf-8")

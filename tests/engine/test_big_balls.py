@@ -9,6 +9,7 @@ import pytest
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 from tests.engine.big_balls import big_balls
+from tests.stability.brakes import GRIPS, LEAVES, loosened, tightened
 
 STARTS_ELSEWHERE = (3, 19, 24, 29)
 """Seeds of two balls in which sliding does not start where the turning about the contact ends."""
@@ -50,3 +51,18 @@ def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int
         assert r.outcome.ok
         assert r.stats.events <= 2 * exact.stats.events
         assert any(e.kind == "fold" for e in r.events)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "regularized"])
+@pytest.mark.parametrize("turned", [tightened, loosened])
+def test_a_ball_whose_branch_folds_away_tells_so_once_by_every_method_and_tolerance(turned, law: str) -> None:
+    """A brake well beyond its thresholds: forces jump, velocities do not, at the time that is known in closed form."""
+    scene = turned(0.3, law)
+    until = float(scene.simulation.until)
+    share = (1.0 - 0.5) / (1.3 - 0.5) if turned is tightened else (1.2 * LEAVES - GRIPS) / (1.2 * LEAVES - 0.7 * GRIPS)
+    for method in ("auto", "rk5", "rk8", "rosenbrock"):
+        for rtol in (1e-5, 1e-7, 1e-9):
+            r = simulate(scene, until=until, every=until, rtol=rtol, method=method)
+            assert r.outcome.ok
+            assert [(e.kind, e.joint) for e in r.events] == [("fold", "ball")]
+            assert r.events[0].time / until == pytest.approx(share, abs=100 * rtol)

@@ -1,9 +1,9 @@
-"""The twenty-two places where methods fail (METHOD, "Where methods fail"): a scene for each, as a function of how far it is
+"""The twenty-five places where methods fail (METHOD, "Where methods fail"): a scene for each, as a function of how far it is
 beyond its threshold, and what is to be said of it on both sides. The rows stand in one module for each kind of mechanism."""
 
 from __future__ import annotations
 
-from tests.stability import guides, journals, loops, pendulums, rests, solids
+from tests.stability import brakes, guides, journals, loops, pendulums, rests, shares, solids
 
-KINDS = (guides, journals, loops, pendulums, rests, solids)
+KINDS = (brakes, guides, journals, loops, pendulums, rests, shares, solids)
 ROWS = tuple(sorted((row for kind in KINDS for row in kind.ROWS), key=lambda r: r.number))

@@ -1,0 +1,56 @@
+"""What SciPy and plain linear algebra do at the gallery's rows about roots that fold away, shared loads and events on their
+edge, for the table of ``stability``."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
+
+from tests.stability.brakes import ARM, GRIPS, LEAVES, MU, PRESS, REACH
+from tests.stability.shares import BLOCK, MU_TABLE, SPRING, G, crooked
+
+
+def fold() -> str:
+    """Row 23: the force across the shaft, followed from root to root as the torque falls."""
+
+    def lack(y, torque: float):
+        return ARM * y - torque - REACH * np.sqrt(np.maximum(y * y - (MU * PRESS) ** 2, 0.0))
+
+    root = 2 * LEAVES / ARM
+    for torque in np.linspace(1.2 * LEAVES, 0.9 * GRIPS, 500):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            (root,), found, code, _ = fsolve(lack, root, args=(torque,), full_output=True)
+        if code != 1:
+            left = abs(found["fvec"][0]) / torque
+            at = f"{torque / GRIPS:.4f} of the threshold"
+            return f"fsolve, following the root: none from {at} on (code {code}, {left:.1g} of the torque left)"
+    return "fsolve, following the root, goes over to the other one without a word"
+
+
+def door() -> str:
+    """Row 24: reactions of least norm."""
+    return f"reactions of least norm, N and N m alike: friction {crooked():.0f} times that of equal contacts"
+
+
+def marginal() -> str:
+    """Row 25: both sides of the threshold, regularised; where it is ten seconds after it has come to rest."""
+    most, ends = MU_TABLE * G * BLOCK / SPRING, []
+    for beyond in (-1e-6, 1e-6):
+
+        def rate(_t: float, y) -> list[float]:
+            return [y[1], -SPRING / BLOCK * y[0] - MU_TABLE * G * float(np.clip(y[1] / 1e-4, -1, 1))]
+
+        half = math.pi * math.sqrt(BLOCK / SPRING)
+        s = solve_ivp(rate, (0.0, half + 10.0), [3 * (1 + beyond) * most, 0.0], "Radau", rtol=1e-8, atol=1e-12)
+        ends.append(1000 * (s.y[0, -1] + most))
+    crept = f"has crept {ends[0]:.2f} and {ends[1]:.2f} mm in 10 s"
+    return f"regularised at 1e-4 m/s: on both sides it neither stops nor turns, and {crept}"
+
+
+BY_ITSELF = (24,)
+STATEMENTS = {23: fold, 24: door, 25: marginal}
