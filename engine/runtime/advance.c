@@ -198,8 +198,8 @@ static int tr_goes_on(tr_sim *s, int code) {
     s->moreau.failed_t = s->clock.t;
   }
   const int more = tr_resumed_here(s) < s->k->nsliders;
-  if (!(more && (tr_decides_anew(s) || tr_lets_spin(s) || tr_slow_pair_stops(s))) && !tr_searches_on(s, code) && !tr_passes_fold(s) &&
-      !(s->friction.resumed < RESUMED_MOST * s->k->nsliders && tr_through_jam(s)))
+  if (!(more && (tr_decides_anew(s) || tr_lets_spin(s) || tr_slow_pair_stops(s))) && !tr_searches_on(s, code) && !tr_holds_otherwise(s) &&
+      !tr_passes_fold(s) && !(s->friction.resumed < RESUMED_MOST * s->k->nsliders && tr_through_jam(s)))
     return 0;
   s->friction.resumed++, s->friction.failed = -1;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;

@@ -232,10 +232,12 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   const int many = tr_are_many(s, rest, n);
   memcpy(old, eta, sizeof(double) * s->k->neta);
   s->friction.undecided = 0;
-  if (released >= 0 && s->friction.shares) {
+  const int shares = s->friction.shares;
+  for (s->friction.kept = 0; released >= 0 && shares && s->friction.kept < 2; ++s->friction.kept) {
     if (tr_hold_anew(s, rest, n)) return 2;
     memcpy(eta, old, sizeof(double) * s->k->neta);
   }
+  s->friction.kept = 0;
   if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
   return tr_decide_by_turns(s, rest, n, released, old) || tr_enumerate(s, rest, n, 1) > 0;
 }

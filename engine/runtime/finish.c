@@ -65,7 +65,7 @@ static void tr_keep_shares(tr_sim *s, double t, const double *y) {
   const int which = s->pending.which, a = k->active, e = k->neta;
   int rest[k->nsliders + 1];
   double eta[e + 1];
-  if (!s->friction.shares || which >= k->nsliders || !tr_is_set(s, which) || !tr_is_stuck(s, which)) return;
+  if (!s->friction.shares || s->friction.kept || which >= k->nsliders || !tr_is_set(s, which) || !tr_is_stuck(s, which)) return;
   tr_maps_at(s, t, y);
   tr_mode modes[k->nsliders + 1];
   tr_keep_modes(s, modes), memcpy(eta, TR_A(s, z) + a, sizeof(double) * e);
@@ -200,6 +200,7 @@ static int tr_finish_set(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
+  s->moreau.burst_events += ball; /* a ball's branches are no events that accumulate: in steps of impulses it has the same two */
   tr_note_chatter(s, te);
   tr_shift(s, te, ye);
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));

@@ -18,7 +18,7 @@ static int tr_keep_loads(tr_sim *s, int n, const int *c, const double *A, const 
     if (!tr_is_one_of(pairs, count, owner)) pairs[count++] = owner;
   }
   creep.n = count;
-  if (count <= KEPT_MORE_THAN) return 0;
+  if (count <= KEPT_MORE_THAN && !s->friction.kept) return 0;
   tr_creep_index(s, &creep);
   if (creep.m > n) return 0;
   tr_creep_freedoms(s, &creep);

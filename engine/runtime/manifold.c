@@ -72,7 +72,9 @@ static void tr_correction(tr_sim *s, const double *y, const double *h, double *d
   tr_impulse(s, y, dlam, 0, 0, dv);
 }
 
-/* Bring y at time t back onto the manifold. 1 on success (or nothing to do), 0 when the loops stay open. */
+static void tr_hold_still(tr_sim *s, double *y);
+
+/* Bring y at time t back onto the manifold, pairs at rest at rest. 1 on success (or nothing to do), 0 when the loops stay open. */
 static int tr_project(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   if (k->nquat) tr_normalize(s, y);
@@ -108,5 +110,6 @@ static int tr_project(tr_sim *s, double t, double *y) {
     tr_residual(s, h, &pos, &vel);
     if (vel > SHRINKS * was) break;
   }
+  if (s->friction.still) tr_hold_still(s, y);
   return 1;
 }

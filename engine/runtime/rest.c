@@ -1,6 +1,7 @@
 /* Pairs that come to rest: which they are, and how what is left of their speed is taken from them. */
 #include "modes.h"
 
+#define HELD_SPEED 1e-12 /* of the speed unit: what is slower is at rest, but for round-off of closing the loops */
 #define HELD_PART 0.25 /* of a period or a turn: eight points see every top of a margin that swings with it (``search.c``) */
 
 /* Whether pair i, of a class, is as slow as the class is while pair j of it is as good as at rest. */
@@ -110,6 +111,16 @@ static int tr_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n) {
     if (more <= n) break;
   }
   return n;
+}
+
+/* Pairs at rest stay there at the state y, whose loops have just been closed by whatever moves most easily, held or not: the rates that this
+ * has given them are taken by impulses of their own friction, which leave the loops closed. */
+static void tr_hold_still(tr_sim *s, double *y) {
+  int rest[s->k->nsliders + 1], n = 0, moves = 0;
+  tr_maps_of(s, y);
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_stuck(s, i)) rest[n++] = i, moves |= tr_pair_speed(s, i) > HELD_SPEED * tr_speed_unit(s);
+  if (moves) tr_bring_to_rest(s, y, rest, n);
 }
 
 /* Rates of stuck tree joints stay exactly zero. */

@@ -49,6 +49,8 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
         ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is where its friction is solved for, not where it nearly is
         ("loop", 206, ("auto", 1e-6)),  # modes that hold for no time, between two events at once, have no row
         ("loop", 257, ("auto", 1e-6)),  # loads that are shared at rest have other roots, by which none holds
+        ("loop", 257, ("rk8", 1e-8)),  # the root by which a group at rest shares its load vanishes, and others hold it
+        ("loop", 247, ("rosenbrock", 1e-6)),  # what rests on a loop is not moved by closing the loop
         ("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end of the last stretch
         ("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
     ],
@@ -96,6 +98,22 @@ def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, flo
     r = simulate(case.scene, until=3.0 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
     turns = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
     assert turns == pytest.approx([0.0651845, 0.533914], rel=10.0 * rtol)
+
+
+@pytest.mark.parametrize("setting", [("rk5", 1e-5), ("rosenbrock", 1e-6)])
+def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tuple[str, float]) -> None:
+    """The light cross of loop 247 rests from 0.24 to 0.97 of the time, while all else moves fast. Closing the loop after a step
+    moves what is light, and what stopped it then opened the loop again: it moved at up to 0.03 rad/s for half of that time."""
+    case = rubbing("loop", 247)
+    span, (method, rtol) = 3.0 * time_scale(case), setting
+    r = simulate(case.scene, until=0.7 * span, every=0, method=method, rtol=rtol, outputs=["j3.qd[*]", "energy.*"])
+    stopped = max(e.time for e in r.events if (e.kind, e.joint) == ("stop", "j3"))
+    rests = r.time > stopped
+    assert r.outcome.ok
+    assert 0.23 * span < stopped < 0.25 * span
+    assert not any(e.kind == "slip" for e in r.events if e.joint == "j3" and e.time > stopped)
+    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8  # rad/s: round-off of what moves at 130
+    assert np.abs(r["energy.residual"]).max() < 10.0 * rtol * (np.ptp(r["energy.kinetic"]) + r["energy.dissipated"][-1])
 
 
 def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
