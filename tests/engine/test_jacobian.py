@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -23,7 +22,7 @@ from tests.engine.redundant import case_of as redundant_case
 from tests.engine.redundant import four_bar
 from tests.engine.states import block_after, block_at, differences, rate, time_differences
 from tests.reference.random_parts import RUBBING_TYPES
-from tests.reference.random_scenes import Case, first, random_loop, random_tree
+from tests.reference.random_scenes import Case, first, random_loop, random_tree, with_either_normal_force
 
 TOLERANCE = 1e-8
 """Relative to the largest entry of a row, or to 1. Differences of fourth order with steps of 1e-5 lose 11 of 16 digits, and more
@@ -42,8 +41,8 @@ CASES: dict[str, tuple[int, Property]] = {
 """Cases by name: number of loops, and the property that the scene must have."""
 
 
-SMALL = 16
-"""Most states of a case that compiles quickly; with 22 states it takes ten times as long."""
+SMALL = 14
+"""Most states of a case that compiles quickly; with 16 states it takes twice as long, with 22 ten times."""
 
 
 def states(case: Case) -> int:
@@ -94,12 +93,7 @@ def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: 
 @pytest.mark.parametrize("kind", RUBBING_TYPES)
 def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_state(law: str, kind: str) -> None:
     """Two joints of the type, one with exact contacts and one with Adams' normal force."""
-    case = random_tree(3, 2, types=(kind,), friction=1.0, drives=0.0, t=0.3, laws=(law,))
-    joints = {}
-    for (name, j), force in zip(case.scene.joints.items(), ("exact", "adams"), strict=True):
-        assert j.friction is not None
-        joints[name] = replace(j, friction=replace(j.friction, normal_force=force))
-    block = block_at(replace(case, scene=replace(case.scene, joints=joints)))
+    block = block_at(with_either_normal_force(random_tree(3, 2, types=(kind,), friction=1.0, drives=0.0, t=0.3, laws=(law,))))
     block.y[block.kernel.sizes["nq"] + block.kernel.sizes["nv"] : block.ny] += 0.05  # bristles
     check(block)
 
