@@ -131,7 +131,7 @@ def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Cod
     for e, _, _ in parts:
         mine = N[e.n0 : e.n0 + len(e.needs)]
         r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
-        found = rubbed(e, complete_wrench(e, mine), r, laws(sym, e, rates[nr:]), numbers(sym, e))
+        found = rubbed(sym, e, complete_wrench(e, mine), r, laws(sym, e, rates[nr:]), numbers(sym, e))
         values = ca.vertcat(values, found)
         derivative = ca.vertcat(derivative, ca.vec(ca.densify(ca.jacobian(found, mine))))
     stages = [

@@ -1,8 +1,8 @@
-"""Contacts of the joints on loops as springs: all of one radial stiffness, a face across an axis the same (METHOD, "Redundant
-loops").
+"""Contacts of the joints on loops as springs, those of a joint all of one radial stiffness, a face across its axis the same
+(METHOD, "Redundant loops").
 
-The rows are what the contacts press, each a force; their sum of squares is the elastic energy but for a factor. A joint without
-friction counts as one whose contacts are a part of its parts' radius of gyration apart.
+The rows are what the contacts press, each a force over the root of its spring's stiffness; their sum of squares is the elastic
+energy but for a factor. A joint without friction counts as one whose contacts are a part of its parts' radius of gyration apart.
 """
 
 from __future__ import annotations
@@ -19,11 +19,15 @@ from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import Element, joint_rates, laws, numbers
 from engine.recursion.reactions import frames, on_outboard, on_pin
 from engine.recursion.reduction import Model
+from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross
 from engine.system.structure import GROUND, Body, Joint
 
 PART = 0.1
 """Half length of the contacts of a joint without friction, of the radius of gyration of its parts."""
+USUAL = 1e8
+"""N/m; radial stiffness of the contacts of a joint that says none: about that of a steel pin of 20 mm in its bearing. It counts
+only beside joints that say theirs."""
 NO_SIZE = 1e-24
 """m²: a size that is none, squared, where one is divided by. What is scaled by it is squared again and must stay finite."""
 
@@ -50,20 +54,25 @@ def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None)
     drives = [_along(m, j, k, f, t) / arm for k in j.driven]
     if element is None:
         Ein = frames(m, j)[0]
-        rows = [HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f)))]
-        return ca.sparsify(ca.vertcat(*rows, *drives))
+        rows = ca.vertcat(HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f))))
+        return ca.sparsify(ca.vertcat(_softened(m.sym, j, rows), *drives))
     fc, mc = on_pin(m, acc, j, pick)
     parts = [*(fc[k, :] for k in range(3)), *(mc[k, :] for k in range(3))]
     unit = SX.sym("unit", 6)
     w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, -1 if j.pin_out else 1)
     pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(m, j, element, arm)), *[w[n] for n in element.thrusts])
     map_ = ca.sparsify(ca.jacobian(pressed, unit))
-    return ca.sparsify(ca.vertcat(map_ @ ca.vertcat(*parts), *drives))
+    return ca.sparsify(ca.vertcat(_softened(m.sym, j, map_ @ ca.vertcat(*parts)), *drives))
+
+
+def _softened(sym: Symbols, j: Joint, rows: SX) -> SX:
+    """Forces of a joint's contacts as rows: over the root of its stiffness, as they are where it says none."""
+    return rows if j.stiffness is None else ca.sqrt(USUAL / sym.leaf(j.stiffness)) * rows
 
 
 def rubbing_rows(m: Model, e: Element, values: SX) -> SX:
     """What the friction of sliding changes in the first rows of a joint (rows×1), its needed components of f_c, m_c given."""
-    return rubbed(e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
+    return rubbed(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
 
 
 def complete_wrench(e: Element, values: SX) -> Wrench:
@@ -72,13 +81,13 @@ def complete_wrench(e: Element, values: SX) -> Wrench:
     return Wrench({n: have.get(n, SX(0)) for n in COMPONENTS}, -1 if e.joint.pin_out else 1)
 
 
-def rubbed(e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:
+def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:
     """The same with everything given. With Adams' friction, which knows no contacts, none."""
     without = e.contact.pressed(w, rates, [], g)
     if e.friction.adams:
         return SX.zeros(len(without))
     with_ = e.contact.pressed(w, rates, ls, g)
-    return ca.vertcat(*[a - b for a, b in zip(with_, without, strict=True)])
+    return _softened(sym, e.joint, ca.vertcat(*[a - b for a, b in zip(with_, without, strict=True)]))
 
 
 def _sizes(m: Model, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Strict, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.basics.numbers import Bound, Order
+from engine.basics.numbers import POSITIVE, Bound, Order
 from engine.friction import DEFAULT
 from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
@@ -188,6 +188,8 @@ class Joint:
     """Part that carries the pin (ball, journal, shaft)."""
     pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
     """Travel of a screw in one turn."""
+    stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None
+    """Radial stiffness of each contact, 1e8 N/m if left out: decides how joints that rub share what redundant loops leave open."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""
     start: Start | None = None

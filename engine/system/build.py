@@ -111,11 +111,13 @@ class _Maker:
         a, b = point_of(self.scene, j.inboard), point_of(self.scene, j.outboard)
         frames = [frame(*axes_of(j, s)) for s in (j.inboard, j.outboard)]
         pitch = self.table.own(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
+        stiffness = self.table.own(f"joints.{name}.stiffness", j.stiffness, "N/m") if j.stiffness is not None else None
         return Joint(
             name, j.type, self.index[a[0]], self.index[b[0]],
             self.relative(a[0], self.label(j.inboard, f"joints.{name}.inboard"), a[1]),
             self.relative(b[0], self.label(j.outboard, f"joints.{name}.outboard"), b[1]),
             frames[0], frames[1], j.pin == "outboard", pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
+            stiffness=stiffness,
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:

@@ -112,6 +112,7 @@ class Joint:
     q0: int = 0
     v0: int = 0
     rows: int = 0
+    stiffness: Leaf | None = None
 
     @property
     def kind(self) -> JointKind:

@@ -3,6 +3,8 @@ model that knows no joint rows, only springs with friction (``reference.complian
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,8 @@ def _rub(rng: np.random.Generator, kind: str) -> sm.Friction:
     sizes = {"radius": rng.uniform(0.005, 0.03), "mu": rng.uniform(0.05, 0.6), "law": "coulomb"}
     if kind != "spherical":
         sizes["half_length"] = rng.uniform(0.02, 0.08)
+    if kind == "universal":
+        sizes |= {"radius": tuple(rng.uniform(0.005, 0.03, 2)), "half_length": tuple(rng.uniform(0.02, 0.08, 2))}
     if kind == "prismatic":  # long enough not to wedge
         sizes |= {"mu": rng.uniform(0.05, 0.3), "half_length": rng.uniform(0.15, 0.3)}
         sizes |= {"half_width": rng.uniform(0.01, 0.03), "half_height": rng.uniform(0.01, 0.03)}
@@ -33,9 +37,10 @@ def _rub(rng: np.random.Generator, kind: str) -> sm.Friction:
 
 def _carried(rng: np.random.Generator, kinds: tuple[str, ...], rate: float) -> Case:
     """A body that several joints on one axis carry: a door on its hinges, a carriage on two rails, a shaft in bearings."""
-    rails = "prismatic" in kinds
+    rails, crosses = "prismatic" in kinds, "universal" in kinds
     along = np.cumsum(rng.uniform(0.2, 1.0, len(kinds)))
-    where = [np.array([0.0, 0.3 * i, 0.1 * i]) if rails else np.array([0.0, 0.0, s]) for i, s in enumerate(along)]
+    where = [np.array([0.0, 0.3 * i, 0.1 * i]) if rails else np.array([0.0, 0.0, 0.0 if crosses else s])
+             for i, s in enumerate(along)]  # fmt: skip
     body = sm.Body(mass=rng.uniform(5, 30), center=tuple(rng.uniform(-0.3, 0.6, 3)), inertia=(2.0, 2.5, 1.8, 0.1, -0.2, 0.05))
     joints, q, qd = {}, {}, {}
     for i, (kind, at) in enumerate(zip(kinds, where, strict=True)):
@@ -47,8 +52,9 @@ def _carried(rng: np.random.Generator, kinds: tuple[str, ...], rate: float) -> C
         )  # fmt: skip
         angle = 0.3
         turned = {"spherical": np.r_[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], "cylindrical": np.array([0.0, angle])}
-        q[name] = turned.get(kind, np.array([0.0 if rails else angle]))
-        qd[name] = {"spherical": np.array([0, 0, rate]), "cylindrical": np.array([0.0, rate])}.get(kind, np.array([rate]))
+        q[name] = (turned | {"universal": np.array([angle, -0.4])}).get(kind, np.array([0.0 if rails else angle]))
+        rates = {"spherical": np.array([0, 0, rate]), "cylindrical": np.array([0.0, rate])}
+        qd[name] = (rates | {"universal": np.array([rate, -0.7 * rate])}).get(kind, np.array([rate]))
     scene = sm.Scene({"body": body}, joints, "carried", gravity=tuple(rng.uniform(-8, 8, 3)))
     return Case(scene, q, qd, 0.0, ("j0",))
 
@@ -59,14 +65,26 @@ FAMILIES = {
     "hinge and ball": ("revolute", "spherical"),
     "shaft in bearings": ("revolute", "cylindrical", "cylindrical"),
     "carriage on rails": ("prismatic", "prismatic"),
+    "two crosses": ("universal", "universal"),
 }
 
 
+def _stiffened(case: Case, rng: np.random.Generator, every: bool) -> Case:
+    """The case with contacts of unequal stiffness; unless ``every``, the first joint says none."""
+    joints = {
+        n: replace(j, stiffness=float(10 ** rng.uniform(7, 9)) if every or i else None)
+        for i, (n, j) in enumerate(case.scene.joints.items())
+    }
+    return replace(case, scene=replace(case.scene, joints=joints))
+
+
+@pytest.mark.parametrize("given", ["no stiffness", "every stiffness", "all but one"])
 @pytest.mark.parametrize("family", FAMILIES)
-def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(family: str) -> None:
-    for seed in range(4):
+def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(family: str, given: str) -> None:
+    for seed in range(4 if given == "no stiffness" else 2):
         rng = stream(seed, family, "stiff")
         case = _carried(rng, FAMILIES[family], float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0)))
+        case = case if given == "no stiffness" else _stiffened(case, rng, given == "every stiffness")
         mine = results(*engine_row(case))
         model = Compliant(forward(case.scene, {"j0": case.q["j0"]}, case.qd, 0.0))
         acceleration, _ = model.solve()
@@ -77,6 +95,20 @@ def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(fami
             expected = model.normal_force[name]
             assert np.abs(contacts - expected[: len(contacts)]).max() <= LIMIT * largest, (seed, name)
         assert mine["body", "acceleration"] == pytest.approx(acceleration[:3], rel=LIMIT, abs=LIMIT * np.abs(acceleration).max())
+
+
+def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_a_micrometre() -> None:
+    case = _carried(stream(0, "door", "stiff"), FAMILIES["door"], 1.0)
+
+    def told(first: float | None, second: float | None) -> dict:
+        joints = {n: replace(j, stiffness=k) for (n, j), k in zip(case.scene.joints.items(), (first, second), strict=True)}
+        return engine_table(replace(case, scene=replace(case.scene, joints=joints)))
+
+    plain, unequal = told(None, None), told(1e8, 7e8)
+    assert worst(plain, told(3e6, 3e6))[0] <= LIMIT
+    assert worst(unequal, told(None, 7e8))[0] <= LIMIT
+    assert worst(unequal, told(2e5, 14e5))[0] <= LIMIT
+    assert worst(plain, unequal)[0] > 1e-3  # it does count
 
 
 @pytest.mark.parametrize("family", FAMILIES)

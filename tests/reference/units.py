@@ -131,6 +131,7 @@ def _joint(scene, j: sm.Joint, travel, u: Units) -> sm.Joint:
         inboard=side(j.inboard),
         outboard=side(j.outboard),
         pitch=_times(j.pitch, u.L),
+        stiffness=_times(j.stiffness, u(0, 1, -2)),
         friction=j.friction and _friction(j.friction, u),
         spring=each(j.spring, lambda x, k: sm.Spring(x.stiffness * effort[k] / travel[k], x.rest * travel[k])),
         damping=each(j.damping, lambda x, k: x * effort[k] / travel[k] * u.T),

@@ -1,5 +1,5 @@
 """Checks of joint frames: axes where a type needs one, directions that are not zero, references that are not along the axis,
-pitches."""
+pitches, stiffness of contacts."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ def check(scene: Scene) -> Iterator[Finding]:
         for key, side in (("inboard", j.inboard), ("outboard", j.outboard)):
             yield from _side(path, key, side, j)
         yield from _pitch(path, j)
+        if j.stiffness is not None and REGISTRY[j.type].nv == 6:
+            yield Finding((*path, "stiffness"), f"a {j.type} joint has no contacts", "remove it")
 
 
 def vector(d: Direction) -> tuple[float, float, float]:
