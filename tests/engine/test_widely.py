@@ -29,11 +29,17 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
     assert sum(len(set(ends)) == 1 for _, ends in found.values()) >= ALIKE * SEEDS
 
 
+def stiff(*case: object) -> object:
+    """A case whose Jacobian takes the compiler five to nine seconds, run with the slow tests."""
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize(
     ("kind", "seed", "setting"),
     [
         ("tree", 38, ("rk5", 1e-5)),  # a ball that turns about its contact is carried across its cone when another pair stops
-        ("tree", 199, ("auto", 1e-6)),  # a pair turns so fast that its friction jumps, and another seems let go by it
+        ("tree", 199, ("rk5", 1e-6)),  # a pair turns so fast that its friction jumps, and another seems let go by it
+        stiff("tree", 199, ("auto", 1e-6)),  # the same by the method that runs choose
         # a ball that closes a loop is slow for a moment, at a dead centre of its own: it does not stop
         ("loop", 19, ("auto", 1e-4)),
         ("loop", 15, ("rk5", 1e-5)),  # the row of an event is at it with the loops closed: a sleeve is let go there
@@ -42,17 +48,17 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
         ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start, where friction is found from chance alone
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by what their two components carry together
         ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction before it, whichever way round-off points
-        ("loop", 121, ("rosenbrock", 1e-6)),  # the same where it was slow long before
+        stiff("loop", 121, ("rosenbrock", 1e-6)),  # the same where it was slow long before
         ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another one does rest as well
         ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, and no fold to be stepped over
         ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not go to and fro between them
         ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is where its friction is solved for, not where it nearly is
-        ("loop", 206, ("auto", 1e-6)),  # modes that hold for no time, between two events at once, have no row
+        stiff("loop", 206, ("auto", 1e-6)),  # modes that hold for no time, between two events at once, have no row
         ("loop", 257, ("auto", 1e-6)),  # loads that are shared at rest have other roots, by which none holds
         ("loop", 257, ("rk8", 1e-8)),  # the root by which a group at rest shares its load vanishes, and others hold it
-        ("loop", 247, ("rosenbrock", 1e-6)),  # what rests on a loop is not moved by closing the loop
-        ("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end of the last stretch
-        ("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
+        stiff("loop", 247, ("rosenbrock", 1e-6)),  # what rests on a loop is not moved by closing the loop
+        stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end of the last stretch
+        stiff("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
     ],
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:
@@ -76,18 +82,19 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
     assert max(np.abs(np.diff(r[c])[close]).max(initial=0.0) for c in r.names) <= 1e-4 * fastest
 
 
-@pytest.mark.parametrize("setting", [("rk5", 1e-5), ("auto", 1e-6)])
+@pytest.mark.parametrize("setting", [("rk5", 1e-5), stiff(("auto", 1e-6)), stiff(("rosenbrock", 1e-8))])
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
     """The shaft that closes loop 26 comes to rest, and goes back, while it answers to friction a thousand times as much along its
-    axis as about it: that keeps steps of any method as short as a part of the time that is left."""
+    axis as about it: that keeps steps of any method as short as a part of the time that is left. It turns back at 0.2447825447 s
+    (the stiff method at rtol 1e-10)."""
     case = rubbing("loop", 26)
-    asked = {"until": 1.5 * time_scale(case), "every": 0, "outputs": ["energy.*"]}
-    runs = [simulate(case.scene, method=method, rtol=rtol, **asked) for method, rtol in (setting, ("rosenbrock", 1e-8))]
-    (turns,), (exact,) = ([e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")] for r in runs)
-    assert all(r.outcome.ok for r in runs)
-    assert abs(turns - exact) < 1e-5 * time_scale(case)
-    assert np.sum(np.abs(runs[0].time - turns) < 1e-5 * time_scale(case)) <= 10
-    assert runs[0].stats.counters["refused"] == 0
+    method, rtol = setting
+    r = simulate(case.scene, until=1.5 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
+    (turns,) = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
+    assert r.outcome.ok
+    assert abs(turns - 0.2447825447) < 1e-5 * time_scale(case)
+    assert np.sum(np.abs(r.time - turns) < 1e-5 * time_scale(case)) <= 10
+    assert r.stats.counters["refused"] == 0
 
 
 @pytest.mark.parametrize("setting", [("auto", 1e-4), ("rk5", 1e-5)])
@@ -125,7 +132,7 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "j2")]
 
 
-@pytest.mark.parametrize(("seed", "method", "rtol"), [(147, "auto", 1e-4), (23, "rk5", 1e-5)])
+@pytest.mark.parametrize(("seed", "method", "rtol"), [stiff(147, "auto", 1e-4), (23, "rk5", 1e-5)])
 def test_a_failure_that_is_passed_in_vain_ends_the_run(seed: int, method: str, rtol: float) -> None:
     """Friction of loop 147 has no answer from 0.76 of its time on. A slow pair that stops there is let go at once and fails
     again. In loop 23 a pair can neither hold nor turn back where its sliding ends; friction found elsewhere left it sliding, to end
