@@ -4,6 +4,7 @@
 
 #define CLOSE_STEP 1e-3 /* of θ: the first step of the secants that find an event again, */
 #define CLOSE_TIMES 8   /* which are so many at most, */
+#define CLOSE_FAR 0.05  /* of the step: what the step's error can move it by; farther on it is another event */
 #define CLOSE_ENOUGH 10.0 /* down to so many tolerances of the event */
 
 /* Sliding speed of a pair that moves on a line, m/s, along the direction it had (`change`: its rate of change), at the state just solved. */
@@ -49,15 +50,18 @@ static int tr_needs_sharpening(const tr_sim *s, int i) {
   return s->k->active && i < s->k->nsliders && tr_is_set(s, i) && tr_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }
 
-/* How far pair i is beyond its mode (``tr_violation``, less what is tolerated) at θ of the step just made, with the loops closed. NaN: no
- * answer there. */
+/* How far pair i (one that is held: the worst of those) is beyond its mode (``tr_violation``, less what is tolerated) at θ of the step just
+ * made, with the loops closed. NaN: no answer there. */
 static double tr_closed_violation(tr_sim *s, int i, double theta) {
   double *y = TR_A(s, cand), t = s->step.t0 + theta * s->step.size;
   tr_dense_state(s, theta, y);
   if (!tr_project(s, t, y) || !tr_rhs(s, t, y, TR_A(s, dy))) return NAN;
   tr_law(s, TR_A(s, z) + s->k->active); /* what Newton's method leaves in place is that of its last iterate but one */
   if (s->friction.still) tr_holding(s);
-  return tr_violation(s, i, 0) - 1.0;
+  double most = tr_violation(s, i, 0);
+  for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)
+    if (tr_is_stuck(s, j)) most = fmax(most, tr_violation(s, j, 0));
+  return most - 1.0;
 }
 
 /* The event of a pair that holds or of a ball, found with the loops open by the step's error, is found again with the loops closed: by
@@ -67,7 +71,7 @@ static void tr_close_event(tr_sim *s, int i) {
   for (int it = 0; it < CLOSE_TIMES && fabs(g0) > CLOSE_ENOUGH; ++it) {
     double g = tr_closed_violation(s, i, theta), next = theta - g * (theta - was) / (g - g0);
     was = theta, g0 = g, theta = next;
-    if (!(theta > 0.0 && theta <= 1.0)) return;
+    if (!(theta > 0.0 && theta <= 1.0) || fabs(theta - s->pending.theta) > CLOSE_FAR) return;
   }
   if (!(fabs(g0) <= CLOSE_ENOUGH)) return;
   s->pending.theta = was, s->pending.t = s->step.t0 + was * s->step.size;

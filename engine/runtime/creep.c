@@ -27,7 +27,8 @@ typedef struct tr_creeping {
   double *w0, *w;   /* r */
   double *x;        /* m: accelerations at the surfaces, for balls across their forces, m/s² */
   double *u;        /* m: frictions, N: an unknown beside w on the way, cap x/√(x² + ε²) at its end */
-  double *cap;      /* n: capacities, N */
+  double *cap;      /* n: capacities, N, of which may be used */
+  double share;     /* this part */
   double *eps;      /* n: of each pair, m/s² */
 } tr_creeping;
 
@@ -174,7 +175,7 @@ static void tr_creep_loads(tr_sim *s, tr_creeping *c, const int *law) {
   for (int i = 0; i < k->neta; ++i)
     if (law[i]) eta[i] = TR_A(s, law)[i];
   tr_holding(s);
-  for (int q = 0; q < c->n; ++q) c->cap[q] = fmax(tr_hold_of(s, c->pairs[q])->capacity, SHARE_NOTHING);
+  for (int q = 0; q < c->n; ++q) c->cap[q] = fmax(c->share * tr_hold_of(s, c->pairs[q])->capacity, SHARE_NOTHING);
 }
 
 /* One step of Newton's method, on w and u (as Chan, Golub and Mulet 1999 for another sum of lengths: on w alone it is slow where ε is small). */

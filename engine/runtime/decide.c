@@ -12,7 +12,6 @@
 #define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
 #define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are all tried to say whether there is one answer */
 #define ANSWERS_LATER 2    /* and at every later decision, which has to be quick */
-#define SHARE_GAIN 1e-10   /* of the capacity: by so much a group must hold better when its load is shared anew */
 #define DIFFERENT 1e-6     /* of length · rate²: accelerations by which two answers differ; far above round-off, far below a motion's own */
 
 /* Turn a stuck pair into one that slips the way its friction pulls (or, where its motion is prescribed, the way it accelerates); and with it
@@ -88,6 +87,7 @@ static int tr_worst_misfit(tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
+#include "anew.c"
 #include "idle.c"
 
 /* From the modes in force: turn the worst misfit until there is none. In a step of impulses what slides when it begins goes on much as it does,
@@ -103,6 +103,7 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
     }
     worst = tr_worst_misfit(s, rest, n);
     if (worst < 0) return tr_holds(s, rest, n) && tr_hold_idle(s, rest, n);
+    if (!tr_slides(s, worst) && tr_stick_by_kept(s, rest, n)) return tr_hold_idle(s, rest, n);
     if (!tr_slides(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
   }
   return 0;
@@ -181,16 +182,6 @@ static int tr_enumerate(tr_sim *s, const int *rest, int n, int most) {
   tr_put_modes(s, modes), memcpy(eta, first, sizeof(double) * k->neta);
   tr_solve_modes(s);
   return found;
-}
-
-/* Whether the pairs at rest still hold together when they share their load anew (as it grows, others come to carry the most of it):
- * by a margin, so that this is not tried without end. */
-static int tr_hold_anew(tr_sim *s, const int *rest, int n) {
-  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
-  if (!tr_solve_modes(s) || !tr_solve_modes(s)) return 0; /* shares follow from the loads of the first solution */
-  for (int q = 0; q < n; ++q)
-    if (!(tr_misfit(s, rest[q]) < -SHARE_GAIN)) return 0;
-  return tr_holds(s, rest, n);
 }
 
 /* Modes of the pairs at rest from those in force, with ``released`` (its mode says how it slips; -1: none) let go, turned one by one. old: η

@@ -151,7 +151,8 @@ static int tr_holds_otherwise(tr_sim *s) {
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
   const int n = tr_at_rest(s, -1, rest);
   if (n && tr_hold_anew(s, rest, n) && tr_rhs(s, s->clock.t, y, TR_A(s, dy))) {
-    s->step.have_k1 = s->step.have_jac = 0, s->step.h = s->set.hfixed;
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s)); /* decided again they would share by the rule again */
+    s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
     return 1;
   }
   s->friction.kept = 0;

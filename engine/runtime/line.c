@@ -27,13 +27,12 @@ static void tr_leave_lines(tr_sim *s) {
       for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] /= ON_LINE;
 }
 
-/* Whether pair i, which began to slide along a line, is still on it. Across the line friction is so stiff at low speed that explicit
- * methods blow round-off up from stage to stage; with the direction frozen there is nothing across it. */
-static int tr_stays_on_line(tr_sim *s, int i) {
+/* Whether pair i, which began to slide along a line, is still on it with these rates, but for a part `width` of its speed. Across the line
+ * friction is so stiff at low speed that explicit methods blow round-off up from stage to stage; with the direction frozen there is nothing
+ * across it. */
+static int tr_is_on_line(const tr_sim *s, int i, const double *rate, double width) {
   const tr_pair *pair = tr_pair_of(s, i);
-  double rate[3], v[3], d[3], along = 0.0, speed = 0.0, across = 0.0;
-  if (!(tr_frozen_length(s, i) > TR_LINE)) return 0;
-  tr_rates_of_state(s, i, rate);
+  double v[3], d[3], along = 0.0, speed = 0.0, across = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double arm = TR_A(s, arm)[pair->eta0 + j];
     v[j] = rate[j] * arm, d[j] = tr_mode_of(s, i)->direction[j] * arm / ON_LINE;
@@ -41,5 +40,13 @@ static int tr_stays_on_line(tr_sim *s, int i) {
   tr_unit(pair->nrates, d);
   for (int j = 0; j < pair->nrates; ++j) along += v[j] * d[j], speed += v[j] * v[j];
   for (int j = 0; j < pair->nrates; ++j) across += (v[j] - along * d[j]) * (v[j] - along * d[j]);
-  return across <= LINE_WIDTH * LINE_WIDTH * speed && along >= 0.0;
+  return across <= width * width * speed && along >= 0.0;
+}
+
+/* The same at the block's state: on it but for round-off. */
+static int tr_stays_on_line(tr_sim *s, int i) {
+  double rate[3];
+  if (!(tr_frozen_length(s, i) > TR_LINE)) return 0;
+  tr_rates_of_state(s, i, rate);
+  return tr_is_on_line(s, i, rate, LINE_WIDTH);
 }

@@ -6,6 +6,7 @@
 #define BALL_TURNS 4                    /* decisions that balls may undo by changing their branch */
 #define BRANCH_CHANGES 4                /* events at one time at which a ball changes its branch: once is enough where one of the two leads on */
 #define CONE_NEAR 1e-6                  /* of s²/|ω|²: a ball this near to its cone, once the loops are closed, is at it */
+#define LINE_LEFT 1e-6                  /* of the speed: what is across a line that has been left (as POWER_GIVEN: by as much friction may drive) */
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
@@ -94,6 +95,15 @@ static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int 
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
+/* Pairs that began to slide along a line in the step just made, and have left it since, have the direction that they have by now, unless they
+ * are slow still. Maps in place. */
+static void tr_turn_from_lines(tr_sim *s, const int *rest, int n) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (tr_pair_of(s, i)->nrates == 1 || !(tr_frozen_length(s, i) > TR_LINE) || tr_is_one_of(rest, n, i)) continue;
+    if (tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s) && !tr_is_on_line(s, i, tr_slider_rates(s, i), LINE_LEFT)) tr_freeze(s, i);
+  }
+}
+
 /* At the event of ``which`` (a pair, or −1: something else has jumped) at (t, y), evaluated in the old modes: decide anew. */
 static int tr_settle(tr_sim *s, double t, double *y, int which) {
   const tr_kernel *k = s->k;
@@ -110,6 +120,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_at_rest(s, own ? which : -1, rest), decided = 1;
   if (released >= 0) tr_let_slip(s, released);
   if (n) n = tr_all_to_rest(s, y, own ? which : -1, rest, n);
+  tr_turn_from_lines(s, rest, n);
   int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
   if (code != TR_OK) return code;
   s->step.margin_end = tr_beyond(s, y, &n);

@@ -133,7 +133,7 @@ static void tr_foresee(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double B[e * e], w0[e], w[e], x[e], u[e], cap[e], eps[n], *eta = TR_A(s, z) + s->k->active;
   int law[e], index[e], first[n + 1], lead[e];
-  tr_creeping c = {.n = n, .pairs = rest, .index = index, .first = first, .lead = lead, .B = B, .w0 = w0, .w = w, .x = x, .u = u, .cap = cap, .eps = eps};
+  tr_creeping c = {.n = n, .pairs = rest, .index = index, .first = first, .lead = lead, .B = B, .w0 = w0, .w = w, .x = x, .u = u, .cap = cap, .eps = eps, .share = 1.0};
   tr_without_loops(s, 1);
   tr_creep_index(s, &c);
   tr_creep_freedoms(s, &c);
