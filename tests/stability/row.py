@@ -15,13 +15,14 @@ EDGE = 1e-6
 class Edge:
     """A threshold of a row. at: the threshold in words, for the table; scene(x): the scene at 1 + x times the threshold; verdict:
     what is asked of a scene; below, beyond: the answers that are right on both sides. Without ``beyond`` there is no threshold
-    and the scene is asked once."""
+    and the scene is asked once. slow: asked in other tellings with the slow tests alone."""
 
     at: str
     scene: Callable[[float], sm.Scene]
     verdict: Callable[[sm.Scene], str]
     below: str
     beyond: str = ""
+    slow: bool = False
 
     @property
     def sides(self) -> tuple[tuple[float, str], ...]:

@@ -20,7 +20,19 @@ FOLDER = models_dir() / "stability"
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
-    for edge in row.edges:
+    asked(row, telling, slow=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("telling", TELLINGS)
+@pytest.mark.parametrize("row", [r for r in ROWS if any(e.slow for e in r.edges)], ids=lambda r: f"{r.number}_{r.name}")
+def test_below_and_beyond_a_threshold_that_takes_long(row: Row, telling: str) -> None:
+    asked(row, telling, slow=True)
+
+
+def asked(row: Row, telling: str, slow: bool) -> None:
+    """Ask the thresholds of a row that are slow, or those that are not."""
+    for edge in (e for e in row.edges if e.slow == slow):
         for beyond, expected in edge.sides:
             scene = told(edge.scene(beyond), telling, row.number, runs=expected != "refused")
             assert edge.verdict(scene) == expected, (edge.at, beyond)
@@ -37,6 +49,6 @@ def test_numbers_that_are_none_are_refused_by_name() -> None:
         apply(massive(1.0), {"bodies.b.mass": math.nan})
 
 
-def test_there_are_all_twenty_five() -> None:
-    assert [r.number for r in ROWS] == list(range(1, 26))
-    assert len(list(FOLDER.glob("*.yaml"))) == 25
+def test_there_are_all_twenty_seven() -> None:
+    assert [r.number for r in ROWS] == list(range(1, 28))
+    assert len(list(FOLDER.glob("*.yaml"))) == 27
