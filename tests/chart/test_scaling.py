@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from engine.chart import scaling as measuring
 from engine.chart.scaling import Family, Size, fitted, rubbing_chain, scaling, write_scaling
 
 
@@ -22,7 +23,8 @@ def test_n_joints_of_the_rubbing_chain_have_friction() -> None:
         assert sum(j.friction is not None for j in rubbing_chain(n).joints.values()) == n
 
 
-def test_every_family_is_measured_drawn_and_written(tmp_path: Path) -> None:
+def test_every_family_is_measured_drawn_and_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measuring, "CHAIN", 4)
     families = scaling(repeats=1, largest=8)
     assert [f.name for f in families] == ["bodies", "friction joints", "loops", "cases"]
     assert all(s.minimum > 0 for f in families for s in f.sizes)

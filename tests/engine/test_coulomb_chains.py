@@ -96,7 +96,7 @@ def checked(seed: int, until: float, balls: float = 0.0) -> int:
     return len(r.events)
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in (2, 3))])
 def test_random_chains_end_and_lose_energy_only_to_friction(block: int) -> None:
     assert sum(checked(seed, 2.0) for seed in range(6 * block, 6 * block + 6)) > 0
 

@@ -163,7 +163,7 @@ def tip(n: int, t: float) -> np.ndarray:
     return np.array([np.cos(y[0]), np.sin(y[0])])
 
 
-@pytest.mark.parametrize("n", [2, 10, 40])
+@pytest.mark.parametrize("n", [2, 10, pytest.param(40, marks=pytest.mark.slow)])
 def test_n_four_bar_passes_its_singular_configuration(n: int) -> None:
     r = simulate(n_four_bar(n), until=2.0, every=0.01, rtol=1e-11, outputs=["crank0.tip*", "pivot*.q[1]", "audit.constraint"])
     assert r.outcome.ok

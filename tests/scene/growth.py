@@ -11,10 +11,10 @@ from engine.basics.problems import SceneError
 
 from .making import edited
 
-FEW, MANY = 110, 440
+FEW, MANY = 110, 330
 """Sizes compared: above the number of problems that are told, so that telling them costs the same in both."""
-LINEAR = 4.5
-"""Four times as much may take four times the work, and an eighth of that for logarithms and growing tables."""
+LINEAR = 3.375
+"""Three times as much may take three times the work, and an eighth of that for logarithms and growing tables."""
 
 
 def calls(work: Callable[[], object]) -> int:

@@ -98,7 +98,7 @@ def files(folder: Path) -> int:
     return sum(1 for f in folder.rglob("*") if f.is_file() and "scratch" not in f.parts)
 
 
-@pytest.mark.parametrize("count", [150, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [80, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(bounded: Served, count: int) -> None:
     assert bounded.process is not None
     server, chance = psutil.Process(bounded.process.pid), random.Random(count)
