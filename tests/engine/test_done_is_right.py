@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -63,6 +64,10 @@ def trammel(seed: int) -> sm.Scene:
         "guide": sm.Joint("prismatic", "ground", "across", axis="y", reference="z", start=sm.Start(q=-travel, qd=1.0)),
     }  # fmt: skip
     return sm.Scene(bodies, joints, f"trammel {seed}", gravity=(0.0, 0.0, -float(rng.choice([1e-4, 1.0, 9.81]))))
+
+
+COSTLY = partial(pytest.param, marks=pytest.mark.slow)
+"""A seed whose Jacobian takes the compiler three to four seconds: with the slow tests."""
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -176,12 +181,12 @@ def obeys(kind: str, seed: int) -> None:
     assert len(set(ends)) == 1, ends
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, COSTLY(2), 3])
 def test_random_trees_lose_energy_to_friction_alone(seed: int) -> None:
     obeys("tree", seed)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 4])
+@pytest.mark.parametrize("seed", [COSTLY(1), 2, 4])
 def test_random_loops_lose_energy_to_friction_alone(seed: int) -> None:
     obeys("loop", seed)
 
