@@ -3,6 +3,7 @@
 #include "modes.h"
 
 #define SAME_ROOT 1e-7     /* of its friction: two roots that differ by less are one, found twice */
+#define BLAME_MORE 1.01    /* times the share of the one before: where pairs that move together share the blame the first has it */
 #define SAME_AS_NONE 1e-14 /* of the reactions: the same for a root that is zero but for round-off */
 
 /* The pair whose equation is nearest to having no root where the equations still have one: the largest component of the direction the
@@ -26,7 +27,7 @@ static int tr_weakest_pair(tr_sim *s) {
     const tr_pair *pair = tr_pair_of(s, i);
     double size = 0.0;
     for (int j = 0; j < pair->neta; ++j) size += x[pair->eta0 + j] * x[pair->eta0 + j] / (TR_A(s, arm)[pair->eta0 + j] * TR_A(s, arm)[pair->eta0 + j]);
-    if (!tr_is_stuck(s, i) && size > most) most = size, best = i;
+    if (!tr_is_stuck(s, i) && size > BLAME_MORE * most) most = size, best = i;
   }
   return best;
 }
@@ -49,9 +50,7 @@ static int tr_stumbling_pair(tr_sim *s) {
  * reactions) and decide anew. y: the state, replaced. 1 when there is an answer then: it sticks, or slips anew from rest. */
 static int tr_impact(tr_sim *s, double *y, int pair) {
   const tr_kernel *k = s->k;
-  int rest[k->nsliders + 1], n = tr_at_rest(s, pair, rest);
-  tr_bring_to_rest(s, y, rest, n);
-  tr_maps_of(s, y);
+  int rest[k->nsliders + 1], n = tr_all_to_rest(s, y, pair, rest, tr_at_rest(s, pair, rest));
   for (int i = 0; i < k->nsliders; ++i) /* what slides on may have been turned round */
     if (tr_is_set(s, i) && !tr_is_one_of(rest, n, i)) tr_freeze(s, i);
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);

@@ -128,6 +128,13 @@ static int tr_lu(int n, double *A, int *perm) {
   }
 }
 
+/* Sense (±1) of a determinant from the factors and exchanges of tr_lu. */
+static int tr_lu_sense(int n, const double *A, const int *perm) {
+  int sense = 1;
+  for (int i = 0; i < n; ++i) sense *= (A[i + i * n] < 0.0) != (perm[i] != i) ? -1 : 1;
+  return sense;
+}
+
 /* b ← A⁻¹ b with the factors and exchanges of tr_lu. */
 TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, double *b) {
   TR_UNROLL

@@ -164,6 +164,31 @@ static int tr_newton_otherwise(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
+/* Whether stiff contacts would run away from the root that Newton's iteration has just found: the determinant of its Jacobian, 1 where
+ * nothing rubs, is negative there (METHOD, "Complement equations"). Asked of loops, where it changes its sign through infinity: elsewhere it
+ * does so where the root ends (``fold.c``). Shares of what is held have no sense of their own. */
+static int tr_runs_away(const tr_sim *s) {
+  const int e = s->k->neta, r = tr_open_count(s);
+  if (!s->k->active || s->friction.shares) return 0;
+  const int sense = e == 1 ? (TR_A(s, lu)[0] < 0.0 ? -1 : 1) : tr_lu_sense(e, TR_A(s, lu), (const int *)TR_A(s, perm) + s->k->active);
+  return sense * (r ? tr_lu_sense(r, TR_A(s, openF), (const int *)TR_A(s, openP)) : 1) < 0;
+}
+
+/* Contacts run away from the root that has been found and is in η: the one from the step's start in its place, or from
+ * none, if that lasts and is on the branches that the modes say. */
+static void tr_take_lasting(tr_sim *s, double *eta) {
+  const int e = s->k->neta;
+  double found[e];
+  memcpy(found, eta, sizeof found);
+  for (int start = 0; start < 2; ++start) {
+    if (start) memset(eta, 0, sizeof found);
+    else memcpy(eta, TR_A(s, zold) + s->k->active, sizeof found);
+    if (tr_newton_in_sense(s, eta) && !tr_runs_away(s) && tr_fits_branches(s)) return;
+  }
+  memcpy(eta, found, sizeof found);
+  tr_newton_in_sense(s, eta);
+}
+
 /* Whether the motion of multiplier i's freedom is prescribed by the loops: its response to its own friction through them vanishes. After
  * tr_held_maps. */
 static inline int tr_is_prescribed(const tr_sim *s, int i) {
@@ -218,7 +243,7 @@ static int tr_multipliers(tr_sim *s) {
       memset(eta, 0, sizeof(double) * e);
       return 0;
     }
-  }
+  } else if (tr_runs_away(s)) tr_take_lasting(s, eta);
   const double *T = TR_A(s, T);
   for (int i = 0; i < a; ++i) {
     lam[i] = lam0[i];

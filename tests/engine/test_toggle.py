@@ -1,0 +1,83 @@
+"""A press that folds through its change point: where friction beside it has two roots the one is followed that stiff contacts would
+keep, and where it has none left the press jams. Both hold beside a model whose foot is held by a spring, and at every setting."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+
+import numpy as np
+import pytest
+
+from engine.scene import scene_from_text
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from tests.reference.toggle import SprungToggle
+
+METHODS = ("auto", "rk5", "rk8", "rosenbrock")
+TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+PUSH_TIMES, PUSH = [0, 0.5, 1.0, 1.01, 2.0], [500, 800, 800, 0, 0]
+CROSSING = 4e-5
+"""How far the passage through the change point may put what follows off, s: its row of the loops is given up for 1e-5 s there."""
+
+TOGGLE = """
+schema: 1
+name: toggle
+gravity: [0, 0, -9.81]
+ground:
+  points: {crown: [0, 0, 1.0], bed: [0, 0, 0]}
+bodies:
+  upper: {box: [60 mm, 60 mm, 300 mm], density: 7800, center: [0, 0, -150 mm], points: {knee: [0, 0, -300 mm]}}
+  lower: {box: [60 mm, 60 mm, 300 mm], density: 7800, center: [0, 0, -150 mm], points: {foot: [0, 0, -300 mm]}}
+  ram: {box: [200 mm, 200 mm, 100 mm], density: 7800, center: [0, 0, -50 mm]}
+joints:
+  crown: {type: revolute, axis: y, inboard: ground.crown, outboard: upper, RUB, start: {q: 30 deg, qd: 0}}
+  knee: {type: revolute, axis: y, inboard: upper.knee, outboard: lower, RUB, start: {q: -60 deg}}
+  foot: {type: revolute, axis: y, inboard: lower.foot, outboard: ram, RUB}
+  slide: {type: prismatic, axis: z, inboard: ground.bed, outboard: ram, stops: {stiffness: 5e6, lower: 0.405, damping: 0.2}}
+forces:
+  push: {type: force, on: upper.knee, force: [{table: {time: TIMES, value: PUSH}}, 0, 0]}
+simulation: {until: 2 s, every: 1 ms}
+"""
+
+
+@cache
+def run(method: str, rtol: float) -> Result:
+    text = TOGGLE.replace("RUB", "friction: {mu: 0.1, radius: 20 mm, half_length: 30 mm}")
+    scene = scene_from_text(text.replace("TIMES", str(PUSH_TIMES)).replace("PUSH", str(PUSH)))
+    return simulate(scene, method=method, rtol=rtol, outputs=["crown.q[1]", "crown.qd[1]"])
+
+
+def sprung(stiffness: float, begin: float, end: float):
+    """The motion of the press with its foot held by a spring, from ours at `begin`."""
+    ours = run("rk8", 1e-10)
+    at = int(np.searchsorted(ours.time, begin - 1e-9))
+    model = SprungToggle(stiffness, 100 * np.sqrt(stiffness), partial(np.interp, xp=PUSH_TIMES, fp=PUSH))
+    return model.run(begin, end, ours["crown.q[1]"][at], ours["crown.qd[1]"][at])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_press_folds_through_and_jams_on_its_way_back_at_every_setting(method: str) -> None:
+    for rtol in TOLERANCES:
+        r = run(method, rtol)
+        assert r.outcome.name == "jammed", rtol
+        assert [e.kind for e in r.events] == ["stop_on", "stop_off"] + ["reversal"] * 3, rtol
+        assert r.outcome.time == pytest.approx(0.5378174, abs=100 * rtol + CROSSING), rtol
+        assert r.events[-1].time == pytest.approx(0.4825039, abs=100 * rtol + CROSSING), rtol
+
+
+def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -> None:
+    turned = next(e for e in run("rk8", 1e-10).events if e.kind == "reversal").time
+    motion = sprung(1e10, 0.425, 0.49)
+    assert motion.status == 0
+    before, behind = motion.sol(turned - 5e-4)[2], motion.sol(turned + 5e-4)[2]
+    assert before < 0.0 < behind
+    assert motion.sol(0.46)[2] == pytest.approx(-0.41692, abs=0.01)  # ours; what its ringing takes falls out of it
+
+
+def test_on_its_way_back_a_stiff_foot_stops_where_ours_jams() -> None:
+    """Its force grows beyond all bounds, and with it friction, within less and less of the way, the stiffer the foot is held."""
+    end = run("rk8", 1e-10).outcome.time
+    for stiffness, late in ((1e17, 2e-4), (1e19, 8e-5)):
+        motion = sprung(stiffness, 0.53, end + late)
+        assert motion.sol(end - 5e-5)[2] > 0.8, stiffness
+        assert abs(motion.sol(end + late)[2]) < 1e-3, stiffness
