@@ -3,7 +3,7 @@
 #include "modes.h"
 
 #define FOLD_BEFORE 1e-4 /* of the step: so much before its event a ball is looked at; a tilt that ends smoothly, as a root, is below 0.01 there */
-#define FOLD_TILT 0.017  /* of a ball's tilt, a degree: what its branch changes by less is no jump */
+#define FOLD_TILT 0.05   /* of a ball's tilt, three degrees: what its branch changes by less is no jump; the tilt of a long step is known to one */
 
 /* Orientation angle of a contact. */
 static double tr_angle_of(const tr_contact *p) { return atan2(p->vector[1], p->vector[0]); }
