@@ -35,7 +35,12 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     }
     s->step.have_k1 = 1;
   }
-  if (s->step.h <= 0.0) s->step.h = tr_first_step(s, limit - s->clock.t, order);
+  if (s->step.h <= 0.0) {
+    double z[k->active + k->neta + 1]; /* the step goes on from the root it begins with, whatever the look ahead has come to */
+    tr_copy(k->active + k->neta, TR_A(s, z), z);
+    s->step.h = tr_first_step(s, limit - s->clock.t, order);
+    tr_copy(k->active + k->neta, z, TR_A(s, z));
+  }
   if (!s->set.locate || s->events.chatter > CHATTER_MAX) tr_turn_directions(s);
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_slides(s, i) || tr_pair_of(s, i)->nrates == 1) continue;

@@ -4,7 +4,7 @@
 
 #define CLOSE_STEP 1e-3 /* of θ: the first step of the secants that find an event again, */
 #define CLOSE_TIMES 8   /* which are so many at most, */
-#define CLOSE_FAR 0.05  /* of the step: what the step's error can move it by; farther on it is another event */
+#define CLOSE_FAR 0.25  /* of the step: what the step's error can move it by; farther on it is another event */
 #define CLOSE_ENOUGH 10.0 /* down to so many tolerances of the event */
 
 /* Sliding speed of a pair that moves on a line, m/s, along the direction it had (`change`: its rate of change), at the state just solved. */

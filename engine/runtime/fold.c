@@ -17,6 +17,10 @@ static int tr_root_anywhere(tr_sim *s) {
   tr_ready_equations(s);
   tr_start_sizes(s, size);
   if (tr_newton_by_parts(s, eta) && tr_is_root(s, size, eta)) return 1;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    memset(eta, 0, sizeof(double) * s->k->neta);
+    if (tr_slides_on_cone(s, i) && tr_tilt_anywhere(s, eta, i) && tr_is_root(s, size, eta)) return 1;
+  }
   for (int start = 0; start < FOLD_STARTS; ++start) {
     tr_chance(s, size, start, &seed, eta);
     if (tr_newton(s, eta) && tr_is_root(s, size, eta)) return 1;
@@ -77,7 +81,9 @@ static int tr_passes_fold(tr_sim *s) {
   double *y = TR_A(s, y), old[n], was[nz + 1], h;
   tr_contact before[nc + 1], after[nc + 1];
   tr_mode modes[k->nsliders + 1];
-  if (!k->nsliders || !s->step.have_k1 || s->friction.failed >= 0) return 0;
+  if (!k->nsliders || !s->step.have_k1) return 0;
+  tr_maps_of(s, y);
+  if (s->friction.failed >= 0 && !tr_moving_ball(s, s->friction.failed)) return 0;
   if (s->clock.t - s->friction.folded >= FOLD_AGAIN / s->set.rate) s->friction.folds = 0;
   if (s->friction.folds >= FOLDS_MOST) return 0;
   h = tr_look_ahead(s), s->step.watch = 0;

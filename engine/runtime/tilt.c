@@ -6,6 +6,9 @@
 
 #define NO_TILT 1e-60    /* stands for a tilt of nothing: 0 would say that none is given */
 #define TILT_STEP 1e-6   /* first step from there: its square is far above round-off */
+#define TILT_NEAR 1e-4   /* of a tilt: so far from it, */
+#define TILT_WIDENS 8.0  /* and so many times farther again and again, its root is looked for */
+#define TILT_GROWS 1.5   /* to the next, where they are looked through: they are of all sizes */
 #define TILT_MAX 80      /* bisections alone need 50 */
 #define TILT_SWEEPS 30   /* over the tilts of several balls */
 #define TILT_SAME 1e-12  /* of a tilt: a sweep that moves none by more has found them */
@@ -72,6 +75,61 @@ static void tr_forget_tilts(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) tr_mode_of(s, i)->tilt = 0.0;
 }
 
+/* The root of ball i between the tilts a and b, at which φ is fa and fb, of unlike signs: a safeguarded secant (Illinois). */
+static int tr_tilt_between(tr_sim *s, double *eta, int i, double a, double fa, double b, double fb) {
+  int side = 0;
+  for (int it = 0; it < TILT_MAX; ++it) {
+    double m = (a * fb - b * fa) / (fb - fa);
+    if (!((m - a) * (m - b) < 0.0)) m = 0.5 * (a + b);
+    const double f = tr_cone_at(s, eta, i, m) - m * m;
+    if (!(f == f)) return 0;
+    if (f * fb > 0.0) {
+      b = m, fb = f;
+      if (side == 1) fa *= 0.5;
+      side = 1;
+    } else {
+      a = m, fa = f;
+      if (side == -1) fb *= 0.5;
+      side = -1;
+    }
+    if (f == 0.0 || fabs(b - a) <= TILT_FOUND * fmax(a, b)) return 1;
+  }
+  return 0;
+}
+
+/* The root of ball i that is near the tilt of the friction η: the one that has been followed, where there are several. 1 when found. */
+static int tr_tilt_near(tr_sim *s, double *eta, int i) {
+  double here[s->k->neta + 1];
+  tr_law(s, eta);
+  const double u = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
+  if (!(u > TILT_STEP)) return 0;
+  const double f = tr_cone_at(s, eta, i, u) - u * u;
+  memcpy(here, eta, sizeof(double) * s->k->neta);
+  for (double part = TILT_NEAR; f == f && part < 1.0; part *= TILT_WIDENS)
+    for (int side = -1; side <= 1; side += 2) {
+      const double v = u * (1.0 + side * part);
+      memcpy(eta, here, sizeof(double) * s->k->neta);
+      if (v > 1.0) continue;
+      const double g = tr_cone_at(s, eta, i, v) - v * v;
+      if (g * f <= 0.0) return tr_tilt_between(s, eta, i, u, f, v, g);
+    }
+  return 0;
+}
+
+/* A root of ball i also where φ(0) ≤ 0, between which and φ(1) ≤ 0 it may be positive: looked for from small tilts on, from η. 1 when found. */
+static int tr_tilt_anywhere(tr_sim *s, double *eta, int i) {
+  double last[s->k->neta + 1], lo = 0.0, c0 = 0.0;
+  for (double u = TILT_STEP; u < 1.0; u *= TILT_GROWS) {
+    memcpy(last, eta, sizeof(double) * s->k->neta);
+    const double c = tr_cone_at(s, eta, i, u);
+    if (c - u * u > 0.0) lo = u, c0 = c;
+    if (!(c == c)) memcpy(eta, last, sizeof(double) * s->k->neta);
+  }
+  const int found = lo > 0.0 && tr_cone_at(s, eta, i, lo) > lo * lo && tr_tilt_above(s, eta, i, lo, lo, c0, lo * (1.0 + TILT_BEYOND));
+  tr_forget_tilts(s);
+  return found;
+}
+
 /* η by the tilts of all balls that slide near their cones, each found in turn while the others keep theirs. */
 static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   int balls = 0, ok = 1, moved = 1;
@@ -95,7 +153,9 @@ static int tr_newton_by_tilt(tr_sim *s, const double *warm) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i)) continue;
     memcpy(eta, warm, sizeof(double) * s->k->neta);
-    int found = tr_tilt_of(s, eta, i);
+    int found = tr_tilt_near(s, eta, i);
+    tr_forget_tilts(s);
+    if (!found) memcpy(eta, warm, sizeof(double) * s->k->neta), found = tr_tilt_of(s, eta, i);
     tr_forget_tilts(s);
     if (found) return 1;
   }
