@@ -1,6 +1,7 @@
 /* The stepping loop: trial steps with error control until one is accepted and waits, then its completion, up to the target. */
 #include "modes.h"
 
+#define ANOTHER_ROOT 0.1     /* of the friction: by less it changes over a first step, by more where roots are many */
 #define CHATTER_MAX 12       /* events in a row at one time: after that a step is made without looking for more */
 #define GROW_FIXED 2.0       /* where fixed steps have been made in parts, the parts grow by this */
 #define LEAST_PART 1e-4      /* of a fixed step in which friction cannot be followed (sliding of several components that ends inside
@@ -17,6 +18,13 @@ static double tr_limit_time(const tr_sim *s, double target) {
     if (b < target) return b;
   }
   return target;
+}
+
+/* Whether friction `is` (n) is another root than `was`, to which the look ahead for a first step's length has come. */
+static int tr_is_another(int n, const double *was, const double *is) {
+  double changed = 0.0, size = 0.0;
+  for (int i = 0; i < n; ++i) changed += fabs(is[i] - was[i]), size += fabs(was[i]);
+  return changed > ANOTHER_ROOT * size;
 }
 
 /* Derivative and first step size at the start of a step; directions of sliding are frozen here. */
@@ -36,10 +44,10 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     s->step.have_k1 = 1;
   }
   if (s->step.h <= 0.0) {
-    double z[k->active + k->neta + 1]; /* the step goes on from the root it begins with, whatever the look ahead has come to */
+    double z[k->active + k->neta + 1];
     tr_copy(k->active + k->neta, TR_A(s, z), z);
     s->step.h = tr_first_step(s, limit - s->clock.t, order);
-    tr_copy(k->active + k->neta, z, TR_A(s, z));
+    if (tr_is_another(k->neta, z + k->active, TR_A(s, z) + k->active)) tr_copy(k->active + k->neta, z, TR_A(s, z));
   }
   if (!s->set.locate || s->events.chatter > CHATTER_MAX) tr_turn_directions(s);
   for (int i = 0; i < k->nsliders; ++i) {

@@ -29,3 +29,26 @@ static int tr_stick_by_kept(tr_sim *s, const int *rest, int n) {
   tr_solve_modes(s);
   return 0;
 }
+
+/* Where the loads that pairs at rest share by the rule end, because their root has met another, while others hold all of them on, these are
+ * kept: how loads are shared is a choice, and no reason to let go. 1 when the run can go on. */
+static int tr_holds_otherwise(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const double *y = TR_A(s, y);
+  int rest[k->nsliders + 1];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->sets || !s->friction.shares || s->friction.kept || s->friction.failed >= 0) return 0;
+  s->step.watch = 0, s->friction.kept = 1;
+  tr_maps_at(s, s->clock.t, y);
+  tr_keep_modes(s, modes);
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+  const int n = tr_at_rest(s, -1, rest);
+  if (n && tr_hold_anew(s, rest, n) && tr_rhs(s, s->clock.t, y, TR_A(s, dy))) {
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s)); /* decided again they would share by the rule again */
+    s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
+    return 1;
+  }
+  s->friction.kept = 0;
+  tr_put_modes(s, modes), tr_note_modes(s);
+  return 0;
+}

@@ -57,6 +57,15 @@ static int tr_impact(tr_sim *s, double *y, int pair) {
   return tr_decide(s, rest, n, -1);
 }
 
+/* Whether the loops and their drives prescribe all of the motion of a pair: no friction stops it. Maps in place. */
+static int tr_is_driven(tr_sim *s, int pair) {
+  const tr_pair *p = tr_pair_of(s, pair);
+  int driven = s->k->active > 0;
+  if (driven) tr_without_loops(s, 1);
+  for (int i = p->eta0; i < p->eta0 + p->neta && driven; ++i) driven = tr_is_prescribed(s, i);
+  return driven;
+}
+
 /* At the state in place (maps of y): the pair to blame and the reason. Modes are kept. */
 static int tr_blame(tr_sim *s, const double *y, int *pair) {
   const tr_kernel *k = s->k;
@@ -67,7 +76,7 @@ static int tr_blame(tr_sim *s, const double *y, int *pair) {
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta)); /* the root that was followed, not what was tried since */
   *pair = tr_solve_modes(s) ? tr_weakest_pair(s) : tr_stumbling_pair(s);
   int why = TR_WHY_UNKNOWN;
-  if (*pair >= 0) why = tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
+  if (*pair >= 0) why = tr_is_driven(s, *pair) || tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
   tr_put_modes(s, modes);
   return why;
 }
@@ -134,29 +143,6 @@ static int tr_slow_pair_stops(tr_sim *s) {
   if (!tr_settles_anew(s, slow, modes, 0)) return 0;
   s->stats.events++;
   return 1;
-}
-
-/* Where the loads that pairs at rest share by the rule end, because their root has met another, while others hold all of them on, these are
- * kept: how loads are shared is a choice, and no reason to let go. 1 when the run can go on. */
-static int tr_holds_otherwise(tr_sim *s) {
-  const tr_kernel *k = s->k;
-  const double *y = TR_A(s, y);
-  int rest[k->nsliders + 1];
-  tr_mode modes[k->nsliders + 1];
-  if (!k->sets || !s->friction.shares || s->friction.kept || s->friction.failed >= 0) return 0;
-  s->step.watch = 0, s->friction.kept = 1;
-  tr_maps_at(s, s->clock.t, y);
-  tr_keep_modes(s, modes);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
-  const int n = tr_at_rest(s, -1, rest);
-  if (n && tr_hold_anew(s, rest, n) && tr_rhs(s, s->clock.t, y, TR_A(s, dy))) {
-    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s)); /* decided again they would share by the rule again */
-    s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
-    return 1;
-  }
-  s->friction.kept = 0;
-  tr_put_modes(s, modes), tr_note_modes(s);
-  return 0;
 }
 
 /* Continue through a jam at (t, y): the pair to blame stops at once. Where what is left of its speed is below the tolerance of velocities,
