@@ -6,6 +6,7 @@ import heapq
 from dataclasses import dataclass
 
 from engine.joints import REGISTRY
+from engine.scene.cutting import may_be_cut
 from engine.scene.mass import mass_properties
 from engine.scene.model import Joint, Scene
 from engine.scene.refs import body_of
@@ -29,7 +30,7 @@ def cutting_cost(j: Joint, light: bool) -> tuple[int, int]:
     body that is light, then devices the joint has; then friction, given start values and the number of multipliers cutting would
     add (a spherical joint, which adds three and saves a quaternion, is the best cut)."""
     kind = REGISTRY[j.type]
-    never = 0 if kind.cuttable else 16
+    never = 0 if may_be_cut(j) else 16
     devices = sum(getattr(j, d) is not None for d in DEVICES)
     wish = {None: 0, True: -8, False: 8}[j.cut]
     soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)

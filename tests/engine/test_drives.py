@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,9 @@ import pytest
 from scipy.integrate import cumulative_simpson
 from scipy.interpolate import CubicSpline
 
+from engine.joints import REGISTRY
 from engine.scene import model as sm
+from engine.scene.check import problems
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 
@@ -123,3 +126,18 @@ def test_a_drive_overrides_start_values_of_its_freedom() -> None:
     joint = sm.Joint("revolute", "ground", "b", axis="z", drive=sm.Drive(constant=CONSTANT), start=sm.Start(3.0, 9.0))
     r = simulate(sm.Scene({"b": LINK}, {"j": joint}), until=0.1, every=0.1)
     assert (r["j.q[1]"][0], r["j.qd[1]"][0]) == (CONSTANT.start, CONSTANT.rate)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "cylindrical", "planar", "free"])
+def test_a_driven_joint_of_a_loop_is_driven(kind: str) -> None:
+    """The ties of two bodies to the ground have more devices, so that the driven joint would be the one to cut."""
+    count = REGISTRY[kind].nv
+    drive = sm.Drive(constant=sm.Constant(rate=0.5, start=0.1))
+    ties = {f"tie_{n}": sm.Joint("free", "ground", n, damping=(1.0,) * 6, effort=(0.0,) * 6) for n in "bc"}
+    driven = sm.Joint(kind, "b", "c", axis=None if kind == "free" else "z", drive=(drive, *[None] * (count - 1)))
+    bodies = {n: sm.Body(box=(0.2, 0.1, 0.3), density=1000.0) for n in "bc"}
+    scene = sm.Scene(bodies, {**ties, "driven": driven}, gravity=(0, 0, 0))
+    r = simulate(scene, until=0.5, every=0.25, outputs=["driven.q[1]"])
+    assert r["driven.q[1]"] == pytest.approx([0.1, 0.225, 0.35], abs=1e-9)
+    told = problems(replace(scene, joints=scene.joints | {"driven": replace(driven, cut=True)}))
+    assert any("a driven joint cannot be cut" in str(p) for p in told)

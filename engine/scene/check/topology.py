@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from engine.joints import REGISTRY
+from engine.scene.cutting import is_driven, may_be_cut
 from engine.scene.finding import CONNECTIONS, Finding
 from engine.scene.model import Scene
 from engine.scene.refs import GROUND, body_of
@@ -88,16 +89,18 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     marked = []
     for name, (a, b) in ends.items():
         j = scene.joints[name]
-        path, cuttable = ("joints", name, "cut"), REGISTRY[j.type].cuttable
-        if j.cut and not cuttable:
+        path, kind = ("joints", name, "cut"), REGISTRY[j.type]
+        if j.cut and not kind.cuttable:
             yield Finding(path, f"a {j.type} joint cannot be cut", "leave it out")
-        elif (j.cut is False or not cuttable) and not keep.join(a, b):
+        elif (j.cut is False or not (j.cut or may_be_cut(j))) and not keep.join(a, b):
             yield Finding(path, "the joints that must not be cut close a loop", "leave one of them to be cut")
-        if j.cut and cuttable:
-            marked.append((path, a, b))
+        if j.cut and kind.cuttable:
+            marked.append((path, a, b, is_driven(j)))
         else:
             rest.join(a, b)
-    for path, a, b in marked:
+    for path, a, b, driven in marked:
         if rest.join(a, b):
             what = "cutting this joint (and the others marked) would leave a body loose"
             yield Finding(path, what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))
+        elif driven:
+            yield Finding(path, "a driven joint cannot be cut", "leave it out")

@@ -1,0 +1,16 @@
+"""Which joints a loop may be opened at."""
+
+from __future__ import annotations
+
+from engine.joints import REGISTRY
+from engine.scene.model import Joint
+
+
+def is_driven(j: Joint) -> bool:
+    """Whether any freedom of a joint is prescribed."""
+    return any(d is not None for d in (j.drive if isinstance(j.drive, tuple) else (j.drive,)))
+
+
+def may_be_cut(j: Joint) -> bool:
+    """Whether the rows of a cut joint, (46) and (49), express all that this one does: no row says what a drive prescribes."""
+    return REGISTRY[j.type].cuttable and not is_driven(j)
