@@ -93,7 +93,8 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
         if j.cut and not kind.cuttable:
             yield Finding(path, f"a {j.type} joint cannot be cut", "leave it out")
         elif (j.cut is False or not (j.cut or may_be_cut(j))) and not keep.join(a, b):
-            yield Finding(path, "the joints that must not be cut close a loop", "leave one of them to be cut")
+            hint = "leave one of its joints without a drive" if is_driven(j) else "leave one of them to be cut"
+            yield Finding(path, "the joints that must not be cut close a loop", hint)
         if j.cut and kind.cuttable:
             marked.append((path, a, b, is_driven(j)))
         else:
