@@ -3,7 +3,7 @@
 
 #define ROW_SLACK 1e-12       /* of the time, at least of 1 s: a row this far beyond the end of a step is a row at its end */
 #define SAME_EVENT_TIME 1e-12 /* of the time, at least of 1 s: events closer to each other than that chatter */
-#define NO_MOTION 1e-9     /* of the speed unit: the direction of what is slower is that of round-off */
+#define NO_MOTION 1e-9        /* of the speed unit: the direction of what is slower is that of round-off */
 #define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
 #define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
 #define HALVES_MOST 60        /* bisections on θ: they reach its round-off */

@@ -205,8 +205,8 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
     d[i] = tr_response_unit(s, c[i], A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
-  if (rank == n || (s->friction.kept && tr_keep_loads(s, n, c, A, d, rank))) return;
-  if (tr_share_by_lines(s, n, c, perm, rank) || tr_keep_loads(s, n, c, A, d, rank)) return;
+  if (rank == n || (s->friction.kept && tr_keep_loads(s, n, c, A, rank))) return;
+  if (tr_share_by_lines(s, n, c, perm, rank) || tr_keep_loads(s, n, c, A, rank)) return;
   tr_share_loads(s, n, c, owner, A, cap, x);
   for (int i = 0; i < n; ++i) perm[i] = i, share[i] = tr_share_of(n, owner, cap, x, owner[i]);
   for (int i = 0; i < n; ++i) /* by share, largest first */

@@ -19,9 +19,9 @@ static void tr_creep_sparing(tr_sim *s, tr_creeping *c, const int *law) {
   }
 }
 
-/* Let the load of the multipliers c (n, of rank `rank`, with responses A and their units) be kept: all but as many as there are freedoms, of
+/* Let the load of the multipliers c (n, of rank `rank`, with responses A) be kept: all but as many as there are freedoms, of
  * joints that hold in a fixed direction, those with the most to spare. 0 when there are no such. */
-static int tr_keep_loads(tr_sim *s, int n, const int *c, const double *A, const double *unit, int rank) {
+static int tr_keep_loads(tr_sim *s, int n, const int *c, const double *A, int rank) {
   const int e = s->k->neta;
   int law[e], pairs[n], index[n], first[n + 1], lead[n], perm[n], count = 0, at;
   double B[n * n], w0[n], w[n], x[n], u[n], cap[n], eps[n], d[n], L[n * n];
