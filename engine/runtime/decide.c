@@ -224,11 +224,11 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   memcpy(old, eta, sizeof(double) * s->k->neta);
   s->friction.undecided = 0;
   const int shares = s->friction.shares;
-  for (s->friction.kept = 0; released >= 0 && shares && s->friction.kept < 2; ++s->friction.kept) {
+  for (s->friction.kept = TR_KEEPS_NONE; released >= 0 && shares && s->friction.kept <= TR_KEEPS_PLACED; ++s->friction.kept) {
     if (tr_hold_anew(s, rest, n)) return 2;
     memcpy(eta, old, sizeof(double) * s->k->neta);
   }
-  s->friction.kept = 0;
+  s->friction.kept = TR_KEEPS_NONE;
   if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
   return tr_decide_by_turns(s, rest, n, released, old) || tr_enumerate(s, rest, n, 1) > 0;
 }

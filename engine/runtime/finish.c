@@ -58,24 +58,6 @@ static void tr_keep_directions(tr_sim *s, double t, const double *y) {
   }
 }
 
-/* At the event of a pair that shares a load at rest, at the state y: the loads followed up to there, by which all that rest hold on, if they do;
- * Newton's method may have come to others, by which none does. Their multipliers are then in place. */
-static void tr_keep_shares(tr_sim *s, double t, const double *y) {
-  const tr_kernel *k = s->k;
-  const int which = s->pending.which, a = k->active, e = k->neta;
-  int rest[k->nsliders + 1];
-  double eta[e + 1];
-  if (!s->friction.shares || s->friction.kept || which >= k->nsliders || !tr_is_set(s, which) || !tr_is_stuck(s, which)) return;
-  tr_maps_at(s, t, y);
-  tr_mode modes[k->nsliders + 1];
-  tr_keep_modes(s, modes), memcpy(eta, TR_A(s, z) + a, sizeof(double) * e);
-  const int n = tr_at_rest(s, which, rest);
-  memcpy(TR_A(s, z) + a, TR_A(s, zold) + a, sizeof(double) * e);
-  if (tr_hold_anew(s, rest, n)) return;
-  tr_put_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
-  tr_note_modes(s);
-}
-
 /* The row of an event that cuts the step short, as it was up to there. */
 static int tr_event_row(tr_sim *s, double t, double *row) {
   double *y = TR_A(s, yout);

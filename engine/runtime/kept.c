@@ -36,8 +36,10 @@ static int tr_keep_loads(tr_sim *s, int n, const int *c, const double *A, int ra
   tr_creep_index(s, &creep);
   if (creep.m > n) return 0;
   tr_creep_freedoms(s, &creep);
-  if (count <= KEPT_MORE_THAN) tr_creep_sparing(s, &creep, law);
-  else tr_creep_to_rest(s, &creep, law);
+  if (s->friction.kept != TR_KEEPS_PLACED) {
+    if (count <= KEPT_MORE_THAN) tr_creep_sparing(s, &creep, law);
+    else tr_creep_to_rest(s, &creep, law);
+  }
   for (int i = 0; i < n; ++i) { /* balls hold across a force that turns: they do not take what changes */
     const int owner = tr_owner(s, c[i], &at);
     const double spare = fmax(1.0 - tr_ratio(s, owner), 0.0) + SHARE_WEIGHT;

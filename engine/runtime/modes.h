@@ -24,6 +24,9 @@
  * prescribed anyway; as its share of what a group of pairs holds together. */
 enum { TR_ROW_LAW, TR_ROW_STILL, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_KEPT };
 
+/* Whence the loads come that a small group at rest keeps: it keeps none, and shares by the rule; from a creep; from where they are in z. */
+enum { TR_KEEPS_NONE, TR_KEEPS_CREEP, TR_KEEPS_PLACED };
+
 /* Of a multiplier that is a share: whose, the pair that owns that one, and where that pair's derivative of the capacity begins. */
 typedef struct tr_leader {
   int multiplier, pair, dhold;

@@ -57,6 +57,7 @@ def stiff(*case: object) -> object:
         ("loop", 257, ("auto", 1e-6)),  # loads that are shared at rest have other roots, by which none holds
         ("loop", 257, ("rk8", 1e-8)),  # the root by which a group at rest shares its load vanishes, and others hold it
         ("loop", 83, ("rk5", 1e-5)),  # a pair that began along a line in the step before a stop has turned since
+        ("loop", 86, ("auto", 1e-4)),  # what a group can hold grows with its load: the rule does not see that it holds on
         ("loop", 107, ("auto", 1e-4)),  # of a group that shares its load the event is the first of any of its pairs
         stiff("loop", 247, ("rosenbrock", 1e-6)),  # what rests on a loop is not moved by closing the loop
         stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end of the last stretch
