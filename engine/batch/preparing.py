@@ -22,6 +22,7 @@ from engine.scene.overrides import apply
 from engine.simulation.settings import Run
 from engine.system.build import Built, build
 from engine.system.curves import Curve, Outside
+from engine.system.numbers import turning
 
 MANY = 48
 """New values of a group above which they are put into their entries without building each."""
@@ -218,7 +219,8 @@ def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
     p, y, inputs, rest = np.split(flat, ends, axis=1)
     until, every, rtol, mass, length, pull = rest.T
     base = np.where(pull > 0.0, np.sqrt(pull / length), 1.0)
-    rate = np.maximum(base, np.abs(y[:, s.nq :]).max(axis=1, initial=0.0))
+    rates = np.abs(y[:, s.nq :]) / np.where(turning(s), 1.0, length[:, None])
+    rate = np.maximum(base, rates.max(axis=1, initial=0.0))
     given = np.repeat(np.concatenate([n.q_given_by_rate, n.v_given])[None, :], len(flat), axis=0)
     with np.errstate(over="ignore"):
         speed = length * rate

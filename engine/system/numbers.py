@@ -66,7 +66,7 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     tables = tuple(_table(use, t) for use, t in devices.tables)
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
-    rate = rate_scale(scene, v, length)
+    rate = rate_scale(scene, v / np.where(turning(system), 1.0, length), length)
     speed = length * rate
     energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # a power would raise where it overflows
     return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
@@ -134,8 +134,14 @@ def length_scale(scene: sm.Scene) -> float:
     return max(sizes) or 1.0
 
 
+def turning(system: System) -> np.ndarray:
+    """Which rates of the state are of angles (nv); the others are of travels, m/s."""
+    return np.array([j.kind.turns(k) for j in system.tree for k in j.free], bool)
+
+
 def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
-    """Rate scale, 1/s: √(g/length), or 1 without gravity; never less than the largest start rate."""
+    """Rate scale, 1/s: √(g/length), or 1 without gravity; never less than the largest start rate. v: start rates, those of travels
+    over the length."""
     g = float(np.linalg.norm(np.array(scene.gravity, float)))
     base = math.sqrt(g / length) if g else 1.0
     return max([base, *np.abs(v).tolist()])

@@ -16,7 +16,7 @@ from tests.engine.compare import engine_table, worst
 from tests.engine.properties import Property, both, rubs, some_cut, some_joint
 from tests.reference.joint_rows import of
 from tests.reference.random_parts import RUBBING_TYPES
-from tests.reference.random_scenes import ALL_TYPES, Case, first, random_loop, random_tree
+from tests.reference.random_scenes import ALL_TYPES, Case, _started, first, random_loop, random_tree
 from tests.reference.reversal import reversed_joint
 from tests.reference.transforms import reframed, rotated, shuffled
 from tests.reference.units import rescaled
@@ -134,3 +134,15 @@ def test_other_units_are_other_parameters_of_the_same_structure() -> None:
     assert base.system == moved.system
     assert repr(base.system) == repr(moved.system)  # the text from which the kernel's key is made
     assert not np.allclose(base.parameters.values, moved.parameters.values)
+
+
+@pytest.mark.parametrize("fast", ["prismatic", "revolute"])
+def test_what_tolerances_are_relative_to_is_in_the_units_of_the_scene(fast: str) -> None:
+    """Of a start so fast that it is what the scale of rates follows from, whether it is a travel's or an angle's."""
+    case = random_tree(1, 2, types=(fast,), friction=0.0, devices=0.0, drives=0.0)
+    scene = replace(case.scene, joints={n: _started(j, case.q[n], 1e3 * case.qd[n]) for n, j in case.scene.joints.items()})
+    case = Case(scene, case.q, {n: 1e3 * x for n, x in case.qd.items()}, tree=case.tree)
+    slow = replace(scene, joints={n: replace(j, start=None) for n, j in scene.joints.items()})
+    was, now = build(scene).numbers, build(rescaled(case, 100.0, 3.0, 10.0).case.scene).numbers
+    assert was.rate > 10.0 * build(slow).numbers.rate
+    assert (now.length, now.rate, now.energy) == pytest.approx((was.length * 100.0, was.rate / 10.0, was.energy * 300.0), rel=1e-12)
