@@ -9,7 +9,8 @@
 #define LINE_LEFT 1e-6                  /* of the speed: what is across a line that has been left (as POWER_GIVEN: by as much friction may drive) */
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
-#define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration */
+#define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration: of what stops with more, its direction going
+                                           round and round, the last NEAR_MISS is taken at once */
 
 /* What became of pair i: an event kind, or 0. Directions are those of surface speeds: a shaft's travel and turn have units of their own. */
 static int tr_change(const tr_sim *s, int i, const tr_mode *old) {
@@ -163,7 +164,7 @@ static int tr_ends_sliding(tr_sim *s) {
     along += acc * rates[j] * arm / v, size += acc * acc;
   }
   const double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
-  if (!(dec > 0.0) || v > cbrt(s->set.rtol) * dec / s->set.rate || across > CAPTURE_ACROSS * dec) return -1;
+  if (!(dec > 0.0) || v > cbrt(s->set.rtol) * dec / s->set.rate || (across > CAPTURE_ACROSS * dec && v > NEAR_MISS * unit)) return -1;
   s->friction.capture_h = v / dec, s->friction.capture_dec = dec;
   return i;
 }

@@ -60,6 +60,7 @@ def stiff(*case: object) -> object:
         ("loop", 86, ("auto", 1e-4)),  # what a group can hold grows with its load: the rule does not see that it holds on
         ("loop", 107, ("auto", 1e-4)),  # of a group that shares its load the event is the first of any of its pairs
         stiff("loop", 247, ("rosenbrock", 1e-6)),  # what rests on a loop is not moved by closing the loop
+        stiff("loop", 274, ("rk8", 1e-8)),  # a shaft comes to rest while its direction goes round and round
         stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end of the last stretch
         stiff("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
     ],
