@@ -11,6 +11,7 @@
 #define ENUMERATE_WORK 100000 /* as long as they take no more iterations of Newton's method than this (a fifth of a second) */
 #define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
 #define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are all tried to say whether there is one answer */
+#define NO_SPEED 1e-15     /* of the speed unit: round-off of rates that have been made nothing; over a short step it is much as an acceleration */
 #define ANSWERS_LATER 2    /* and at every later decision, which has to be quick */
 #define DIFFERENT 1e-6     /* of length · rate²: accelerations by which two answers differ; far above round-off, far below a motion's own */
 
@@ -43,6 +44,11 @@ static void tr_let_stick(tr_sim *s, const int *rest, int n, int i) {
     if (tr_bound_to(s, rest[q], i)) tr_mode_of(s, rest[q])->flag = TR_STUCK;
 }
 
+/* The acceleration that is none; in a step of impulses what makes a speed that is none, too. */
+static double tr_no_acceleration(const tr_sim *s) {
+  return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
+}
+
 /* How far pair i (at rest) is from satisfying its mode, after tr_solve_modes; > 0: it does not. */
 static double tr_misfit(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
@@ -57,7 +63,7 @@ static double tr_misfit(tr_sim *s, int i) {
   }
   for (int j = 0; j < pair->neta; ++j)
     if (tr_contradicts(s, pair->eta0 + j))
-      worst = fmax(worst, fabs(tr_freedom_acceleration(s, pair->eta0 + j)) * TR_A(s, arm)[pair->eta0 + j] / unit - TOL_RESOLVE);
+      worst = fmax(worst, fabs(tr_freedom_acceleration(s, pair->eta0 + j)) * TR_A(s, arm)[pair->eta0 + j] / unit - tr_no_acceleration(s));
   return fmax(worst, tr_ratio(s, i) - 1.0 - TOL_RESOLVE);
 }
 

@@ -170,9 +170,9 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
       tr_moreau_accept(s, h, s->pending.cut ? limit : s->clock.t + h, err, most, &course);
       return TR_OK;
     }
+    tr_moreau_back(s, &course);
     if (fixed || h <= (jumps ? least : TIME_ROUND_OFF * fmax(fabs(s->clock.t), 1.0 / s->set.rate))) return s->step.trouble != TR_OK ? s->step.trouble : TR_FAIL_MODES;
     s->stats.rejected++;
-    tr_moreau_back(s, &course);
     s->step.h = tr_moreau_shorter(s, h, err, whole);
   }
 }

@@ -96,8 +96,8 @@ static void tr_moreau_stops(tr_sim *s, double t, const double *y) {
 }
 
 /* What has come to rest in a step of impulses to (t, y), from the modes `then`. One whose sliding turned round inside has no speed at its end
- * either, for it is held there by an impulse that no force at rest would give: it slides on, the way that rest lets it go. One on a loop has
- * come to rest with others that stick, though the impulses of these are all that it took. ẏ of the step is kept. */
+ * either, for it is held there by an impulse that no force at rest would give, or its motion is prescribed: it slides on, the way that rest
+ * lets it go. One on a loop has come to rest with others that stick, though the impulses of these are all that it took. ẏ of the step is kept. */
 static void tr_moreau_rests(tr_sim *s, double t, const double *y, const tr_mode *then) {
   const int pairs = s->k->nsliders, n = tr_width(s);
   double slope[n];
@@ -112,7 +112,7 @@ static void tr_moreau_rests(tr_sim *s, double t, const double *y, const tr_mode 
     tr_holding(s);
     tr_bind(s);
     for (int i = 0; i < pairs; ++i)
-      if (tr_is_stuck(s, i) && tr_flag(then + i) != TR_STUCK && tr_ratio(s, i) > 1.0 + TOL_RELEASE) tr_let_slip(s, i);
+      if (tr_is_stuck(s, i) && tr_flag(then + i) != TR_STUCK && tr_misfit(s, i) > TOL_RELEASE) tr_let_slip(s, i);
   }
   memcpy(TR_A(s, dy), slope, sizeof slope);
 }

@@ -20,7 +20,7 @@ from engine.scene.overrides import apply
 from engine.simulation.run import simulate
 from tests.benchmarks.pendulum import alpha
 from tests.engine.test_done_is_right import ratchet
-from tests.engine.test_every_setting import CASES
+from tests.engine.test_every_setting import CASES, worlds
 from tests.reference.rubbing_scenes import rubbing
 from tests.reference.streams import stream
 
@@ -223,6 +223,22 @@ def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float
     """A step that changes a speed by more than the tolerance is made shorter yet, however short it is."""
     r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
+
+
+@pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
+def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
+    """Its speed is nothing there, for an instant, while other pairs of the loop are held (at 2e-9 a step did end there)."""
+    r = simulate(CASES / "universal_at_dead_centre.yaml", until=0.13, every=0.13, method="moreau", rtol=rtol, outputs=["k.q[1]"])
+    assert [(e.kind, e.joint) for e in r.events] == [("reversal", "k")]
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
+def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
+    """Over a short step the round-off of rates that were made nothing is much as an acceleration: at 14e-10 no modes were found,
+    and those that had been tried last were what the next decision was compared with."""
+    scene = worlds("loop_at_rest")["as it is"].scene
+    r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
+    assert sorted((e.kind, e.joint) for e in r.events) == [("stop", "j0"), ("stop", "j1"), ("stop", "jc")]
 
 
 def test_its_fixed_steps_know_end_stops() -> None:
