@@ -19,37 +19,62 @@ class Held:
 
     def __init__(self) -> None:
         self.asked = False
-        self._through = False
+        self.lets_through = False
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        """The handler of the signal: only remember that Ctrl-C was pressed."""
+    @property
+    def heard(self) -> bool:
+        """Whether Ctrl-C has been pressed and is let through."""
+        return self.asked and self.lets_through
+
+    def note(self, number: int, frame: FrameType | None) -> None:
+        """The handler of the signal: remember that Ctrl-C was pressed."""
         self.asked = True
-        if self._through:
+        if self.lets_through:
             raise KeyboardInterrupt
 
     @contextmanager
     def open(self) -> Iterator[None]:
         """Within this block Ctrl-C raises KeyboardInterrupt as usual, and so does one that was pressed just before."""
-        self._through = True
+        self.lets_through = True
         try:
             if self.asked:
                 raise KeyboardInterrupt
             yield
+            if self.asked:  # a library has swallowed what was raised
+                raise KeyboardInterrupt
+        except Exception:
+            if self.asked:  # or has made something else of it
+                raise KeyboardInterrupt from None
+            raise
         finally:
-            self._through = False
+            self.lets_through = False
 
 
 @contextmanager
 def held() -> Iterator[Held]:
     """Hold Ctrl-C back during the block. It does so only in the main thread, the only one that gets the signal, and only where
-    nobody else handles it: a program with a handler of its own keeps that."""
-    note = Held()
-    own = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not own:
+    nobody else handles it, or a block around this one lets it through: a program with a handler of its own keeps that."""
+    global _in_force
+    note, around = Held(), _in_force
+    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+    if not (handler is signal.default_int_handler or (around is not None and around.lets_through and handler == around.note)):
         yield note
         return
-    signal.signal(signal.SIGINT, note._note)
+    signal.signal(signal.SIGINT, note.note)
+    _in_force = note
     try:
         yield note
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        _in_force = around
+        signal.signal(signal.SIGINT, handler)
+
+
+_in_force: Held | None = None
+"""Those held back in the main thread now."""
+
+
+def heed() -> None:
+    """Raise KeyboardInterrupt if Ctrl-C has been pressed where it is let through. What was raised when it was pressed may have been
+    swallowed by a library that was at work (the symbolic one's wrappers catch whatever they are told)."""
+    if _in_force is not None and _in_force.heard:
+        raise KeyboardInterrupt

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.basics import arrow
 from engine.basics.version import version
 from engine.batch.reductions import Reduction
 from engine.simulation.audit import WORDS, Audit
@@ -58,20 +59,17 @@ def table(
     """The table's rows for some cases; ``cases`` (n) are their numbers. NaN, where there is nothing to reduce, becomes null."""
     import pyarrow as pa
 
-    def floats(a: np.ndarray) -> Any:
-        return pa.array(np.ascontiguousarray(a), mask=np.isnan(a))
-
-    arrays = [pa.array(cases.astype(np.int64))]
-    arrays += [floats(values[:, k]) for k in range(values.shape[1])]
-    arrays += [
-        pa.array([o.name for o in outcomes], pa.string()),
-        floats(np.array([o.time for o in outcomes], float)),
-        pa.array([o.joint for o in outcomes], pa.string()),
-        pa.array([o.advice for o in outcomes], pa.string()),
-        pa.array([a.verdict for a in audits], pa.string()),
-        floats(np.array([np.nan if a.energy is None else a.share for a in audits], float)),
-        pa.array(["; ".join(a.notes) for a in audits], pa.string()),
-        pa.array(steps.astype(np.int64)),
+    arrays = [
+        arrow.numbers(cases.astype(np.int64)),
+        *(arrow.numbers(column, nulls=True) for column in values.T),
+        arrow.texts([o.name for o in outcomes]),
+        arrow.numbers(np.array([o.time for o in outcomes], float), nulls=True),
+        arrow.texts([o.joint for o in outcomes]),
+        arrow.texts([o.advice for o in outcomes]),
+        arrow.texts([a.verdict for a in audits]),
+        arrow.numbers(np.array([np.nan if a.energy is None else a.share for a in audits], float), nulls=True),
+        arrow.texts(["; ".join(a.notes) for a in audits]),
+        arrow.numbers(steps.astype(np.int64)),
+        *(arrow.numbers(column, nulls=True) for column in numbers.T),
     ]
-    arrays += [floats(numbers[:, k]) for k in range(numbers.shape[1])]
     return pa.Table.from_arrays(arrays, schema=shape)

@@ -8,6 +8,13 @@ from collections.abc import Sequence
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit code: 0 done, 1 failed with a diagnosis, 2 wrong use."""
-    from engine.cli.entry import run
+    from engine.basics.interrupts import held
 
-    return run(list(sys.argv[1:] if arguments is None else arguments))
+    with held() as interrupt:
+        try:
+            with interrupt.open():
+                from engine.cli.entry import run
+
+                return run(list(sys.argv[1:] if arguments is None else arguments))
+        except KeyboardInterrupt:  # pressed before there was a command, or as it ended
+            return 1

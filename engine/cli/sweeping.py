@@ -119,16 +119,17 @@ def document(result: Sweep) -> dict[str, Any]:
 
 def summary(result: Sweep) -> list[str]:
     """Lines of the summary: outcomes, cost, ranges of the reductions."""
-    import numpy as np
+    import pyarrow.compute as pc
 
     from engine.cli.summary import table
 
     outcomes = ", ".join(f"{n} {name}" for name, n in sorted(result.counts.items(), key=lambda c: -c[1]))
     rows = []
     for r in result.plan.reductions[:SHOWN]:
-        values = np.asarray(result.table[r.name].drop_null())
-        low, high = (f"{values.min():.6g}", f"{values.max():.6g}") if len(values) else ("–", "–")
-        rows.append((r.name, low, high, str(len(values)), r.unit))
+        values = result.table[r.name]
+        ends = pc.min_max(values).as_py()
+        low, high = ("–" if ends[end] is None else f"{ends[end]:.6g}" for end in ("min", "max"))
+        rows.append((r.name, low, high, str(len(values) - values.null_count), r.unit))
     more = len(result.plan.reductions) - len(rows)
     lines = [
         f"{result.plan.scene.name}: {len(result)} cases over {', '.join(result.plan.cases.paths)}",

@@ -12,13 +12,14 @@ from __future__ import annotations
 import logging
 import os
 import platform
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
+
+from engine.kernel import programs
 
 log = logging.getLogger("trunnion.kernel")
 
@@ -94,20 +95,20 @@ def run(arguments: Sequence[str], cache: Path) -> None:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
             os.utime(shared)  # it is pruned like any entry, when it is the one unused for longest
-        done = _zig(arguments, shared, Path(own))
-        if done.returncode:
-            done = _zig(arguments, Path(own), Path(own))
-    if done.returncode:
+        code, complaint = _zig(arguments, shared, Path(own))
+        if code:
+            code, complaint = _zig(arguments, Path(own), Path(own))
+    if code:
         raise CompilerError(
             "the C compiler failed on generated code; this is a defect of Trunnion, please report it with this text:\n"
-            + done.stderr[-2000:]
+            + complaint[-2000:]
         )
 
 
-def _zig(arguments: Sequence[str], shared: Path, own: Path) -> subprocess.CompletedProcess[str]:
+def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
+    """The compiler's exit code and complaints, with these caches."""
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(shared), ZIG_LOCAL_CACHE_DIR=str(own))
-    command = [str(_program()), "cc", *arguments]
-    return subprocess.run(command, env=env, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+    return programs.run([str(_program()), "cc", *arguments], env)
 
 
 @lru_cache(maxsize=1)

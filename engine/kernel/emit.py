@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.basics.interrupts import heed
 from engine.kernel.instructions import Instruction, assignments
 
 SX = ca.SX
@@ -125,8 +126,10 @@ class _Emitter:
         self.kept = [0] * len(stages)
 
     def run(self) -> Code:
+        heed()
         self._leaves()
         outside = self._places()
+        heed()
         self._assign_slots(outside)
         text = "\n".join(self._function(k) for k in range(len(self.stages)))
         return Code(text, self.kept, [sum(map(len, pieces)) for pieces in self.order])

@@ -12,7 +12,6 @@ import json
 import logging
 import shutil
 import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
@@ -21,8 +20,10 @@ from typing import Any
 
 from engine.abi.header import header
 from engine.abi.kernels import KERNEL
+from engine.basics.interrupts import heed, held
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column
+from engine.kernel.programs import awaited, side_by_side
 from engine.system.structure import System
 
 log = logging.getLogger("trunnion.kernel")
@@ -140,10 +141,10 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
     def make(folder: Path) -> None:
         _build_kernel(folder, system, parameters, chosen, quadratures, redundant)
 
-    with ThreadPoolExecutor(1) as pool:
-        waiting = pool.submit(runtime)
+    with held() as interrupt, interrupt.open(), side_by_side(1) as submit:
+        waiting = submit(runtime)
         folder, made = cache.entry(f"kernel-{key}", make)
-        waiting.result()
+        awaited(waiting)
     libraries = {u: ctypes.CDLL(str(folder / f"{u}{compiler.library_suffix()}")) for u in ("kernel", "outputs")}
     table = KERNEL.ctype.in_dll(libraries["kernel"], UNITS["kernel"])
     sizes = {n: int(getattr(table, n)) for n in KERNEL.integers}
@@ -158,9 +159,10 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
     started = time.perf_counter()
     source = kernel_source(system, parameters, chosen, quadratures, redundant)
     symbolic = time.perf_counter() - started
-    with ThreadPoolExecutor(2) as pool:
-        for job in [pool.submit(_compile_unit, folder, unit, text) for unit, text in source.units.items()]:
-            job.result()
+    heed()
+    with side_by_side(2) as submit:
+        for job in [submit(_compile_unit, folder, unit, text) for unit, text in source.units.items()]:
+            awaited(job)
     facts = dict(source.facts, symbolic_seconds=symbolic, compile_seconds=time.perf_counter() - started - symbolic)
     (folder / "facts.json").write_text(json.dumps(facts))
 

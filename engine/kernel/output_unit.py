@@ -11,6 +11,7 @@ import casadi as ca
 from engine.abi import Post, Wants
 from engine.abi.kernels import POST
 from engine.abi.runs import EXTRA, LAST
+from engine.basics.interrupts import heed
 from engine.friction import REGISTRY as LAWS
 from engine.joints.base import to_quaternion
 from engine.kernel import expressions as ex
@@ -63,6 +64,7 @@ class Outputs:
 
     def value(self, key: tuple) -> SX:
         """Expression of the column with this key."""
+        heed()
         return getattr(self, f"_{key[0]}")(*key[1:])
 
     # -- bodies -------------------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.basics.interrupts import heed
 from engine.recursion.loads import ground_acceleration
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, Gamma, GammaT, solve_spd, zeros
@@ -34,6 +35,7 @@ def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Acce
     base = ca.sparsify(ground_acceleration(m.sym) @ first)
     out = Accelerations([], [], [])
     for i, (b, step) in enumerate(zip(m.bodies, m.steps, strict=True)):
+        heed()
         parent = m.sym.system.bodies[i].parent
         Zp = base if parent == GROUND else out.Zdot[parent]
         carried = Gamma(step.lever, Zp)
@@ -51,6 +53,7 @@ def given(m: Model, qdd: SX, combine: SX) -> Accelerations:
     out = Accelerations([], [], [])
     base = ground_acceleration(m.sym)
     for i, step in enumerate(m.steps):
+        heed()
         parent = m.sym.system.bodies[i].parent
         Zp = base if parent == GROUND else out.Zdot[parent]
         mine = qdd[step.joint.v0 : step.joint.v0 + len(step.joint.free)] if step.joint.free else SX(0, 1)

@@ -12,6 +12,7 @@ from typing import Any
 
 import casadi as ca
 
+from engine.basics.interrupts import heed
 from engine.recursion import cuts as cutting
 from engine.recursion.kinematics import GROUND_MOTION, Motion, Step, walk
 from engine.recursion.loads import (
@@ -99,6 +100,7 @@ def unreduced(sym: Symbols) -> Model:
     motions: list[Motion] = []
     steps: list[Step] = []
     for body, joint in zip(system.bodies, system.tree, strict=True):
+        heed()
         parent = GROUND_MOTION if body.parent == GROUND else motions[body.parent]
         m, step = walk(sym, joint, parent)
         motions.append(m)
@@ -123,6 +125,7 @@ def _bodies(m: Model) -> list[Articulated]:
     loads = applied(sym, m.motions)
     out = []
     for mass, motion, load in zip(m.masses, m.motions, loads, strict=True):
+        heed()
         F = zeros(6, n)
         F[:, 0] = velocity_force(mass, motion.omega) + load
         out.append(Articulated(mass.M11, mass.M12, mass.M22, ca.sparsify(F)))
@@ -181,6 +184,7 @@ def _reduce(m: Model) -> None:
     total = zeros(nl, m.columns)
     ground = zeros(6, m.columns)
     for i in reversed(range(len(system.bodies))):
+        heed()
         b, step, parent = m.bodies[i], m.steps[i], system.bodies[i].parent
         project(b, step, m.Q[i])
         total += b.Fq[:, lam].T @ b.y

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.basics import arrow
 from engine.basics.files import writing
 from engine.basics.problems import Problem, SceneError
 from engine.basics.version import version
@@ -74,7 +75,7 @@ def to_arrow(result: Result) -> pyarrow.Table:
         pa.field(name, pa.float64(), nullable=False, metadata={"unit": unit, "description": text})
         for name, (unit, text) in zip(result.names, about, strict=True)
     ]
-    arrays = [np.ascontiguousarray(result.data[:, i]) for i in range(len(fields))]
+    arrays = [arrow.numbers(column) for column in result.data.T]
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=metadata(result)))
 
 

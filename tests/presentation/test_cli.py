@@ -214,6 +214,18 @@ def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
     assert done.stdout.strip().endswith("[]")
 
 
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp_path: Path) -> None:
+    """Arrow imports pandas, where it is installed, as soon as it is given an array of another kind."""
+    runs = [*SHORT, "-o", str(tmp_path / f"r.{suffix}")]
+    over = ["--over", "joints.ball.friction.mu=0.1:0.2:2", "--until", "0.01"]
+    sweep = ["sweep", SHORT[1], *over, "-o", str(tmp_path / f"s.{suffix}")]
+    code = f"import sys; from engine.cli import main; print(main({runs!r}) + main({sweep!r})); "
+    code += "print([m for m in ('matplotlib', 'pandas', 'rich') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-2:] == ["0", "[]"], done.stdout
+
+
 def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
