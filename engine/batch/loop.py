@@ -20,6 +20,7 @@ from engine.simulation import block as bl
 from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.gaps import open_loop
+from engine.simulation.giving_up import HOST
 from engine.simulation.library import library
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
@@ -55,6 +56,35 @@ class Reduced:
     seconds: float
 
 
+class _Watch:
+    """Asks a tick whether to go on in the middle of a call into C too, every few milliseconds of whose work ``host`` is called."""
+
+    def __init__(self) -> None:
+        self.host = HOST(self._gives_up)
+        self.begin(None, lambda: 0)
+
+    def begin(self, tick: Tick | None, at: Callable[[], int]) -> None:
+        """From now on ask this one, which is told how many cases are done."""
+        self.tick, self.at, self.asked = tick, at, time.perf_counter()
+        self.raised: BaseException | None = None
+
+    def _gives_up(self) -> int:
+        now = time.perf_counter()
+        if self.tick is None or now - self.asked < CALL_SECONDS:
+            return 0
+        self.asked = now
+        try:
+            return int(not self.tick(self.at()))
+        except BaseException as e:  # noqa: BLE001  # nothing passes through C: it is raised again behind it
+            self.raised = e
+            return 1
+
+    def pass_on(self) -> None:
+        """Raise what the tick raised meanwhile."""
+        if self.raised is not None:
+            raise self.raised
+
+
 class Loop:
     """Runs cases of one structure in C. Make it once and use it for many chunks, from one thread at a time."""
 
@@ -66,6 +96,7 @@ class Loop:
         self.batch = BATCH.ctype()
         self.memory: list[object] = []
         self.blocks: list[bl.Block] = []
+        self.watch = _Watch()
         self._variant(self.model.kernel)
         sim = rows.built.scene.simulation
         through = sim.jams == "impact"
@@ -94,6 +125,7 @@ class Loop:
         block = bl.Block(made, numbers, np.array(table.values), events)
         v = self.batch.variant[len(self.blocks)]
         v.fresh, v.plain = block.at, self._buffer(block.bytes)
+        self.lib.tr_ask(block.at, ctypes.cast(self.watch.host, ctypes.c_void_p))  # and with it every case, which begins as its copy
         self.blocks.append(block)
 
     def _redundant(self) -> None:
@@ -122,12 +154,17 @@ class Loop:
         b.ncases, b.at, b.running, b.reported = n, 0, 0, 0
         failed: dict[int, Outcome] = {}
         seconds = 0.0
+        self.watch.begin(tick, lambda: b.at)
         while True:
             began = time.perf_counter()
             status = self.lib.tr_batch_run(ctypes.addressof(b), self.budget)
             spent = time.perf_counter() - began
             seconds += spent
+            self.watch.pass_on()
             if status == bl.DONE:
+                break
+            if status == bl.STOPPED:
+                n = b.at
                 break
             if status == bl.Status.CASE_FAILED:
                 failed[b.at] = self._outcome(out["case"][b.at])

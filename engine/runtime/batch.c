@@ -123,7 +123,8 @@ static int tr_case_attach(tr_batch *b) {
 }
 
 /* Go on with the batch for about `budget` steps and rows. TR_DONE: all cases done; TR_MORE: call again; TR_CASE_FAILED: a case ended
- * early (its block is `now` until the next call); TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: provide it in variant[which] and call again. */
+ * early (its block is `now` until the next call); TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: provide it in variant[which] and call again;
+ * TR_STOPPED: a host that fresh blocks ask has given up, in the middle of a case. */
 int tr_batch_run(tr_batch *b, long budget) {
   while (b->at < b->ncases) {
     int status = TR_OK;
@@ -146,6 +147,7 @@ int tr_batch_run(tr_batch *b, long budget) {
       for (long i = 0; i < count; ++i) tr_case_row(b, b->rows + i * b->width);
       tr_case_events(b, b->now);
     }
+    if (status == TR_STOPPED) return status;
     if (status == TR_NEED_JACOBIAN) {
       if (!tr_case_attach(b)) return status;
     } else if (status == TR_DONE) {

@@ -15,7 +15,10 @@ from service.executor.parts import Parts, outcomes
 from service.request import plan_of_document
 
 KEPT = 4
-MARKER_SECONDS = 0.5
+MARKER_SECONDS = 0.1
+"""Between two looks whether the job was stopped, at least; where parts are far away so much longer"""
+LOOKS_PART = 0.05
+"""that looking takes no larger part of the time."""
 _local = threading.local()
 
 
@@ -51,14 +54,17 @@ class _Watch:
     def __init__(self, parts: Parts, job: str, runner: Runner, seconds: float):
         self.parts, self.job, self.end = parts, job, time.monotonic() + seconds
         self.marker, self.looked, self.runner = parts.marker(job), time.monotonic(), runner
+        self.pause = MARKER_SECONDS
 
     def __call__(self, done: int) -> bool:
         now = time.monotonic()
         if now > self.end:
             raise OutOfTime("the job's time budget is used up")
-        if now - self.looked > MARKER_SECONDS:
-            self.looked = now
-            if self.parts.exists(self.marker):
+        if now - self.looked > self.pause:
+            stopped = self.parts.exists(self.marker)
+            self.looked = time.monotonic()
+            self.pause = max(MARKER_SECONDS, (self.looked - now) / LOOKS_PART)
+            if stopped:
                 raise Cancelled("the job was stopped")
         return True
 

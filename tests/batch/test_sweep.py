@@ -115,3 +115,23 @@ def test_the_command_tells_every_mistake(capsys: pytest.CaptureFixture[str]) -> 
     err = capsys.readouterr().err
     for word in ("PATH=VALUES", "PATH=low:high", "--until", "--law", "--foo"):
         assert word in err
+
+
+@pytest.mark.parametrize("way", ["says no", "raises"])
+def test_a_call_into_c_is_left_in_its_middle_when_the_tick_asks_for_it(way: str) -> None:
+    """One call is sized to run both cases to their end; what is asked for on the way ends it in the first of them."""
+    asked: list[int] = []
+
+    def tick(done: int) -> bool:
+        asked.append(done)
+        if way == "raises":
+            raise TimeoutError
+        return False
+
+    p = plan(engine.load_scene("spherical_pendulum"), {MU: [0.2, 0.4]}, keep=KEEP, run=Run(1e5))
+    runner = Runner(p)
+    (rows,), _ = runner.preparer.rows(p.cases.values(0, 2))
+    runner._loop(rows).budget = 10**9
+    with pytest.raises(TimeoutError if way == "raises" else Stopped):
+        runner.chunk(0, 2, tick)
+    assert asked == [0]
