@@ -10,6 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from engine.basics.problems import Problem
+from engine.simulation.outcome import TOO_MANY_EVENTS, TOO_MANY_ROWS
 
 NUMBER = 8
 """Bytes of a number of a row."""
@@ -23,6 +24,8 @@ MOST_ROWS = 1e9
 """Rows one run may have, also where only their extremes are kept: at a microsecond each, they take a quarter of an hour."""
 NEVER_MANY = 100_000
 """Rows below which no scene has enough columns to matter, so that nobody need count them."""
+EVENT_BYTES = 2000
+"""Bytes of an event: the runtime's record of it, there twice for a moment, and what is told of it."""
 CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
 
@@ -46,6 +49,25 @@ def expected_rows(until: float, every: float, step: float = 0.0) -> float:
 def most_rows(columns: int) -> float:
     """Number of rows one run may have. columns: how many numbers are kept of each; 0 where none is kept."""
     return min(MOST_ROWS, SHARE * memory() / (COPIES * NUMBER * columns)) if columns else MOST_ROWS
+
+
+def most_events() -> float:
+    """Number of events one run may have."""
+    return SHARE * memory() / EVENT_BYTES
+
+
+class Room:
+    """What a run may still keep. columns: numbers of a row; free: nobody knew before how many rows there would be."""
+
+    def __init__(self, columns: int, free: bool) -> None:
+        self.rows = most_rows(columns) - 1.0 if free else math.inf
+        self.events = most_events()
+
+    def take(self, rows: int, events: int) -> str | None:
+        """Keep so many more; the outcome of the run, where that is more than there is room for."""
+        self.rows -= rows
+        self.events -= events
+        return TOO_MANY_ROWS if self.rows < 0.0 else TOO_MANY_EVENTS if self.events < 0.0 else None
 
 
 def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0) -> list[Problem]:

@@ -10,6 +10,7 @@ from engine.integrators import AUTO, METHODS
 
 DONE = "done"
 TOO_MANY_ROWS = "too_many_rows"
+TOO_MANY_EVENTS = "too_many_events"
 """How a run with a row at every step of the solver ends when these have become too many: nobody knows their number before."""
 NAMES: dict[int, str] = {
     Status.FAIL_NOT_FINITE: "not_finite",
@@ -47,6 +48,8 @@ ADVICE = {
     "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
     TOO_MANY_ROWS: "the rows of all the solver's steps take the memory that a result may have; rows so far are kept: give every "
     "a spacing, end earlier, or ask for fewer columns with outputs",
+    TOO_MANY_EVENTS: "the events of the run take the memory that a result may have; rows and events so far are kept: end earlier, "
+    "or ask what makes a joint stop and slip so often (its last events name it)",
     "inaccurate": "the run reached its end, but gained or lost energy far beyond its tolerance; its results are kept "
     f"and not to be relied on: try a tighter rtol, another method ({', '.join(METHODS[1:])}), or no fixed step",
     "stopped": "stopped on request; results up to then are kept",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +16,8 @@ from engine.simulation.certificate import Certificate, certificate, certificate_
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.events import decode
 from engine.simulation.gaps import open_loop
-from engine.simulation.memory import most_rows
-from engine.simulation.outcome import DONE, TOO_MANY_ROWS, Outcome
+from engine.simulation.memory import Room
+from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulation.result import Result, Stats
 
@@ -122,13 +121,12 @@ class OneRun:
         block = self.model.block
         buffer = np.empty((self._rows_at_once(), block.width))
         told, steps = time.perf_counter(), first_steps(block.ny)
-        left = most_rows(block.width) - 1.0 if self.every <= 0.0 else inf
+        room = Room(block.width, self.every <= 0.0)
         while True:
             began = time.perf_counter()
             status, count = block.advance(self.until, steps, buffer)
             if count:
                 self.rows.append(buffer[:count].copy())
-                left -= count
             events = block.take_events()
             if len(events):
                 self.records.append(events)
@@ -140,8 +138,8 @@ class OneRun:
                 steps = sized(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.STOPPED, bl.OK):
                 return diagnose(self.model, status)
-            if left < 0.0:
-                return Outcome.named(TOO_MANY_ROWS, float(self.rows[-1][-1, 0]), "")
+            if full := room.take(count, len(events)):
+                return Outcome.named(full, float(self.rows[-1][-1, 0]), "")
             if interrupt.asked:
                 raise KeyboardInterrupt
             if self.progress and time.perf_counter() - told > 0.1:

@@ -12,7 +12,7 @@ import pytest
 
 import engine
 from engine.cli import main
-from engine.simulation import memory
+from engine.simulation import memory, stepping
 from engine.simulation.memory import expected_rows, row_problems
 
 MU = "joints.ball.friction.mu"
@@ -68,6 +68,21 @@ def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeyp
     assert 100 < len(part.time) < len(whole.time)
     assert np.array_equal(part.data, whole.data[: len(part.time)])
     assert part.events == tuple(e for e in whole.events if e.time <= part.time[-1])
+
+
+def test_events_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, asked = str(engine.models_dir() / "stability" / "21_ratchet.yaml"), {"until": 20.0, "every": 0.1}
+    monkeypatch.setattr(stepping, "first_steps", lambda numbers: 20)  # many calls
+    monkeypatch.setattr(stepping, "sized", lambda steps, seconds: steps)
+    whole = engine.simulate(scene, **asked)
+    assert whole.outcome.ok
+    assert len(whole.events) > 4
+    monkeypatch.setattr(memory, "most_events", lambda: 3)
+    part = engine.simulate(scene, **asked)
+    assert part.outcome.name == "too_many_events"
+    assert 3 < len(part.events) < len(whole.events)
+    assert part.events == whole.events[: len(part.events)]
+    assert np.array_equal(part.data, whole.data[: len(part.time)])
 
 
 @pytest.mark.usefixtures("small")
