@@ -5,27 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-import schemathesis
 from hypothesis import HealthCheck, given, settings
 from hypothesis.errors import Unsatisfiable
-from schemathesis import GenerationMode
-from schemathesis.checks import not_a_server_error
-from schemathesis.specs.openapi.checks import (
-    content_type_conformance,
-    response_headers_conformance,
-    response_schema_conformance,
-    status_code_conformance,
-)
 
 from tests.service.serving import SMALL, InProcess, Served
 
-CHECKS = [
-    not_a_server_error,
-    status_code_conformance,
-    content_type_conformance,
-    response_headers_conformance,
-    response_schema_conformance,
-]
+
+def checks() -> list[Any]:
+    """What every answer is held to. (Schemathesis takes a second to import: who runs no test of it does without.)"""
+    from schemathesis.checks import not_a_server_error
+    from schemathesis.specs.openapi import checks
+
+    conformance = ("status_code", "content_type", "response_headers", "response_schema")
+    return [not_a_server_error, *(getattr(checks, f"{what}_conformance") for what in conformance)]
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +30,15 @@ def job(bounded: Served) -> str:
 
 @pytest.fixture(scope="module")
 def api_schema(bounded: Served) -> Any:
+    import schemathesis
+
     return schemathesis.openapi.from_url(f"http://127.0.0.1:{bounded.port}/openapi.json")
 
 
 def tried(schema: Any, examples: int, job: str) -> list[str]:
     """Send right and wrong requests to every operation, those about a job also with a real one; what is wrong with the answers."""
+    from schemathesis import GenerationMode
+
     wrong: list[str] = []
     for found in schema.get_all_operations():
         operation = found.ok()
@@ -60,12 +56,14 @@ def tried(schema: Any, examples: int, job: str) -> list[str]:
 def one(operation: Any, mode: GenerationMode, examples: int, job: str) -> None:
     """Send many requests to one operation, about this job unless it is ""."""
 
+    held_to = checks()
+
     @given(case=operation.as_strategy(generation_mode=mode))
     @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck), database=None, derandomize=True)
     def sent(case: Any) -> None:
         if job:
             case.path_parameters["job"] = job
-        case.call_and_validate(checks=CHECKS, timeout=60)
+        case.call_and_validate(checks=held_to, timeout=60)
 
     sent()
 
