@@ -38,9 +38,9 @@ def browser() -> Iterator[Any]:
         b.close()
 
 
-@pytest.fixture
-def page(browser: Any, served: Served) -> Iterator[Any]:
-    """The page, loaded; the test fails when it logs an error or asks anyone else for anything."""
+@pytest.fixture(scope="module")
+def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
+    """A tab, and what its pages log as errors or ask anyone else for. One for all tests: a new one compiles all scripts anew."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000})
     context.set_default_timeout(60_000)
     p = context.new_page()
@@ -49,10 +49,19 @@ def page(browser: Any, served: Served) -> Iterator[Any]:
     p.on("console", lambda m: errors.append(m.text) if m.type == "error" and "422" not in m.text else None)
     p.on("pageerror", lambda e: errors.append(str(e)))
     p.on("request", lambda r: None if r.url.startswith((home, "data:", "blob:")) else errors.append(f"asked for {r.url}"))
-    p.goto(home)
+    yield p, errors
+    context.close()
+
+
+@pytest.fixture
+def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
+    """The page, loaded anew; the test fails when it logs an error or asks anyone else for anything."""
+    p, errors = tab
+    errors.clear()
+    p.goto(f"http://127.0.0.1:{served.port}")
     p.wait_for_selector("body[data-ready]")
     yield p
-    context.close()
+    p.goto("about:blank")  # what it still does ends here
     assert errors == []
 
 
