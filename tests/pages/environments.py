@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.metadata import Distribution, distributions
@@ -22,6 +23,8 @@ from tests.pages.reading import PLAIN
 BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?:\.venv/bin/)?pip install -q \.(?: |$)")
 """The line that makes an environment with the project and no extras."""
 EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
+PATIENCE = 180.0
+"""Seconds to wait for another process's environment; only where it has failed does one wait so long, and make its own then."""
 WITH_PYTHON = {"pip", "setuptools", "wheel"}
 """What ``python -m venv`` may put into an environment by itself."""
 
@@ -42,9 +45,17 @@ class Home:
         """Folder of the environment."""
         return self.path / ".venv"
 
-    def begin(self) -> None:
-        """Take over the environment without extras, should this session have one by now."""
-        base = self.shared / "base"
+    def begin(self, line: str) -> None:
+        """Take over the environment without extras before an environment is made by ``line``. The session's first home that types
+        the line for it makes it, and all others wait for that."""
+        base, maker = self.shared / "base", self.shared / "base.maker"
+        if BASE.match(line) and not maker.exists():
+            with suppress(FileExistsError):
+                maker.touch(exist_ok=False)
+                return
+        end = time.monotonic() + PATIENCE
+        while maker.exists() and not base.exists() and time.monotonic() < end:
+            time.sleep(0.2)
         if not self.venv.exists() and base.exists():
             linked(base / "venv", self.venv, (base / "place").read_bytes())
             self.copied = True

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import socket
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +31,9 @@ GROUPS = {
     "fmu": ["fmu/README.md"],
 }
 """Pages by group; a group is named for what its pages install, in the order in which they do."""
-TOGETHER = {"plain": "models", "pandas": "models"}
-"""The process that reads a group. All others are read by a second one, for pages that serve do so at one port. They take about as
-long."""
+ABOUT_MODELS = ("plain", "pandas")
+"""Groups that one process reads. All others are read by a second one, for pages that serve do so at one port. They take about as
+long. A process reads the pages of one file of tests (``--dist loadfile``)."""
 
 
 def begins(page: str) -> list[Step]:
@@ -42,19 +43,18 @@ def begins(page: str) -> list[Step]:
     return [Step("bash", 0, INSTALLED), *found] if model and found else found
 
 
-def cases() -> list[object]:
-    """(group, page) of all pages, marked with the process that reads them."""
-    found = []
-    for group, its in GROUPS.items():
-        marks = [pytest.mark.pages, pytest.mark.xdist_group(TOGETHER.get(group, "serves"))]
-        found += [pytest.param(group, page, id=page.removesuffix(".md"), marks=marks) for page in its if steps(ROOT / page)]
-    return found
+def cases(about_models: bool) -> list[object]:
+    """(group, page) of the pages that one process reads."""
+    mine = [(group, its) for group, its in GROUPS.items() if (group in ABOUT_MODELS) == about_models]
+    return [pytest.param(group, page, id=page.removesuffix(".md")) for group, its in mine for page in its if steps(ROOT / page)]
 
 
 def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.TempPathFactory) -> None:
     """Everything the page prints, in a copy of the checkout that its group shares."""
     if group not in homes:
-        homes[group] = Home(copied(ROOT, folders.mktemp("page") / "checkout"), in_common(folders))
+        shared = in_common(folders)
+        alone(shared, group in ABOUT_MODELS)
+        homes[group] = Home(copied(ROOT, folders.mktemp("page") / "checkout"), shared)
         drawings(homes[group].path)
     todo = begins(page)
     serves = any("trunnion serve" in s.text or PRINTED_PORT in s.text for s in todo)
@@ -67,6 +67,14 @@ def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.
     surplus, lacking = homes[group].surplus()
     assert not surplus, f"the environment of {page} has what no line typed into it asks for: {sorted(surplus)}"
     assert not lacking, f"the environment of {page} lacks {sorted(lacking)}"
+
+
+def alone(shared: Path, about_models: bool) -> None:
+    """Nobody else reads pages of this kind: two that serve would do so at one port, and get each other's answers."""
+    reader = shared / f"{'models' if about_models else 'others'}.process"
+    with suppress(FileExistsError), reader.open("x") as new:
+        new.write(str(os.getpid()))
+    assert reader.read_text() == str(os.getpid()), "two processes read pages of one file of tests; run with --dist loadfile"
 
 
 def in_common(folders: pytest.TempPathFactory) -> Path:

@@ -91,7 +91,7 @@ class Reader:
         if line in self.place.typed and "&&" not in line.partition("pip install")[2]:
             return  # an installation that another page had typed here, and nothing else
         if "-m venv" in line:
-            self.place.begin()
+            self.place.begin(line)
         if re.search(r"trunnion serve\b(?!.*--database)", line):
             self._serve(line.rstrip("& "), place)
         else:
