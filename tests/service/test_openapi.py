@@ -53,7 +53,7 @@ def tried(schema: Any, examples: int, job: str) -> list[str]:
     return wrong
 
 
-def one(operation: Any, mode: GenerationMode, examples: int, job: str) -> None:
+def one(operation: Any, mode: Any, examples: int, job: str) -> None:
     """Send many requests to one operation, about this job unless it is ""."""
 
     held_to = checks()
