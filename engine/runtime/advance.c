@@ -206,8 +206,8 @@ static int tr_resumed_here(tr_sim *s) {
  * stopped. Each pair may be what a failure is passed by, once at one time: what has led nowhere leads nowhere again. */
 static int tr_goes_on(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
-  if (tr_method_of(s)->kind == TR_IMPULSES) { /* which then fails at the same time again does not go on for ever */
-    if (s->moreau.failed_t == s->clock.t) return 0;
+  if (tr_method_of(s)->kind == TR_IMPULSES) { /* which then fails soon again does not go on for ever */
+    if (s->clock.t - s->moreau.failed_t <= STALL_TIME / s->set.rate) return 0;
     s->moreau.failed_t = s->clock.t;
   }
   const int more = tr_resumed_here(s) < s->k->nsliders;

@@ -7,6 +7,7 @@
 #define MOREAU_EVENTS 40   /* events in as many first steps (``tr_moreau_step``): they accumulate */
 #define MOREAU_STAY 400    /* steps before locating events is tried again */
 #define LEAST_IMPULSE 1e-3 /* of rtol / rate: in so short a time nothing but an impact changes a speed by more than the tolerance */
+#define HALF_OF_IT 0.5     /* of the change over a step: by so much its halves do not differ where speeds change with time */
 #define EVENT_SHARE 0.2    /* of the tolerance of speeds: what the unknown time of an event may amount to */
 
 /* Whether all pairs are in the modes `then` as they are now; one that slides the other way is not. */
@@ -60,6 +61,22 @@ static int tr_extrapolate(tr_sim *s, double t, const double *whole, const double
   return TR_OK;
 }
 
+/* A step so short that nothing but an impact changes a speed by more than the tolerance in it, s. */
+static double tr_least_impulse(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
+
+/* Whether one half of a step over h by `half` to ynew changes the speed of a pair and the other does not, though its modes are the same
+ * throughout: it jumps then however short the step is, and whole and halves agree about it. */
+static int tr_jumps(tr_sim *s, double h, const double *half, const double *ynew) {
+  const int n = s->k->nsliders;
+  double v[3][n + 1];
+  int jumps = 0;
+  if (!s->k->sets || h > tr_least_impulse(s)) return 0;
+  tr_speeds(s, s->clock.t, TR_A(s, y), v[0]), tr_speeds(s, s->clock.t + 0.5 * h, half, v[1]), tr_speeds(s, s->clock.t + h, ynew, v[2]);
+  for (int i = 0; i < n; ++i)
+    jumps |= fabs(v[2][i] - 2.0 * v[1][i] + v[0][i]) > fmax(s->set.rtol * tr_speed_unit(s), HALF_OF_IT * fabs(v[2][i] - v[0][i]));
+  return jumps;
+}
+
 /* A step over h, made whole and in two halves: ynew, extrapolated where no mode changes, else what the halves lead to. Its error relative to
  * the tolerance; NaN: it could not be made (trouble says why). */
 static double tr_moreau_twice(tr_sim *s, double h, tr_course *course) {
@@ -78,7 +95,8 @@ static double tr_moreau_twice(tr_sim *s, double h, tr_course *course) {
   double err = sqrt(tr_size2(s, off, y, ynew, tr_work_unit(s, h, y)));
   if (!course->smooth) tr_straight(s);
   if (!course->steady) err = fmax(err, tr_uncertain_speed(s, h, course));
-  if (course->smooth && (s->step.trouble = tr_extrapolate(s, t + h, whole, half, ynew)) != TR_OK) return NAN;
+  else if (err <= 1.0 && tr_jumps(s, h, half, ynew)) s->step.trouble = TR_FAIL_MULTIPLIERS;
+  if (s->step.trouble == TR_OK && course->smooth && (s->step.trouble = tr_extrapolate(s, t + h, whole, half, ynew)) != TR_OK) return NAN;
   return err;
 }
 
@@ -148,10 +166,16 @@ static double tr_moreau_shorter(const tr_sim *s, double h, double err, double wh
   return err == err ? h * tr_factor_of(err, tr_method_of(s)->order, RETRY_MOST) : SHRINK_MOST * h;
 }
 
+/* Why no step can be made, the last trial of which was refused. Where speeds jump there are answers, and no others are to be sought. */
+static int tr_moreau_fault(tr_sim *s) {
+  if (s->step.trouble == TR_FAIL_MULTIPLIERS) s->friction.searched = s->clock.t;
+  return s->step.trouble != TR_OK ? s->step.trouble : TR_FAIL_MODES;
+}
+
 /* One acceptable step to at most `limit`; waits as pending. */
 static int tr_attempt_moreau(tr_sim *s, double limit) {
   const int fixed = s->set.hfixed > 0.0;
-  const double least = LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t);
+  const double least = tr_least_impulse(s);
   tr_mode start[s->k->nsliders + 1], middle[s->k->nsliders + 1];
   tr_course course = {.start = start, .middle = middle, .let_go = 0.5};
   s->step.watch = 0;
@@ -171,7 +195,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
       return TR_OK;
     }
     tr_moreau_back(s, &course);
-    if (fixed || h <= (jumps ? least : TIME_ROUND_OFF * fmax(fabs(s->clock.t), 1.0 / s->set.rate))) return s->step.trouble != TR_OK ? s->step.trouble : TR_FAIL_MODES;
+    if (fixed || h <= (jumps ? least : TIME_ROUND_OFF * fmax(fabs(s->clock.t), 1.0 / s->set.rate))) return tr_moreau_fault(s);
     s->stats.rejected++;
     s->step.h = tr_moreau_shorter(s, h, err, whole);
   }

@@ -13,7 +13,7 @@ from engine.simulation.result import Result
 from engine.simulation.run import simulate
 from tests.reference.toggle import SprungToggle
 
-METHODS = ("auto", "rk5", "rk8", "rosenbrock")
+METHODS = ("auto", "rk5", "rk8", "rosenbrock", "moreau")
 TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 PUSH_TIMES, PUSH = [0, 0.5, 1.0, 1.01, 2.0], [500, 800, 800, 0, 0]
 CROSSING = 4e-5
