@@ -110,6 +110,8 @@ EVENT = Record("tr_event", "An event: something that happened at an instant of a
 double time : s
 double kind : TR_EV_…
 double index : which pair or stop
+double margin : by how much what decides it would have to be otherwise for something else to happen; not a number: not known
+double marginal : 1: by less than the run's own error, or its time is not known
 double contacts : how many follow
 tr_turn turned[{EVENT_CONTACTS}] : its contacts
 """)
@@ -122,6 +124,7 @@ double contact : its contact that turned most, from 1; 0 none
 double before : that contact's angle before, rad
 double after : its angle after, rad
 double turn : by how much its normal turned, rad
+double marginal : 1: its margin is below the run's own error
 """)
 
 EXTRA = Record("tr_extra", "What only the runtime knows, for the columns; behind it a number for the state of every pair.", """

@@ -90,7 +90,8 @@ def event_lines(result: Result) -> list[str]:
     for e in result.events[:FIRST_EVENTS]:
         turns = ", ".join(f"{math.degrees(a):.4g}°" for a in e.turn if math.isfinite(a))
         where = f"{e.joint}[{e.part}]" if any(x.part > 1 for x in result.events if x.joint == e.joint) else e.joint
-        rows.append((f"{e.time:.6f}", e.kind.replace("_", " "), where, turns))
+        kind = e.kind.replace("_", " ") + (" (marginal)" if e.marginal else "")
+        rows.append((f"{e.time:.6f}", kind, where, turns))
     more = len(result.events) - len(rows)
     head = ("time, s", "event", "joint", "contact normals turn by")
     return [f"events: {counts}", *table(head, rows), *([f"… and {more} more"] if more else [])]

@@ -152,6 +152,7 @@ LAST = (
     ("angle_before", "before", "rad", "that contact's angle before"),
     ("angle_after", "after", "rad", "that contact's angle after"),
     ("turn", "turn", "rad", "by how much its normal turned"),
+    ("marginal", "marginal", "1", "1: it is decided by less than the run's own error"),
 )
 """Columns ``events.last.*``: name, field of ``tr_last``, unit, description."""
 

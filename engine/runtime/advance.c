@@ -37,7 +37,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     s->step.watch = 0;
     if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, K))) return TR_FAIL_MULTIPLIERS;
     if (s->friction.still) { /* loads may have jumped here */
-      int code = tr_settle(s, s->clock.t, TR_A(s, y), -1);
+      int code = tr_settle(s, s->clock.t, TR_A(s, y), -1, 0);
       if (code != TR_OK) return code;
       memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
     }

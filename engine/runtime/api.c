@@ -9,7 +9,7 @@
 #include "explicit.c"
 static int tr_have_dense(tr_sim *s);
 static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
-static int tr_settle(tr_sim *s, double t, double *y, int which);
+static int tr_settle(tr_sim *s, double t, double *y, int which, const tr_contact *known);
 static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int others);
 static void tr_certify(tr_sim *s);
 #include "manifold.c"
@@ -25,6 +25,7 @@ TR_RARE
 TR_OFTEN
 #include "events.c"
 #include "audit.c"
+#include "margin.c"
 #include "search.c"
 #include "record.c"
 #include "start.c"
@@ -47,6 +48,7 @@ TR_RARE
 #include "ends.c"
 #include "impulses.c"
 TR_OFTEN
+#include "before.c"
 #include "finish.c"
 #include "advance.c"
 
@@ -97,7 +99,7 @@ static void tr_reset(tr_sim *s, double t, double t_stop, double every) {
   s->pending = (tr_waiting){.kind = TR_NOTHING};
   s->loops = (tr_loops){0};
   s->moreau = (tr_moreau){.burst_t = t, .first_t = -1.0, .failed_t = -INFINITY};
-  s->events = (tr_events){.capacity = capacity, .chatter_t = -INFINITY};
+  s->events = (tr_events){.capacity = capacity, .chatter_t = -INFINITY, .margin = CLEAR};
   s->audit = (tr_audit){.open_t = -1.0, .open_pair = -1, .fail_detail = -1, .fail_number = -1.0};
   s->stats = (tr_stats){0};
   while (s->clock.next_break < nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t) s->clock.next_break++;

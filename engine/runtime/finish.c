@@ -3,9 +3,6 @@
 
 #define ROW_SLACK 1e-12       /* of the time, at least of 1 s: a row this far beyond the end of a step is a row at its end */
 #define SAME_EVENT_TIME 1e-12 /* of the time, at least of 1 s: events closer to each other than that chatter */
-#define NO_MOTION 1e-9        /* of the speed unit: the direction of what is slower is that of round-off */
-#define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
-#define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
 #define HALVES_MOST 60        /* bisections on θ: they reach its round-off */
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* of the step: over so much of it the slowing at its end is measured */
@@ -30,32 +27,6 @@ static void tr_end_state(tr_sim *s, double *out) {
 static void tr_event_state(tr_sim *s, double t, double *out) {
   tr_dense_state(s, s->pending.theta, out);
   if (s->k->active && !tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
-}
-
-/* Pairs of several components that come to rest at the event that cuts the step short have no direction at the state y there: for the row
- * they keep the one they had just before, whichever way round-off points. */
-static void tr_keep_directions(tr_sim *s, double t, const double *y) {
-  const tr_kernel *k = s->k;
-  double before[tr_width(s)];
-  int stops[k->nsliders + 1], any = 0;
-  tr_maps_at(s, t, y);
-  for (int i = 0; i < k->nsliders; ++i) {
-    stops[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
-               tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
-    any |= stops[i];
-  }
-  for (double part = JUST_BEFORE; any && part <= 1.0; part *= BEFORE_GROWS) {
-    const double theta = s->pending.theta * (1.0 - part);
-    tr_dense_eval(s, theta, before);
-    tr_maps_at(s, s->step.t0 + theta * s->step.size, before);
-    any = 0;
-    for (int i = 0; i < k->nsliders; ++i) {
-      if (!stops[i]) continue;
-      stops[i] = tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
-      if (!stops[i]) tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), tr_pair_speed(s, i));
-      any |= stops[i];
-    }
-  }
 }
 
 /* The row of an event that cuts the step short, as it was up to there. */
@@ -128,7 +99,7 @@ static void tr_shift(tr_sim *s, double t, const double *y) {
   int n = tr_width(s);
   if (y != TR_A(s, y)) tr_copy(n, y, TR_A(s, y));
   s->clock.t = t;
-  s->step.margin = NAN;
+  s->step.margin = NAN, s->step.far_known = 0;
   while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_same_time(t)) {
     s->clock.next_break++;
     s->step.have_k1 = 0;
@@ -148,6 +119,7 @@ static void tr_finish_whole(tr_sim *s) {
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
   s->step.margin = s->step.margin_end;
+  tr_note_far(s, TR_AT_END, TR_AT_START);
   tr_size_next(s);
 }
 
@@ -165,15 +137,19 @@ static int tr_finish_set(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
   const int which = s->pending.which;
   const tr_branch was = tr_branch_before(s, which);
+  if (!s->pending.captured) tr_copy(s->k->active + s->k->neta, TR_A(s, zbeyond), TR_A(s, zend));
   double before[tr_width(s)];
   tr_mode modes[s->k->nsliders];
   s->friction.capture = s->friction.missed = -1;
   tr_dense_state(s, s->pending.theta, ye);
-  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  if (!tr_evaluate_before(s, te, ye)) return TR_FAIL_MULTIPLIERS;
   if (tr_needs_sharpening(s, which)) tr_sharpen(s, which, &te, ye);
   tr_keep_modes(s, modes), memcpy(before, ye, sizeof before);
+  tr_crosses(s, which);
   const int ball = !s->pending.captured && tr_moving_ball(s, which);
-  int code = ball ? tr_meets_cone(s, te, ye, which) : tr_settle(s, te, ye, which);
+  tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
+  const tr_contact *known = !ball && tr_contacts_before(s, te, ye, contacts) ? contacts : 0;
+  int code = ball ? tr_meets_cone(s, te, ye, which) : tr_settle(s, te, ye, which, known);
   if (code != TR_OK) { /* this is where it ends, or goes on by an impact: as it was before anything was brought to rest */
     tr_put_modes(s, modes);
     tr_shift(s, te, before);
@@ -185,6 +161,7 @@ static int tr_finish_set(tr_sim *s) {
   s->moreau.burst_events += ball; /* a ball's branches are no events that accumulate: in steps of impulses it has the same two */
   tr_note_chatter(s, te);
   tr_shift(s, te, ye);
+  if (s->step.margin_end == s->step.margin_end) tr_note_far(s, TR_NOW, TR_AT_START);
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
   s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
@@ -198,6 +175,7 @@ static int tr_finish_event(tr_sim *s) {
   if (pair && tr_is_set(s, i)) return tr_finish_set(s);
   tr_dense_state(s, s->pending.theta, ye);
   const tr_branch was = tr_branch_before(s, i);
+  tr_copy(s->k->active + s->k->neta, TR_A(s, zbeyond), TR_A(s, zend));
   double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
   if (pair && tr_slides(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
     tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);
@@ -209,6 +187,7 @@ static int tr_finish_event(tr_sim *s) {
   tr_note_chatter(s, te);
   int entering = pair && tr_slides(s, i);
   if (pair && tr_chooses(s)) tr_kink_passed(s);
+  tr_crosses(s, i);
   tr_switch(s, i, te, ye);
   if (entering) tr_log_fold(s, i, te, ye, &was);
   tr_shift(s, te, ye);
@@ -236,6 +215,7 @@ static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
   if (pending == TR_IMPULSE_STEP) tr_finish_impulses(s);
   if (pending == TR_WHOLE_STEP) tr_finish_whole(s);
   code = pending == TR_STEP_TO_EVENT ? tr_finish_event(s) : TR_OK;
+  tr_is_clear(s);
   tr_hand_over(s);
   return code;
 }

@@ -6,6 +6,7 @@
 #define FOLD_AGAIN 1e-5  /* of 1/rate: folds that follow each other so soon, */
 #define FOLDS_MOST 3     /* and are more than so many, are no way on */
 #define FOLD_SPEED 1e-4  /* of the fastest rate: by no more any changes on the way there */
+#define FOLD_JUMP 0.02   /* of a pair's friction, before and after: where it goes on as it was nothing has folded away, steps had failed otherwise */
 #define FOLD_STARTS 48   /* of Newton's iteration, within multiples of the friction that the forces without it would cause */
 #define FOLD_BRANCHES 4  /* pairs whose branches are tried in all combinations */
 
@@ -49,15 +50,15 @@ static int tr_root_on_branches(tr_sim *s) {
   return 0;
 }
 
-/* The pair whose friction has changed most between two sets of multipliers, by its part of all. */
-static int tr_most_changed(const tr_sim *s, const double *was, const double *is) {
+/* The pair whose friction has changed most between two sets of multipliers, by its part of all (`most`). */
+static int tr_most_changed(const tr_sim *s, const double *was, const double *is, double *most) {
   int best = 0;
-  double most = -1.0;
+  *most = -1.0;
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     double change = 0.0, size = 0.0;
     for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) change += fabs(is[j] - was[j]), size += fabs(is[j]) + fabs(was[j]);
-    if (size > 0.0 && change / size > most) most = change / size, best = i;
+    if (size > 0.0 && change / size > *most) *most = change / size, best = i;
   }
   return best;
 }
@@ -94,13 +95,16 @@ static int tr_passes_fold(tr_sim *s) {
   if (tr_project(s, s->clock.t + h, y)) {
     tr_maps_of(s, y);
     if (tr_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && tr_fits_branches(s)) {
-      int pair = tr_most_changed(s, was + k->active, TR_A(s, z) + k->active), first = tr_pair_of(s, pair)->contact0;
+      double jump;
+      const int pair = tr_most_changed(s, was + k->active, TR_A(s, z) + k->active, &jump), first = tr_pair_of(s, pair)->contact0;
       contacts = contacts && tr_all_contacts(s, y, after);
-      tr_log(s, s->clock.t, TR_EV_FOLD, pair, before + first, after + first, contacts ? tr_pair_of(s, pair)->ncontacts : 0);
+      if (jump > FOLD_JUMP) {
+        tr_log(s, s->clock.t, TR_EV_FOLD, pair, before + first, after + first, contacts ? tr_pair_of(s, pair)->ncontacts : 0);
+        s->stats.events++;
+      }
       s->clock.t += h, s->friction.folded = s->clock.t, s->friction.folds++;
       s->step.have_k1 = s->step.have_jac = 0;
       s->step.h = s->set.hfixed;
-      s->stats.events++;
       return 1;
     }
   }

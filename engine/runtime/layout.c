@@ -16,7 +16,8 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
   TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
   TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * TR_DENSE_ROWS);
-  TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(zstart, a + e); TR_PLACE(zend, a + e); TR_PLACE(scale, n);
+  TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(zstart, a + e); TR_PLACE(zend, a + e);
+  TR_PLACE(zbeyond, a + e); TR_PLACE(scale, n);
   TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);
   TR_PLACE(smin, pairs); TR_PLACE(smax, pairs); TR_PLACE(zone, TR_DOUBLES(tr_zone) * pairs); TR_PLACE(h_res, 2 * rows);
@@ -29,7 +30,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0); TR_PLACE(gram, tr_least_size(rows));
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 2 * e); TR_PLACE(share, e);
   TR_PLACE(bound, pairs); TR_PLACE(line, e); TR_PLACE(impend, k->nrates); TR_PLACE(limit, e); TR_PLACE(dlimit, k->ndn);
-  TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs);
+  TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs); TR_PLACE(far, 3 * (pairs + k->nstops));
   TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
   int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));

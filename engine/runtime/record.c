@@ -16,6 +16,8 @@ static void tr_log(tr_sim *s, double t, int kind, int index, const tr_contact *b
   memset(e, 0, sizeof *e);
   memset(last, 0, sizeof *last);
   e->time = t, e->kind = kind, e->index = index, e->contacts = n;
+  e->margin = tr_method_of(s)->kind == TR_IMPULSES ? NAN : s->events.margin;
+  e->marginal = last->marginal = e->margin < tr_own_error(s) || (e->margin == e->margin && s->events.slow);
   const int stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
   last->time = t, last->kind = kind, last->element = stop ? 0.0 : 1.0 + tr_pair_of(s, index)->element;
   for (int i = 0; i < n && i < TR_EVENT_CONTACTS; ++i) {
@@ -98,8 +100,12 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* Tilt of ball i at the state just evaluated; one that turns about its contact has none. */
-static double tr_tilt_now(const tr_sim *s, int i) { return sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0)); }
+/* Tilt of ball i at the state just evaluated; one that turns about its contact has none. (What Newton's method leaves in place is that of its
+ * last iterate but one, and a root of what is small.) */
+static double tr_tilt_now(tr_sim *s, int i) {
+  tr_law(s, TR_A(s, z) + s->k->active);
+  return sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
+}
 
 /* What there is of ball i at (t, y), in the modes in force. Multipliers are left as they were. */
 static tr_branch tr_branch_at(tr_sim *s, int i, double t, const double *y) {
@@ -124,8 +130,11 @@ static tr_branch tr_branch_before(tr_sim *s, int which) {
  * folded away: that is told. */
 static void tr_log_fold(tr_sim *s, int i, double t, const double *y, const tr_branch *was) {
   tr_contact after[TR_EVENT_CONTACTS];
-  if (fabs(tr_tilt_now(s, i) - was->tilt) > FOLD_TILT)
+  const double jump = fabs(tr_tilt_now(s, i) - was->tilt) - FOLD_TILT;
+  if (jump > 0.0) {
+    tr_hangs_on(s, jump);
     tr_log(s, t, TR_EV_FOLD, i, was->contacts, after, tr_slider_contacts(s, i, y, after) ? was->ncontacts : 0);
+  }
 }
 
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */

@@ -16,7 +16,10 @@
 #define TURN_DIP 0.5    /* the same where it falls at the start and rises at the end: it may come so far below the stages, the two next to its
                          least being up to half a step apart */
 #define ALL_BUT_STOPPED 0.01 /* of its speed at the step's start: what is left of it turns by the step's error */
+#define LINE_TURNS 0.98 /* cosine of eleven degrees: by no more does a line that the loops leave turn within a step */
+#define BY_CONE 0.25    /* of s²/|ω|²: a ball that is as near to its cone as this may have roots beside the one that is followed */
 #define SWING 0.5       /* of what a margin varies over the stages: by so much it may rise between them (a quarter period between two) */
+#define CONE_SWING 2.0  /* the same of a ball that turns about its contact: where it is slow its axis swings round in a part of a step */
 
 /* By how many tolerances, after the first, the worst pair or stop is beyond its mode at y, which has just been evaluated; which one in
  * *worst. */
@@ -25,37 +28,42 @@ static double tr_beyond(tr_sim *s, const double *y, int *worst) {
   tr_depths(s, y, depth);
   if (s->friction.still) tr_holding(s);
   for (int i = 0; i < tr_watched(s); ++i) {
-    double v = tr_violation(s, i, depth);
+    const double v = tr_far(s, TR_NOW)[i] = tr_violation(s, i, depth);
     if (v > best) best = v, *worst = i;
   }
   return best - 1.0;
 }
 
-/* The same at a dense point. NaN when the state cannot be evaluated. */
-static double tr_probe(tr_sim *s, double theta, int *worst) {
+/* The same at a dense point; from: multipliers where Newton's iteration begins (0: between those of the step's ends). NaN when the state
+ * cannot be evaluated. */
+static double tr_probe_from(tr_sim *s, double theta, const double *from, int *worst) {
   double *y = TR_A(s, yout);
   tr_dense_state(s, theta, y);
+  if (from) tr_copy(s->k->active + s->k->neta, from, TR_A(s, z));
   if (s->k->nquat) tr_normalize(s, y);
   return tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy)) ? tr_beyond(s, y, worst) : NAN;
 }
 
+static double tr_probe(tr_sim *s, double theta, int *worst) { return tr_probe_from(s, theta, 0, worst); }
+
 /* The same at the q-th dense point, for its two ends as it is known from the steps' ends. */
-static double tr_sample(tr_sim *s, int q, int last, int *worst) {
+static double tr_sample(tr_sim *s, int q, int last, const double *from, int *worst) {
   if (q == 0 && s->step.margin == s->step.margin) return s->step.margin;
-  if (q < SAMPLES) return tr_probe(s, q / (double)SAMPLES, worst);
+  if (q < SAMPLES) return tr_probe_from(s, q / (double)SAMPLES, from, worst);
   *worst = last;
   return s->step.margin_end;
 }
 
 /* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). NaN where what turns there is whether
- * there is an answer at all. */
-static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, int *which) {
+ * there is an answer at all. near: multipliers at a, followed from there (0: they are not). */
+static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
+  const int nz = s->k->active + s->k->neta;
   int side = 0;
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
     double m = (ga < 0.0 && it < SECANT_STEPS) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
     if (!(m > a && m < b)) m = 0.5 * (a + b);
     int w = *which;
-    double g = tr_probe(s, m, &w);
+    double g = tr_probe_from(s, m, near, &w);
     if (!(g <= 0.0)) {
       b = m, gb = g, *which = w;
       if (side == 1) ga *= 0.5;
@@ -63,9 +71,13 @@ static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb,
       if (g < 1.0) break; /* within twice the tolerance: good enough, and on the far side */
     } else {
       a = m, ga = g;
+      if (near) tr_copy(nz, TR_A(s, z), near);
       if (side == -1) gb *= 0.5;
       side = -1;
     }
+  }
+  if (near) { /* up to there what is between the step's ends is on the branch that ends there */
+    for (int i = 0; i < nz; ++i) TR_A(s, zend)[i] = TR_A(s, zstart)[i] + (near[i] - TR_A(s, zstart)[i]) / b;
   }
   return gb == gb ? b : NAN;
 }
@@ -100,6 +112,28 @@ static int tr_stops_beside(tr_sim *s, int which, const double *was) {
   return -1;
 }
 
+/* Speed of pair i along the direction in which it slid at the step's start, m/s. Maps in place. */
+static double tr_speed_along(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
+  double along = 0.0, size = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j], size += dir[j] * dir[j] * arm[j] * arm[j];
+  return along / sqrt(size);
+}
+
+/* The pair that comes to the end of its sliding where another one, `which`, seems to leave its mode: its friction jumps there, and takes that one
+ * along. On a line it has across it what the step leaves the loops open by, to which its friction turns already. `which` where there is none. Maps
+ * in place. */
+static int tr_stops_first(tr_sim *s, int which) {
+  if (which < s->k->nsliders && tr_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !tr_is_set(s, i) || tr_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
+    const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = NEAR_MISS * tr_speed_unit(s);
+    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_stops_on_line(s, i))) return i;
+  }
+  return which;
+}
+
 /* Whether what was found at θ is an event. A pair of several components that has merely turned fast asks for a smaller step, whatever its
  * friction, which has jumped there, has done to others: these have not come to the end of their modes. So does one that all but stops. */
 static int tr_event_at(tr_sim *s, double theta, int *which) {
@@ -118,7 +152,7 @@ static int tr_event_at(tr_sim *s, double theta, int *which) {
     }
     if (turned < 0 || i == *which) turned = i;
   }
-  if (turned >= 0) *which = turned;
+  *which = turned >= 0 ? turned : tr_stops_first(s, *which);
   const int beside = turned < 0 && *which < s->k->nsliders ? tr_stops_beside(s, *which, was) : -1;
   if (beside >= 0) s->friction.missed = beside;
   return beside >= 0 ? TR_TOO_LARGE : TR_FOUND;
@@ -140,6 +174,7 @@ static int tr_suspect(const tr_sim *s, int i) {
     case TR_KIND_TURN: return most > 1.0;
     case TR_KIND_KINK: return tr_slides(s, i) ? least < -TOL_KINK * kink : most > TOL_KINK * kink;
   }
+  if (tr_flag(tr_mode_of(s, i)) == TR_CONE) return least < most && most > -CONE_SWING * (most - least);
   if (!tr_is_stuck(s, i)) {
     if (tr_pair_of(s, i)->nrates > 1 || !(least < most)) return most > 1.0;
     return most > -(tr_turns_inside(s, i) ? TURN_DIP : DIP) * (most - least);
@@ -169,14 +204,27 @@ static int tr_top_above(tr_sim *s, double *x, double *f, int *which) {
   return 0;
 }
 
+/* Whether what ends in the step just made may be a branch of a ball's friction that folds away: then the multipliers of its end are on the other
+ * one, and inside the step they are followed from its start. Not where another ball is near its cone as well: of their four roots the one that
+ * is followed ends where friction grows without bound. */
+static int tr_may_fold(const tr_sim *s, int which) {
+  if (!(s->step.margin_end > 0.0) || which >= s->k->nsliders || !tr_slides_on_cone(s, which)) return 0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (i != which && tr_pair_of(s, i)->cone && tr_slides(s, i) && fabs(tr_sliding_of(s, i)->cone) < BY_CONE) return 0;
+  return 1;
+}
+
 /* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end, where
  * *which is the worst. */
 static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
-  double x[SAMPLES + 1], g[SAMPLES + 1];
+  const int nz = s->k->active + s->k->neta;
+  double x[SAMPLES + 1], g[SAMPLES + 1], followed[nz + 1], *near = tr_may_fold(s, *which) ? followed : 0;
   int held = closely && s->k->sets, first = closely ? !held : SAMPLES, last = *which;
+  tr_copy(nz, TR_A(s, zstart), followed), tr_copy(nz, TR_A(s, zend), TR_A(s, zbeyond));
   for (int q = first; q <= SAMPLES; ++q) {
     int w = *which;
-    x[q] = q / (double)SAMPLES, g[q] = tr_sample(s, q, last, &w);
+    x[q] = q / (double)SAMPLES, g[q] = tr_sample(s, q, last, near, &w);
+    if (near && q > 0 && q < SAMPLES && g[q] <= 0.0) tr_copy(nz, TR_A(s, z), near);
     if (g[q] != g[q]) return TR_TOO_LARGE;
     if (q == 0) { /* what has just been decided is no event */
       g[0] = fmin(g[0], 0.0);
@@ -190,7 +238,7 @@ static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
     }
     if (gb > 0.0) {
       *which = w;
-      *theta = tr_first_root(s, a, b, ga, gb, which);
+      *theta = tr_first_root(s, a, b, ga, gb, near, which);
       return tr_event_at(s, *theta, which);
     }
   }
@@ -203,6 +251,7 @@ static int tr_find_event(tr_sim *s, int *which, double *theta) {
   int suspect = 0;
   if (tr_watched(s) == 0 || !s->set.locate) return TR_NO_EVENT;
   s->step.margin_end = tr_beyond(s, TR_A(s, ynew), which);
+  tr_note_far(s, TR_NOW, TR_AT_END);
   for (int i = 0; i < s->k->nsliders; ++i) suspect |= tr_suspect(s, i);
   if (!(s->step.margin_end > 0.0) && !suspect) return TR_NO_EVENT;
   if (!tr_have_dense(s)) return TR_TOO_LARGE;

@@ -9,6 +9,7 @@
 #define LINE_LEFT 1e-6                  /* of the speed: what is across a line that has been left (as POWER_GIVEN: by as much friction may drive) */
 #define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
 #define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
+#define CAPTURE_LEAST 1e-8              /* of the speed unit, at any tolerance: the direction of what is much slower is that of round-off in loops */
 #define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration: of what stops with more, its direction going
                                            round and round, the last NEAR_MISS is taken at once */
 
@@ -30,9 +31,11 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
     const tr_pair *pair = tr_pair_of(s, i);
     int kind = tr_is_set(s, i) ? tr_change(s, i, modes + i) : 0;
     const tr_contact *p = before + pair->contact0, *q = after + pair->contact0;
-    for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j)
-      if (tr_turn_of(p + j, q + j) > TURN_NOTED) kind = TR_EV_TURN;
+    double most = 0.0, margin = s->events.margin;
+    for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j) most = fmax(most, tr_turn_of(p + j, q + j));
+    if (most > TURN_NOTED) kind = TR_EV_TURN, tr_hangs_on(s, most - TURN_NOTED);
     if (kind) tr_log(s, t, kind, i, p, q, contacts ? pair->ncontacts : 0);
+    s->events.margin = margin;
   }
 }
 
@@ -105,14 +108,18 @@ static void tr_turn_from_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* At the event of ``which`` (a pair, or −1: something else has jumped) at (t, y), evaluated in the old modes: decide anew. */
-static int tr_settle(tr_sim *s, double t, double *y, int which) {
+/* At the event of ``which`` (a pair, or −1: something else has jumped) at (t, y), evaluated in the old modes: decide anew. known: contact
+ * forces up to there (0: those at y). */
+static int tr_settle(tr_sim *s, double t, double *y, int which, const tr_contact *known) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], nc = s->o ? s->o->ncontacts : 0, own = which >= 0 && which < k->nsliders && tr_is_set(s, which);
   tr_mode modes[k->nsliders + 1];
   tr_contact before[nc + 1], after[nc + 1];
   tr_keep_modes(s, modes);
-  int contacts = tr_all_contacts(s, y, before);
+  double shares[k->nsliders + 1];
+  tr_shares_held(s, shares);
+  const int contacts = known || tr_all_contacts(s, y, before);
+  if (known) memcpy(before, known, sizeof(tr_contact) * nc);
   s->step.margin_end = NAN;
   if (own && tr_at_cone(s, which)) {
     tr_change_branch(s, which); /* a ball between sliding and spinning: its law is continuous there */
@@ -124,6 +131,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
   tr_turn_from_lines(s, rest, n);
   int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
   if (code != TR_OK) return code;
+  tr_hangs_on(s, tr_decision_margin(s, rest, n, released, shares));
   s->step.margin_end = tr_beyond(s, y, &n);
   tr_certify(s);
   if (contacts) tr_all_contacts(s, y, after), memcpy(TR_A(s, con), after, sizeof(tr_contact) * nc);
@@ -136,7 +144,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which) {
 static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int others) {
   double *y = TR_A(s, y), old[tr_width(s)];
   memcpy(old, y, sizeof old);
-  int ok = tr_settle(s, s->clock.t, y, which) == TR_OK;
+  int ok = tr_settle(s, s->clock.t, y, which, 0) == TR_OK;
   if (!ok || (others && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders) == 0)) {
     tr_put_modes(s, modes), memcpy(y, old, sizeof old);
     return 0;
@@ -158,7 +166,7 @@ static int tr_ends_sliding(tr_sim *s) {
   const double *rates = map_rates(k, TR_A(s, maps)) + pair->rate0, v = tr_pair_speed(s, i), unit = tr_speed_unit(s);
   double *least = TR_A(s, vmin) + i, along = 0.0, size = 0.0;
   if (v > 2.0 * *least) *least = 0.0; /* it has gone faster since it was last tried */
-  if (!(v > REST_SPEED * unit) || v > CAPTURE_SPEED * s->set.rtol * unit || (*least > 0.0 && v > 0.5 * *least)) return -1;
+  if (!(v > REST_SPEED * unit) || v > fmax(CAPTURE_SPEED * s->set.rtol, CAPTURE_LEAST) * unit || (*least > 0.0 && v > 0.5 * *least)) return -1;
   for (int j = 0; j < pair->nrates; ++j) {
     double arm = TR_A(s, arm)[pair->eta0 + j], acc = tr_acceleration_now(s, pair->eta0 + j) * arm;
     along += acc * rates[j] * arm / v, size += acc * acc;
@@ -183,6 +191,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0}; /* a shaft's first rate is its travel */
   tr_mode modes[s->k->nsliders + 1];
   double change[nv + 1], unit[nv + 1];
+  const double margin = s->events.margin;
   int events = s->events.count;
   long refused = s->stats.refused;
   tr_keep_modes(s, modes);
@@ -190,12 +199,12 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   if (has) {
     const double own = tr_fastest_rate(pair_rates, tr_slider_rates(s, i), own_unit);
     memcpy(change, y + nq, sizeof(double) * nv);
-    has = tr_settle(s, t, y, i) == TR_OK;
+    has = tr_settle(s, t, y, i, 0) == TR_OK;
     for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
     has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
   }
   tr_put_modes(s, modes);
-  s->events.count = events, s->stats.refused = refused;
+  s->events.count = events, s->events.margin = margin, s->stats.refused = refused;
   tr_note_modes(s);
   return has;
 }

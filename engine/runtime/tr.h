@@ -33,6 +33,7 @@ typedef struct tr_stepping {
   int have_jac;        /* the Jacobian in place may be used at jac_t */
   double margin;       /* of the state in `y`: how far the worst pair or stop is beyond its mode (``tr_beyond``); not a number: not known */
   double margin_end;   /* the same at the end of the last step that was made, or where modes were last decided */
+  int far_known;       /* how far pairs are beyond their modes is known at the start of the step (``margin.c``) */
   int watch;           /* the right-hand side notes how near pairs come to the end of their modes */
   int trouble;         /* why the last evaluation or projection failed: a status */
   int stiff_count, nonstiff_count, kink_count; /* steps in a row that speak for one method or the other (``tr_choose``) */
@@ -105,6 +106,8 @@ typedef struct tr_events {
   int count, capacity; /* records in the buffer, and room there */
   int chatter;         /* events in a row at (nearly) the same time */
   double chatter_t;    /* that time, s */
+  double margin;       /* of what is told next (``margin.c``), */
+  int slow;            /* and whether what decides it crosses so slowly that its time is not known */
   tr_last last;
 } tr_events;
 
@@ -138,6 +141,7 @@ typedef struct tr_places {
   int w, maps;      /* stage 1: what it keeps, what it says about the multipliers */
   int z, zold;      /* multipliers, now and where a step that is refused begins anew */
   int zstart, zend; /* those at the start and at the end of the last step that was made: between them roots are followed inside it */
+  int zbeyond;      /* those at its end, beyond an event up to which a branch was followed that ends there */
   int scale;        /* units of the tolerance, a state each */
   int d, S, perm;   /* S of the loops: row scales, factor, order (and behind it that of `lu`) */
   int T, Np, NN;    /* S⁺Se; reaction components N' = N0' + Ne' η; N */
@@ -159,6 +163,7 @@ typedef struct tr_places {
   int impend;       /* balls of such groups: unit axis of their turning in that motion, in the places of their rates */
   int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */
   int arm, vmin;    /* levers of the multipliers; speed at which capture was last tried in vain */
+  int far;          /* how far pairs and stops are beyond their modes: now, at the start and at the end of the step */
   int con;          /* contacts at the last accepted state */
   int jac, jw, jp, W, wperm, jch; /* the stiff method: Jacobian, multiplier part, its point, matrix and order; of the choice of reactions */
 } tr_places;

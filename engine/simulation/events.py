@@ -20,11 +20,12 @@ def decode(system: System, records: np.ndarray) -> list[Event]:
     if not len(records):
         return []
     sliders, stops, turned = slider_names(system), stop_names(system), records["turned"]
-    fields = [records[f].tolist() for f in ("time", "kind", "index", "contacts")]
+    fields = [records[f].tolist() for f in ("time", "kind", "index", "contacts", "margin", "marginal")]
     angles = [turned[f].tolist() for f in ("before", "after", "turn")]
     out = []
-    for time, number, index, contacts, *each in zip(*fields, *angles, strict=True):
+    for time, number, index, contacts, margin, marginal, *each in zip(*fields, *angles, strict=True):
         kind, n = KINDS[int(number)], int(contacts)
         name, part = (stops if kind in STOP_KINDS else sliders)[int(index)]
-        out.append(Event(time, kind, name, part, *(tuple(a[:n]) for a in each)))
+        before, after, turn = (tuple(a[:n]) for a in each)
+        out.append(Event(time, kind, name, part, before, after, turn, margin, bool(marginal)))
     return out

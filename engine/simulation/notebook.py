@@ -79,7 +79,8 @@ def _events(result: Result) -> str:
         return "<small>no events</small>"
     counts = ", ".join(f"{n} {kind.replace('_', ' ')}" for kind, n in counted(result.events).items())
     rows = "".join(
-        f"<tr><td>{e.time:.6g}</td><td>{escape.escape(e.kind.replace('_', ' '))}</td><td>{escape.escape(e.joint)}</td>"
+        f"<tr><td>{e.time:.6g}</td><td>{escape.escape(e.kind.replace('_', ' '))}{' (marginal)' * e.marginal}</td>"
+        f"<td>{escape.escape(e.joint)}</td>"
         f"<td>{', '.join(f'{math.degrees(a):.4g}' for a in e.turn if math.isfinite(a))}</td></tr>"
         for e in result.events[:MOST_EVENTS]
     )

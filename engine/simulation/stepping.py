@@ -20,6 +20,7 @@ from engine.simulation.memory import Room
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.redundancy import Redundancy, redundancy, redundancy_notes
 from engine.simulation.result import Result, Stats
+from engine.simulation.summary import marginal_note
 
 if TYPE_CHECKING:
     from engine.simulation.run import Model
@@ -70,7 +71,7 @@ class OneRun:
         events = decode(self.model.system, np.concatenate(self.records)) if self.records else []
         audit = self._audit()
         outcome = judged(outcome, audit)
-        self.notes += audit.notes
+        self.notes += [*audit.notes, *filter(None, [marginal_note(tuple(events))])]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.open_reactions, certified, audit)

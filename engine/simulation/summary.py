@@ -83,6 +83,17 @@ def counted(events: tuple[Event, ...]) -> dict[str, int]:
     return out
 
 
+def marginal_note(events: tuple[Event, ...]) -> str:
+    """What there is to say of events that are decided by less than the run's own error; empty: nothing."""
+    marked = [e for e in events if e.marginal]
+    if not marked:
+        return ""
+    first, instants = marked[0], len({e.time for e in marked})
+    many = f"{instants} events are" if instants > 1 else "an event is"
+    where = f"{'the first ' if instants > 1 else ''}at t = {first.time:.6g} s: {first.kind.replace('_', ' ')} of {first.joint}"
+    return f"{many} marginal ({where}): decided by less than the run's own error; a tighter tolerance (rtol) tells more"
+
+
 def document(result: Result) -> dict[str, Any]:
     """The result without its rows, as plain data: outcome, statistics, settings, final values, events, notes."""
     return {

@@ -145,8 +145,10 @@ class ResultTable:
 
 
 def _event(e: dict[str, Any]) -> Event:
-    angles = [tuple(math.nan if a is None else float(a) for a in e[k]) for k in ("before", "after", "turn")]
-    return Event(e["time"], e["kind"], e["joint"], e["part"], *angles)
+    before, after, turn, (margin,) = (
+        tuple(math.nan if a is None else float(a) for a in x) for x in (e["before"], e["after"], e["turn"], (e.get("margin"),))
+    )
+    return Event(e["time"], e["kind"], e["joint"], e["part"], before, after, turn, margin, e.get("marginal", False))
 
 
 def load_result_table(path: str | os.PathLike[str]) -> ResultTable:

@@ -1,0 +1,55 @@
+/* How it was up to an event that cuts a step short: the directions of what comes to rest there, contacts. */
+#include "modes.h"
+
+#define NO_MOTION 1e-9        /* of the speed unit: the direction of what is slower is that of round-off */
+#define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
+#define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
+
+/* Pairs of several components that come to rest at the event that cuts the step short have no direction at the state y there: as it was up to
+ * there they keep the one they had just before, whichever way round-off points. Whether there are any. */
+static int tr_keep_directions(tr_sim *s, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  double before[tr_width(s)];
+  int stops[k->nsliders + 1], any = 0, kept;
+  tr_maps_at(s, t, y);
+  for (int i = 0; i < k->nsliders; ++i) {
+    stops[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
+               tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
+    any |= stops[i];
+  }
+  kept = any;
+  for (double part = JUST_BEFORE; any && part <= 1.0; part *= BEFORE_GROWS) {
+    const double theta = s->pending.theta * (1.0 - part);
+    tr_dense_eval(s, theta, before);
+    tr_maps_at(s, s->step.t0 + theta * s->step.size, before);
+    any = 0;
+    for (int i = 0; i < k->nsliders; ++i) {
+      if (!stops[i]) continue;
+      stops[i] = tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
+      if (!stops[i]) tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), tr_pair_speed(s, i));
+      any |= stops[i];
+    }
+  }
+  return kept;
+}
+
+/* The state y where an event cuts the step short is brought onto the loops and evaluated as it was up to there: what comes to rest may have
+ * friction along no direction that round-off has, but along the one it had. 0: neither. */
+static int tr_evaluate_before(tr_sim *s, double t, double *y) {
+  if (!tr_project(s, t, y)) return 0;
+  if (tr_rhs(s, t, y, TR_A(s, dy))) return 1;
+  return !s->pending.captured && tr_keep_directions(s, t, y) && tr_rhs(s, t, y, TR_A(s, dy));
+}
+
+/* Contact forces up to the event that cuts the step short, at the state y just evaluated. 0 when there are none. */
+static int tr_contacts_before(tr_sim *s, double t, const double *y, tr_contact *out) {
+  tr_mode modes[s->k->nsliders + 1];
+  if (!s->o || !s->o->contacts) return 0;
+  tr_keep_modes(s, modes);
+  const int kept = !s->pending.captured && tr_keep_directions(s, t, y);
+  if (kept) tr_rhs(s, t, y, TR_A(s, dy));
+  const int any = tr_all_contacts(s, y, out);
+  tr_put_modes(s, modes);
+  if (kept) tr_rhs(s, t, y, TR_A(s, dy));
+  return any;
+}

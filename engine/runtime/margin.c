@@ -1,0 +1,96 @@
+/* How clearly an event is decided: its margin, by how much what decides it would have to be otherwise for something else to happen (METHOD,
+ * "Marginal events"). Of a crossing that is by how much it would go on beyond its threshold, and how fast it crosses it; of a decision, how
+ * far what sticks is from being let go and what slips from being held. An event whose margin is below the run's own error is marked. */
+#include "modes.h"
+
+#define OWN_ERROR 10.0   /* × the tolerance: what a run's states may be off by, in their units (as LAW_PART of the audit) */
+#define SLOW 0.01        /* of its unit in the whole run: what crosses slower is moved by one tolerance by more than times may be off */
+#define CLEAR 1.0        /* the largest margin: a pair without load, a threshold that is gone far beyond */
+#define LET_GO_WITH 1e-6 /* of the friction ratio: pairs that carry the same share as the one that is let go go with it, not by chance */
+#define LEAST_STRETCH 1e-3 /* of the step: over less of it no slope is measured */
+
+/* What the run's states may be off by, relative to their units. */
+static double tr_own_error(const tr_sim *s) { return OWN_ERROR * tr_audit_tolerance(s); }
+
+/* How far pairs and stops are beyond their modes (``tr_violation``): as last looked at, at the start and at the end of the step. */
+enum { TR_NOW, TR_AT_START, TR_AT_END };
+static double *tr_far(const tr_sim *s, int when) { return TR_A(s, far) + when * tr_watched(s); }
+
+/* What was last looked at is that of the step's start or end. */
+static void tr_note_far(tr_sim *s, int from, int when) {
+  tr_copy(tr_watched(s), tr_far(s, from), tr_far(s, when));
+  if (when == TR_AT_START) s->step.far_known = 1;
+}
+
+/* Unit of the surface speed of pair i, m/s: that of its rates times their levers (of travel: 1). */
+static double tr_own_speed(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  double most = 0.0;
+  for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) most = fmax(most, TR_A(s, arm)[j] == 1.0 ? s->set.length : TR_A(s, arm)[j]);
+  return most * s->set.rate;
+}
+
+/* What one tolerance of the event of `which` is in the unit that its margin has: friction ratio, speed unit, length, sine². */
+static double tr_margin_unit(const tr_sim *s, int which) {
+  if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
+  if (!tr_is_set(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_own_speed(s, which);
+  if (tr_is_stuck(s, which)) return TOL_RELEASE;
+  return tr_moving_ball(s, which) ? TOL_CONE : TOL_SPEED * tr_speed_unit(s) / tr_own_speed(s, which);
+}
+
+/* The crossing that cuts the step short decides what is told next: from how far `which` was beyond its mode at the step's start, is where it was
+ * to end, and from their parabola through nothing in between. Its margin is by how much it goes beyond at most. */
+static void tr_crosses(tr_sim *s, int which) {
+  const double at = s->pending.theta, left = 1.0 - at, unit = tr_margin_unit(s, which);
+  const double start = tr_far(s, TR_AT_START)[which] * unit, end = tr_far(s, TR_AT_END)[which] * unit;
+  const int before = s->step.far_known && at > LEAST_STRETCH && start < 0.0, beyond = left > LEAST_STRETCH && end == end;
+  s->events.margin = CLEAR, s->events.slow = 0;
+  if (s->pending.captured || !(before || beyond)) return;
+  const double first = before ? -start / at : end / left, second = beyond ? end / left : first;
+  const double slope = first + (second - first) * at, bend = 2.0 * (second - first);
+  if (bend < 0.0) s->events.margin = fmin(CLEAR, fmax(0.5 * slope * slope / -bend, end));
+  s->events.slow = fabs(slope) / s->step.size * fmax(s->clock.stop - s->clock.start, 1.0 / s->set.rate) < SLOW;
+}
+
+/* Nothing close decides what is told next. */
+static void tr_is_clear(tr_sim *s) { s->events.margin = CLEAR, s->events.slow = 0; }
+
+/* Margin of pair i, which starts to slide where it could rest: the friction that rest would take over what it can hold, less 1. Its response
+ * with the loops closed in place, and what it can hold. */
+static double tr_slip_margin(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const tr_hold *hold = tr_hold_of(s, i);
+  double size = 0.0, most = 0.0;
+  for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) {
+    const double arm = TR_A(s, arm)[j], acc = tr_acceleration_now(s, j) * arm;
+    if (tr_is_prescribed(s, j)) continue;
+    size += acc * acc, most = fmax(most, tr_response(s, j, j) * arm * arm);
+  }
+  if (!(most > 0.0) || tr_flag(tr_mode_of(s, i)) == TR_CONE) return CLEAR;
+  return (hold->size + sqrt(size) / most) / fmax(hold->capacity, NO_FORCE) - 1.0;
+}
+
+/* Friction over what it can hold of each pair that sticks, 0 of others, at the state just evaluated. */
+static void tr_shares_held(tr_sim *s, double *was) {
+  memset(was, 0, sizeof(double) * s->k->nsliders);
+  if (!s->friction.still) return;
+  tr_holding(s);
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_stuck(s, i)) was[i] = tr_ratio(s, i);
+}
+
+/* Margin of a decision about the pairs `rest` (n), just made and evaluated; was: shares held before it (``tr_shares_held``). */
+static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released, const double *was) {
+  double least = CLEAR;
+  tr_without_loops(s, 1);
+  tr_holding(s);
+  for (int q = 0; q < n; ++q) {
+    const int i = rest[q];
+    if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_ratio(s, i));
+    else if (i != released && was[i] < 1.0 - LET_GO_WITH) least = fmin(least, tr_slip_margin(s, i));
+  }
+  return fmax(least, 0.0);
+}
+
+/* What is told next hangs on this as well: on the least of all margins of its instant. */
+static void tr_hangs_on(tr_sim *s, double margin) { s->events.margin = fmin(s->events.margin, margin); }
