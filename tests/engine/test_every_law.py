@@ -10,7 +10,7 @@ import pytest
 from engine.friction import REGISTRY
 from engine.joints import REGISTRY as JOINTS
 from engine.simulation.run import simulate
-from tests.reference.random_scenes import random_tree, with_either_normal_force
+from tests.reference.random_scenes import random_tree
 
 TYPES = tuple(kind.name for kind in JOINTS.values() if kind.friction)
 ACCOUNT = 1e-6
@@ -19,8 +19,10 @@ ACCOUNT = 1e-6
 
 @pytest.mark.parametrize(("law", "kind"), list(product(REGISTRY, TYPES)))
 def test_energy_is_accounted_for(law: str, kind: str) -> None:
-    """Two joints of the type, one with exact contacts and one with Adams' normal force."""
-    case = with_either_normal_force(random_tree(7, 2, types=(kind,), friction=1.0, devices=0.0, drives=0.0, laws=(law,)))
+    """One joint of the type. Each law and each type is seen with exact contacts and with Adams' normal force."""
+    adams = float((list(REGISTRY).index(law) + TYPES.index(kind)) % 2)
+    case = random_tree(7, 1, types=(kind,), friction=1.0, devices=0.0, drives=0.0, laws=(law,), adams=adams)
+    assert all(j.friction is not None for j in case.scene.joints.values())
     r = simulate(case.scene, until=0.4, every=0.01, rtol=1e-8, outputs=("energy.*", "*.friction.work"))
     assert r.outcome.ok
     size = np.abs(r["energy.kinetic"]).max() + np.abs(r["energy.potential"]).max() + np.abs(r["energy.dissipated"]).max()

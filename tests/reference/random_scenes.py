@@ -21,7 +21,7 @@ from .kinematics import State, closure, forward, measured
 from .signals import per_freedom
 from .streams import chosen, covering, first, stream
 
-__all__ = ["ALL_TYPES", "CLOSING_TYPES", "Case", "covering", "first", "random_loop", "random_tree", "with_either_normal_force"]
+__all__ = ["ALL_TYPES", "CLOSING_TYPES", "Case", "covering", "first", "random_loop", "random_tree"]
 ALL_TYPES = tuple(REGISTRY)
 CLOSING_TYPES = tuple(k.name for k in REGISTRY.values() if k.nv < 6)
 
@@ -115,15 +115,6 @@ def _started(joint: sm.Joint, q, qd) -> sm.Joint:
     one = len(q) == 1
     start = sm.Start(q=float(q[0]) if one else tuple(map(float, q)), qd=float(qd[0]) if one else tuple(map(float, qd)))
     return replace(joint, start=start)
-
-
-def with_either_normal_force(case: Case) -> Case:
-    """The case of two joints that rub, the first with exact contacts and the second with Adams' normal force."""
-    joints = {}
-    for (name, j), force in zip(case.scene.joints.items(), ("exact", "adams"), strict=True):
-        assert j.friction is not None
-        joints[name] = replace(j, friction=replace(j.friction, normal_force=force))
-    return replace(case, scene=replace(case.scene, joints=joints))
 
 
 # -- loops -----------------------------------------------------------------------------------------------------------
