@@ -7,6 +7,7 @@
 #define SLOW 0.01        /* of its unit in the whole run: what crosses slower is moved by one tolerance by more than times may be off */
 #define CLEAR 1.0        /* the largest margin: a pair without load, a threshold that is gone far beyond */
 #define LET_GO_WITH 1e-6 /* of the friction ratio: pairs that carry the same share as the one that is let go go with it, not by chance */
+#define ENOUGH 0.01      /* of the friction ratio: an estimate of a margin that is larger will do */
 #define LEAST_STRETCH 1e-3 /* of the step: over less of it no slope is measured */
 
 /* What the run's states may be off by, relative to their units. */
@@ -70,6 +71,20 @@ static double tr_slip_margin(tr_sim *s, int i) {
   return (hold->size + sqrt(size) / most) / fmax(hold->capacity, NO_FORCE) - 1.0;
 }
 
+/* The same by solving for it: how far pair i, stuck in place of sliding, is from the edge of what it can hold. Modes and friction are put back. */
+static double tr_stuck_instead(tr_sim *s, int i) {
+  const int nz = s->k->active + s->k->neta;
+  tr_mode modes[s->k->nsliders + 1];
+  double z[nz + 1];
+  tr_keep_modes(s, modes), tr_copy(nz, TR_A(s, z), z);
+  tr_mode_of(s, i)->flag = TR_STUCK;
+  const double margin = tr_solve_modes(s) ? fabs(tr_ratio(s, i) - 1.0) : CLEAR;
+  tr_put_modes(s, modes), tr_copy(nz, z, TR_A(s, z));
+  tr_solve_modes(s);
+  tr_copy(nz, z, TR_A(s, z));
+  return margin;
+}
+
 /* Friction over what it can hold of each pair that sticks, 0 of others, at the state just evaluated. */
 static void tr_shares_held(tr_sim *s, double *was) {
   memset(was, 0, sizeof(double) * s->k->nsliders);
@@ -87,7 +102,10 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
   for (int q = 0; q < n; ++q) {
     const int i = rest[q];
     if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_ratio(s, i));
-    else if (i != released && was[i] < 1.0 - LET_GO_WITH) least = fmin(least, tr_slip_margin(s, i));
+    else if (i != released && was[i] < 1.0 - LET_GO_WITH) {
+      const double estimate = tr_slip_margin(s, i); /* exact where nothing else rests, else too small */
+      least = fmin(least, estimate < ENOUGH ? tr_stuck_instead(s, i) : estimate);
+    }
   }
   return fmax(least, 0.0);
 }
