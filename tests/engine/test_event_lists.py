@@ -6,9 +6,15 @@ import pytest
 
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
-from tests.engine.event_lists import difference
+from tests.engine.event_lists import METHODS, TOLERANCES, difference
 from tests.engine.widely import time_scale
 from tests.reference.rubbing_scenes import rubbing
+
+SEEDS = 200
+ALIKE, MARKED = 0.95, 0.04
+"""Part of the runs of random loops that tell the same events, and of the loops that have a marginal one. The aim is 1 and 0.02;
+left are times that are off by 100 to 500 x rtol x duration at rtol 1e-8 and below, and a ball's excursion from its cone that long
+steps pass by."""
 
 
 def run(seed: int, method: str, rtol: float) -> Result:
@@ -39,3 +45,22 @@ def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, set
     until = exact.settings["until"]
     for method, rtol in settings:
         assert difference(run(seed, method, rtol), exact, rtol, until, part * until) == "", (method, rtol)
+
+
+@pytest.mark.slow
+def test_random_loops_have_the_same_events_at_every_setting() -> None:
+    """Up to the first marginal one. What it prints are the figures (``-rP``)."""
+    wrong, marked = {}, set()
+    for seed in range(SEEDS):
+        exact = run(seed, "rk8", min(TOLERANCES))
+        for method in METHODS:
+            for rtol in TOLERANCES:
+                r = run(seed, method, rtol)
+                marked |= {seed} if any(e.marginal for e in r.events) else set()
+                other = "" if r.outcome.name == exact.outcome.name else str(r.outcome)
+                told = difference(r, exact, rtol, exact.settings["until"]) or other
+                wrong |= {(seed, method, rtol): told} if told else {}
+    runs = SEEDS * len(METHODS) * len(TOLERANCES)
+    print(f"{runs - len(wrong)} of {runs} runs alike; marginal events in {len(marked)} of {SEEDS} loops", *wrong.items(), sep="\n")
+    assert len(wrong) <= (1.0 - ALIKE) * runs
+    assert len(marked) <= MARKED * SEEDS
