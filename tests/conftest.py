@@ -1,5 +1,5 @@
-"""What all tests share: Python programs that tests start keep their compiled modules for the next one, and drawing examples has no
-time limit."""
+"""What all tests share: kernels are compiled quickly, Python programs that tests start keep their compiled modules for the next
+one, and drawing examples has no time limit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ settings.load_profile("any machine")
 
 
 def pytest_configure() -> None:
-    """Where the environment forbids writing compiled modules, each of some two hundred programs that tests start would compile ours
+    """Kernels are compiled quickly, unless TRUNNION_QUICK_BUILD is 0: of a test's time more than a third was the compiler's.
+
+    Where the environment forbids writing compiled modules, each of some two hundred programs that tests start would compile ours
     anew (0.2 to 0.5 s), and each test process what pytest rewrites. They may write them beside the sources, as Python does."""
+    os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False

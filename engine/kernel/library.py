@@ -63,7 +63,8 @@ def _casadi_version() -> str:
 def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
     """Key of a system's kernel in the cache: a digest of all that shapes its code."""
     names = ",".join(c.name for c in chosen)
-    return cache.digest(repr(system), str(parameters), names, f"{quadratures} {redundant}", sources_key(), *_toolchain())
+    how = f"{quadratures} {redundant} {compiler.quick()}"
+    return cache.digest(repr(system), str(parameters), names, how, sources_key(), *_toolchain())
 
 
 @lru_cache(maxsize=1)
@@ -170,14 +171,13 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
     """The library of a unit, beside its text. It is looked for by its text first: other columns leave the stepping unit as it was,
     and other names change neither."""
-    library = f"{unit}{compiler.library_suffix()}"
+    library, flags = f"{unit}{compiler.library_suffix()}", compiler.unit_flags(unit, text)
 
     def make(place: Path) -> None:
         (place / f"{unit}.c").write_text(text)
         (place / "tr_abi.h").write_text(header())
-        flags = compiler.unit_flags(unit, text)
         compiler.build_library([place / f"{unit}.c"], place / library, [place], cache.cache_folder(), flags)
 
     (folder / f"{unit}.c").write_text(text)
-    found, _ = cache.entry(f"unit-{cache.digest(unit, text, header(), *_toolchain())}", make)
+    found, _ = cache.entry(f"unit-{cache.digest(unit, text, header(), *flags, *_toolchain())}", make)
     shutil.copyfile(found / library, folder / library)

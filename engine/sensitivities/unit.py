@@ -196,4 +196,5 @@ def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
     file.write_text(unit.text)
     (folder / "tr_abi.h").write_text(header())
     (folder / "sizes.json").write_text(json.dumps(unit.sizes))
-    compiler.build_library([file], folder / f"sensitivity{compiler.library_suffix()}", [folder], cache.cache_folder())
+    library, flags = folder / f"sensitivity{compiler.library_suffix()}", compiler.unit_flags("sensitivity", unit.text)
+    compiler.build_library([file], library, [folder], cache.cache_folder(), flags)
