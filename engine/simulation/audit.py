@@ -61,7 +61,9 @@ class Audit:
         return asdict(self) | {"notes": list(self.notes)}
 
     def __str__(self) -> str:
-        balance = "energy not balanced" if self.energy is None else f"energy within {self.share:.1g} of {self.turned_over:.3g} J"
+        balance = f"energy within {self.share:.1g} of {self.turned_over:.3g} J"
+        if self.energy is None:
+            balance = "energy not looked at (ask for the columns energy.*)"
         return f"{self.verdict}: {balance}, tolerance {self.tolerance:.1g}"
 
 
