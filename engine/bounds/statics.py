@@ -13,7 +13,8 @@ import numpy as np
 
 from engine.bounds.freed import Load, freed, pose_columns
 from engine.bounds.probe import Probe
-from engine.contact.resting import Pair, Rubs, pairs_at_rest
+from engine.contact.registry import pairs_at_rest
+from engine.contact.resting import Pair, Rubs
 from engine.recursion.elements import Element, elements
 from engine.scene.model import Scene
 from engine.simulation.hold import resting, started

@@ -9,6 +9,7 @@ With F = |f_c|, f̂ = f_c/F, ω of the socket relative to the ball, and s = |ω�
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from engine.abi import PairState
 from engine.basics.numbers import POSITIVE
@@ -16,6 +17,9 @@ from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench
 from engine.friction import Law
 from engine.friction.base import HALF
+
+if TYPE_CHECKING:
+    from engine.contact.resting import Pair, Rubs
 
 TINY = 1e-300
 FLOOR = 1e-24
@@ -238,11 +242,19 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [list(rates)]
 
 
+def _rests(j: Rubs) -> list[Pair]:
+    import numpy as np
+
+    from engine.contact.resting import Capacity, Norm, Pair, sine, static, whole
+
+    mu, force = static(j), whole(j, ("f1", "f2", "f3"))
+    held = Capacity((Norm(force, mu if j.adams else sine(mu)),))
+    return [Pair(j.joint, 1, j.eta, np.eye(3) / j.sizes["radius"], (held,), mu, None if j.adams else force)]
+
+
 BALL = ContactElement(
     "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed_in, 1,
     sizes=(Size("radius", "m", "radius of the ball", POSITIVE, '"20 mm"', symbol="r"),),
-    pairs=((0, 1, 2),),
-    places=lambda g: [Place("pin", 0, 0.0, g["radius"])],
-    pins=lambda g: [Solid("sphere", (g["radius"],))],
-    frame="inboard", cone=_cone, drift=_drift,
+    pairs=((0, 1, 2),), rests=_rests, places=lambda g: [Place("pin", 0, 0.0, g["radius"])],
+    pins=lambda g: [Solid("sphere", (g["radius"],))], frame="inboard", cone=_cone, drift=_drift,
 )  # fmt: skip

@@ -9,10 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from engine.basics.numbers import Number, checked_numbers
 from engine.basics.symbolic import SX, ca
 from engine.friction import Law
+
+if TYPE_CHECKING:
+    from engine.contact.resting import Pair, Rubs
 
 TINY = 1e-300
 COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
@@ -128,6 +132,7 @@ class ContactElement:
                compliance over that of one contact (METHOD, "Redundant loops"): without friction where ``laws`` is empty,
                else with that of sliding (a pair at rest counts as without). As many numbers either way; the
                wrench has all six components.
+    rests      (numbers of a joint) → what each pair can hold at rest, as sums of norms of linear functions (``resting``).
     thrusts    components of f_c that faces across an axis carry.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.
@@ -151,6 +156,7 @@ class ContactElement:
     pairs: tuple[tuple[int, ...], ...]
     places: Callable[[Mapping[str, float]], list[Place]]
     pins: Callable[[Mapping[str, float]], list[Solid]]
+    rests: Callable[[Rubs], list[Pair]]
     thrusts: tuple[str, ...] = ()
     anywhere: bool = True
     ideal: str = "pin"

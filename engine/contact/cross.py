@@ -9,11 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Solid, Wrench, ratio_held, signum, while_sliding
 from engine.contact.journal import HALF_LENGTH, HALF_ROOT, RADIUS, length, split, sums
 from engine.friction import Law
+
+if TYPE_CHECKING:
+    from engine.contact.resting import Pair, Rubs
 
 TINY = 1e-300
 
@@ -111,8 +115,25 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
     ]
 
 
+def _rests(j: Rubs) -> list[Pair]:
+    import numpy as np
+
+    from engine.contact.resting import Capacity, Norm, Pair, adams_forces, ends_of, static, whole
+
+    mu, name, out = static(j), j.joint, []
+    names = ((("f2", "f3"), ("m2", "m3")), (("f3", "f1"), ("m3", "m1")))
+    for k, (across, about) in enumerate(names):
+        if j.adams:
+            norms: tuple[Norm, ...] = (Norm(whole(j, adams_forces(j)), mu),)
+        else:
+            norms = ends_of(j, across, about, j.sizes[f"half_length[{k + 1}]"], mu)
+        out.append(Pair(name, k + 1, (j.eta[k],), np.array([[1.0 / j.sizes[f"radius[{k + 1}]"]]]), (Capacity(norms),), mu))
+    return out
+
+
 CROSS = ContactElement(
     "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 4,
+    rests=_rests,
     sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="both",
     thrusts=("f1", "f2"),
 )  # fmt: skip

@@ -7,11 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
 from engine.friction import Law
+
+if TYPE_CHECKING:
+    from engine.contact.resting import Pair, Rubs
 
 TINY = 1e-300
 HALF_ROOT = math.sqrt(0.5)
@@ -128,9 +133,24 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
     return [Solid("cylinder", (g["radius"], 2 * g["half_length"]))]
 
 
+def _rests(j: Rubs) -> list[Pair]:
+    import numpy as np
+
+    from engine.contact.resting import Capacity, Norm, Pair, adams_forces, ends_of, static, whole
+
+    mu, r = static(j), j.sizes["radius"]
+    if j.adams:
+        norms: tuple[Norm, ...] = (Norm(whole(j, adams_forces(j)), mu),)
+    else:
+        norms = ends_of(j, ("f2", "f3"), ("m2", "m3"), j.sizes["half_length"], mu)
+        if "thrust_radius" in j.sizes:
+            norms += (Norm(whole(j, ("f1",)), mu * j.sizes["thrust_radius"] / r),)
+    return [Pair(j.joint, 1, j.eta, np.array([[1.0 / r]]), (Capacity(norms),), mu)]
+
+
 JOURNAL = ContactElement(
     "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 2,
-    sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins, thrusts=("f1",),
+    rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins, thrusts=("f1",),
 )  # fmt: skip
 
 
@@ -199,8 +219,34 @@ def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, S
     return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
 
 
+def _shaft_rests(j: Rubs) -> list[Pair]:
+    """An upper bound: with k_s, the axial part of friction, Y = Y_0 + β F with |β| ≤ μ r/c, so that each |F ± Y| is at most
+    |F ± Y_0| + |β||F|. Against a given direction β is known."""
+    import numpy as np
+
+    from engine.contact.resting import Capacity, Norm, Pair, ends_of, sine, static, whole
+
+    mu, r = static(j), j.sizes["radius"]
+    if j.adams:
+        held, along = Capacity((Norm(whole(j, ("f2", "f3")), mu),)), None
+    else:
+        c, across = j.sizes["half_length"], whole(j, ("f3", "f2"))
+        ends = ends_of(j, ("f2", "f3"), ("m2", "m3"), c, mu)
+        loose = tuple(replace(n, weight=0.5 * mu) for n in ends)
+        held = Capacity((*loose, Norm(across, mu * mu * r / c, 0.0)), 0, False, (0.5 * sine(mu),) * 2 + (-sine(mu) * mu * r / c,))
+
+        def along(d: np.ndarray) -> Capacity:
+            ks, kr = mu * j.sense * d
+            beta = ks * r / c * (1 - 1j * kr) / (1 + kr * kr)
+            turned = np.array([[beta.real, -beta.imag], [beta.imag, beta.real]]) @ across
+            weight = 0.5 * mu / float(np.hypot(1.0, kr))
+            return Capacity(tuple(Norm(n.rows + s * turned, weight, 0.5) for n, s in zip(ends, (1.0, -1.0), strict=True)))
+
+    return [Pair(j.joint, 1, j.eta, np.diag([1.0, 1.0 / r]), (held,), mu, along=along)]
+
+
 SHAFT = ContactElement(
     "shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, _shaft_pressed,
     2,
-    sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins,
+    rests=_shaft_rests, sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins,
 )  # fmt: skip

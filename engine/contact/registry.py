@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from engine.basics.numbers import Number, merged
 from engine.contact.ball import BALL
@@ -11,6 +12,9 @@ from engine.contact.cross import CROSS
 from engine.contact.journal import JOURNAL, SHAFT
 from engine.contact.sleeve import SLEEVE
 from engine.friction import numbers as law_numbers
+
+if TYPE_CHECKING:
+    from engine.contact.resting import Pair, Rubs
 
 
 def registered(elements: Iterable[ContactElement]) -> dict[str, ContactElement]:
@@ -32,3 +36,8 @@ REGISTRY = registered((JOURNAL, SHAFT, BALL, CROSS, SLEEVE))
 def sizes() -> dict[str, tuple[Number, tuple[str, ...]]]:
     """Every size a contact element has, by name, each with the elements that have it."""
     return merged({e.name: e.sizes for e in REGISTRY.values()})
+
+
+def pairs_at_rest(j: Rubs) -> list[Pair]:
+    """The pairs of a joint whose law holds something at rest, in the engine's order."""
+    return REGISTRY[j.contact].rests(j)

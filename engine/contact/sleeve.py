@@ -7,12 +7,16 @@ e2 and along e3, and a couple on its faces carries the torsion.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
 from engine.contact.journal import HALF_LENGTH, HALF_ROOT, length
 from engine.friction import Law
+
+if TYPE_CHECKING:
+    from engine.contact.resting import Pair, Rubs
 
 TINY = 1e-300
 
@@ -85,9 +89,30 @@ def _places(g: Mapping[str, float]) -> list[Place]:
     return [Place("pin", 0, along, g[arm]) for arm in ("half_width", "half_height") for along in (-c, c)]
 
 
+def _rests(j: Rubs) -> list[Pair]:
+    import numpy as np
+
+    from engine.contact.resting import Capacity, Norm, Pair, row, static, whole
+
+    mu = static(j)
+    if j.adams:
+        capacities: tuple[Capacity, ...] = (Capacity((Norm(whole(j, ("f2", "f3")), mu),)),)
+    else:
+        a, b, c = j.sizes["half_width"], j.sizes["half_height"], j.sizes["half_length"]
+
+        def norms(sense: int) -> tuple[Norm, ...]:
+            k = sense * j.sense * mu
+            rows = [row(j, f2=0.5 + s * k * a / (2 * c), m3=-s / (2 * c)) for s in (1, -1)]
+            rows += [row(j, f3=0.5 + s * k * b / (2 * c), m2=s / (2 * c)) for s in (1, -1)]
+            return tuple(Norm(row[None, :], mu) for row in [*rows, row(j, m1=1.0 / max(a, b))])
+
+        capacities = tuple(Capacity(norms(s), s) for s in (1, -1))
+    return [Pair(j.joint, 1, j.eta, np.array([[1.0]]), capacities, mu)]
+
+
 SLEEVE = ContactElement(
     "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 5,
-    sizes=(
+    rests=_rests, sizes=(
         HALF_LENGTH, Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
         Size("half_height", "m", "b: half size of the guide along e3", POSITIVE, '"20 mm"', symbol="b", drawn=0.02),
     ),

@@ -15,8 +15,6 @@ from engine.bounds.asking import asked, load_bounds
 from engine.bounds.motions import motions
 from engine.bounds.report import LoadBounds
 from engine.bounds.statics import Statics, statics
-from engine.contact import REGISTRY as CONTACTS
-from engine.contact.resting import HOLDS
 from engine.scene.overrides import scene_given
 from tests.engine import bounds_scenes as scenes
 
@@ -207,10 +205,6 @@ def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
     ps = tuple(st.pairs())
     found = motions(st, ps)[0]
     assert sorted(tuple(ps[i].joint for i in m.moving) for m in found) == [("low", "high"), ("own",)]
-
-
-def test_every_contact_element_says_what_it_holds() -> None:
-    assert set(HOLDS) == set(CONTACTS)
 
 
 def test_a_wrong_question_says_where_and_what_to_do() -> None:
