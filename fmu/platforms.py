@@ -76,14 +76,15 @@ def shell_key() -> str:
 
 
 def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str) -> bytes:
-    key = cache.digest(shell_key(), target, cpu, identifier, *(x for pair in sorted(sources.items()) for x in pair))
+    flags = {file: compiler.optimised_flags(file, text) for file, text in sources.items()}
+    key = cache.digest(shell_key(), target, cpu, identifier, *(x for f in sorted(sources) for x in (f, sources[f], *flags[f])))
 
     def make(folder: Path) -> None:
         constant = _constant(target, cpu)
         for file, text in sources.items():
             (folder / f"{file}.c").write_text(text)
             unit = ["-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")]
-            _compile(target, cpu, constant, [*compiler.unit_flags(file, text), *unit])
+            _compile(target, cpu, constant, [*flags[file], *unit])
         objects = [*sorted(constant.glob("*.o")), *(folder / f"{file}.o" for file in sources)]
         link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
         if _system(target) == "macos":

@@ -130,9 +130,12 @@ def quick() -> bool:
 
 
 def unit_flags(unit: str, text: str) -> tuple[str, ...]:
-    """Flags beyond ``FLAGS`` with which a unit of a kernel is compiled."""
-    if quick():
-        return QUICK
+    """Flags beyond ``FLAGS`` with which a unit of a kernel is compiled for this machine."""
+    return QUICK if quick() else optimised_flags(unit, text)
+
+
+def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
+    """The same whatever the environment says: of what is shipped."""
     return STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
 
 

@@ -121,9 +121,9 @@ for line in sys.stdin:
 
 @cache
 def reference() -> subprocess.Popen[str]:
-    """A process that simulates for the processors FMUs are compiled for; it ends with this one. (In this one fused operations of
-    newer processors round differently.)"""
-    env = dict(os.environ, TRUNNION_CPU="x86_64")
+    """A process that simulates for the processors FMUs are compiled for, optimised as they are; it ends with this one. (In this one
+    fused operations of newer processors round differently.)"""
+    env = dict(os.environ, TRUNNION_CPU="x86_64", TRUNNION_QUICK_BUILD="0")
     made = subprocess.Popen([sys.executable, "-c", REFERENCE], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(made.communicate)
     return made

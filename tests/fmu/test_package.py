@@ -136,3 +136,24 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
     made = library(chosen(["host"])[0], tmp_path.name, {"model": f"/* {tmp_path} */ int one(void) {{ return 1; }}\n"})
     assert compiled == ["model.c"]
     assert b"fmi2DoStep" in made
+
+
+def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What is shipped runs for long; a kernel of a structure tried once need not. What was compiled with the switch is what
+    is there without it."""
+    calls: list[Sequence[str]] = []
+    run = compiler.run
+
+    def watched(arguments: Sequence[str], folder: Path) -> None:
+        calls.append(arguments)
+        run(arguments, folder)
+
+    monkeypatch.setattr(compiler, "run", watched)
+    sources = {"model": f"/* {tmp_path} */ double trice(double x) {{ return 3 * x; }}\n"}
+    made = {}
+    for switch in ("1", "0"):
+        monkeypatch.setenv("TRUNNION_QUICK_BUILD", switch)
+        made[switch] = library(chosen(["host"])[0], tmp_path.name, sources)
+    assert made["1"] == made["0"]
+    assert len(calls) == 2  # its code, and the link
+    assert not any(flag in call for call in calls for flag in compiler.QUICK)
