@@ -11,7 +11,6 @@ within ``static``.
 from __future__ import annotations
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, ClassVar
@@ -42,9 +41,10 @@ class Rest(Enum):
 
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
+_BRANCHES = {"level": "|k| while it slides", "slope": "k per sliding velocity"}
 
 
-class Law(ABC):
+class Law:
     """A law at one sliding pair. value: its scene numbers as expressions, by name; mode: (flag, d1, d2, d3, tilt) of the pair. The
     flag tells the branch; d1, d2, d3 are the rates at the start of the step (of a single rate: its sign), against which the
     direction of sliding is frozen; tilt is given for a ball where it is not to follow from the state (``contact.ball``). state:
@@ -86,8 +86,9 @@ class Law(ABC):
         if not isinstance(rest, Rest):
             raise ValueError(f"law {cls.name or cls.__name__} does not say what it is at rest: rest = Rest.SET_VALUED, KINK, …")
         cls.sets, cls.kinks, cls.bristles = (rest is r for r in (Rest.SET_VALUED, Rest.KINK, Rest.BRISTLES))
-        for wrong in cls._mistakes():
-            raise ValueError(f"law {cls.name or cls.__name__}: {wrong}")
+        if wrong := cls._mistakes():
+            place = f"law {cls.name or cls.__name__} (class {cls.__qualname__} in {cls.__module__})"
+            raise ValueError("\n".join(f"{place}: {phrase}" for phrase in wrong))
         checked_numbers(f"law {cls.name}", cls.numbers)
 
     @classmethod
@@ -103,6 +104,7 @@ class Law(ABC):
             found.append(f"its friction is proportional to {cls.scale}, which is none of the numbers it needs")
         if not cls.formula or not cls.at_rest:
             found.append("formula and at_rest say what it is, for the documents")
+        found += cls._branches()
         if cls.kinks == (cls.kink is Law.kink):
             found.append("a law has a kink speed when rest is Rest.KINK, and only then")
         if cls.bristles == (cls.drift is Law.drift or cls.carried is Law.carried or cls.state_scale not in by_name):
@@ -111,18 +113,32 @@ class Law(ABC):
             found.append("a set-valued law smooths no other")
         return found
 
+    @classmethod
+    def _branches(cls) -> list[str]:
+        """Which branch its rest asks for and it does not define; bristles have their friction from ``carried``."""
+        has = {"level": cls.level is not Law.level, "slope": cls.slope is not Law.slope}
+        needed = {Rest.SET_VALUED: ("level",), Rest.KINK: ("level", "slope")}.get(cls.rest, ())
+        missing = [name for name in needed if not has[name]]
+        if missing:
+            phrase = " and ".join(f"{name}(), {_BRANCHES[name]}" for name in missing)
+            return [f"with rest = Rest.{cls.rest.name} it lacks a branch; define {phrase}"]
+        if cls.rest is Rest.SMOOTH and not any(has.values()):
+            either = " or ".join(f"{name}(), {about}" for name, about in _BRANCHES.items())
+            return [f"it has no friction while it slides; define {either}"]
+        return []
+
     def __init__(self, value: Mapping[str, Any], mode: Sequence[Any], state: Sequence[SX] = ()):
         self.value, self.flag, self.frozen, self.tilt, self.state = value, mode[0], list(mode[1:4]), mode[4], list(state)
 
-    @abstractmethod
     def slope(self, speed2: SX) -> SX | None:
-        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s²; None when the law has
-        no such branch."""
+        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s²; None: a law that does not
+        define it has no such branch."""
+        return None
 
-    @abstractmethod
     def level(self, speed2: SX) -> SX | None:
-        """|k| on the sliding branch without its viscous part, at the squared sliding speed, m²/s²; None when the law has no
-        such branch."""
+        """|k| on the sliding branch without its viscous part, at the squared sliding speed, m²/s²; None: a law that does not
+        define it has no such branch."""
+        return None
 
     @property
     def drag(self) -> SX | None:
@@ -167,7 +183,7 @@ class Law(ABC):
             return ca.if_else(self.flag > PairState.PROPORTIONAL.value + HALF, sliding, proportional)
         only = proportional if sliding is None else sliding
         if only is None:
-            raise ValueError(f"law {self.name} has neither branch")
+            raise ValueError(f"law {self.name} has neither branch: its level() and slope() both return None; one is needed")
         return only
 
     def sign(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:

@@ -17,10 +17,6 @@ class Coulomb(Law):
     rest = Rest.SET_VALUED
     formula, at_rest = "μ v/|v|", "any |k| ≤ μ_s (μ_s = μ where it is not given)"
 
-    def slope(self, speed2: SX) -> None:
-        """None: the law has no proportional branch."""
-        return
-
     def level(self, speed2: SX) -> SX:
         """μ at any speed."""
         return self.value["mu"]

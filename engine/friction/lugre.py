@@ -39,10 +39,6 @@ class LuGre(Law):
     state_scale = "bristle_stiffness"
     formula, at_rest = "σ0 z + σ1 ż + σ2 v, ż = v − σ0 |v|/g z", "the same: a function of state"
 
-    def slope(self, speed2: SX) -> None:
-        """None: the law has no proportional branch."""
-        return
-
     def level(self, speed2: SX) -> SX:
         """g, the ratio in steady sliding without its viscous part."""
         n = self.value

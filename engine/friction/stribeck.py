@@ -22,10 +22,6 @@ class Stribeck(Law):
     dry = "coulomb"
     formula, at_rest = "(μ + (μ_s − μ) exp(−(v/v_S)²)) v/|v| + σ2 v", "any |k| ≤ μ_s"
 
-    def slope(self, speed2: SX) -> None:
-        """None: the law has no proportional branch."""
-        return
-
     def level(self, speed2: SX) -> SX:
         """|k| at the given squared speed, without its viscous part."""
         n = self.value

@@ -22,7 +22,3 @@ class Viscous(Law):
     def slope(self, speed2: SX) -> SX:
         """The viscosity, s/m."""
         return self.value["viscosity"]
-
-    def level(self, speed2: SX) -> None:
-        """None: the law has no sliding branch."""
-        return

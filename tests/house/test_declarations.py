@@ -104,7 +104,7 @@ def law(**changed: Any) -> type[Law]:
     mu = Number("mu", "1", "coefficient", NOT_NEGATIVE)
     right: dict[str, Any] = {
         "name": "trial", "numbers": (mu,), "rest": Rest.SMOOTH, "formula": "μ v", "at_rest": "0",
-        "slope": lambda self, speed2: self.value["mu"], "level": lambda self, speed2: None,
+        "slope": lambda self, speed2: self.value["mu"],
     }  # fmt: skip
     return type("Trial", (Law,), right | changed)
 
@@ -133,6 +133,9 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a law without a formula": (lambda: law(formula=""), "formula"),
     "a kink without speed": (lambda: law(rest=Rest.KINK), "a kink speed"),
     "bristles without state": (lambda: law(rest=Rest.BRISTLES), "drift, carried and state_scale"),
+    "a set-valued law without level": (lambda: law(rest=Rest.SET_VALUED), r"law trial \(class Trial in .*\): .*define level\(\)"),
+    "a kink between one branch": (lambda: law(rest=Rest.KINK, kink=property(lambda self: 1)), r"define level\(\)"),
+    "a smooth law of no friction": (lambda: law(slope=Law.slope), r"define level\(\).* or slope\(\)"),
     "a set-valued law that smooths": (lambda: law(rest=Rest.SET_VALUED, exact="other"), "smooths no other"),
     "a number beside one there is not": (lambda: law(numbers=(replace(MU, not_below="nu"),)), "which is none of its numbers"),
     "needed always and sometimes": (
@@ -159,6 +162,11 @@ def test_a_wrong_declaration_cannot_be_imported(what: str) -> None:
     make, words = WRONG[what]
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_all_that_is_wrong_with_a_law_is_told_at_once() -> None:
+    with pytest.raises(ValueError, match=r"(?s)formula.*define level\(\)"):
+        law(rest=Rest.SET_VALUED, formula="")
 
 
 def test_a_right_one_can() -> None:
