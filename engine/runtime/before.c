@@ -4,6 +4,31 @@
 #define NO_MOTION 1e-9        /* of the speed unit: the direction of what is slower is that of round-off */
 #define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
 #define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
+#define BRANCH_BACK 1e-12     /* of the step: so far before its event a ball's branch is looked for first, */
+#define BRANCH_GROWS 10.0     /* then so many times that, */
+#define BRANCH_FAR 1e-2       /* and no farther */
+#define BRANCH_ENDS 10.0      /* tolerances of its end: it is still there (as CLOSE_ENOUGH) */
+
+/* The state where an event cuts the step short, with the loops closed; where they stay open, as it is. */
+static void tr_event_state(tr_sim *s, double t, double *out) {
+  tr_dense_state(s, s->pending.theta, out);
+  if (s->k->active && !tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
+}
+
+/* The branch of a ball's friction that ends at the event that cuts the step short may have ended already at the state y there: it ends as a root
+ * does, and the time at which is known less well than its friction has to be. Then y is made the state at the last instant found at which it was
+ * still there. */
+static void tr_back_on_branch(tr_sim *s, double t, double *y) {
+  const double found = s->pending.theta;
+  const int i = s->pending.which;
+  if (i >= s->k->nsliders || !tr_is_set(s, i) || !tr_moving_ball(s, i)) return;
+  for (double part = BRANCH_BACK; part < BRANCH_FAR; part *= BRANCH_GROWS) {
+    if (tr_rhs(s, t, y, TR_A(s, dy)) && tr_violation(s, i, 0) <= BRANCH_ENDS) break;
+    s->pending.theta = found * (1.0 - part);
+    tr_event_state(s, s->step.t0 + s->pending.theta * s->step.size, y);
+  }
+  s->pending.theta = found;
+}
 
 /* Pairs of several components that come to rest at the event that cuts the step short have no direction at the state y there: as it was up to
  * there they keep the one they had just before, whichever way round-off points. Whether there are any. */

@@ -23,17 +23,12 @@ static void tr_end_state(tr_sim *s, double *out) {
   tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z));
 }
 
-/* The state where an event cuts the step short, with the loops closed; where they stay open, as it is. */
-static void tr_event_state(tr_sim *s, double t, double *out) {
-  tr_dense_state(s, s->pending.theta, out);
-  if (s->k->active && !tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
-}
-
 /* The row of an event that cuts the step short, as it was up to there. */
 static int tr_event_row(tr_sim *s, double t, double *row) {
   double *y = TR_A(s, yout);
   tr_mode modes[s->k->nsliders + 1];
   tr_event_state(s, t, y);
+  tr_back_on_branch(s, t, y);
   tr_keep_modes(s, modes);
   if (s->k->sets) tr_keep_directions(s, t, y), tr_keep_shares(s, t, y);
   int code = tr_output(s, t, y, row);

@@ -9,6 +9,9 @@ import pytest
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 from tests.engine.big_balls import big_balls
+from tests.engine.widely import CONE, broken_cone
+from tests.reference.from_rows import wanted
+from tests.reference.rubbing_scenes import rubbing
 from tests.stability.brakes import GRIPS, LEAVES, loosened, tightened
 
 STARTS_ELSEWHERE = (3, 19, 24, 29)
@@ -50,6 +53,17 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
     r = simulate(big_balls(2, 42, "coulomb"), until=1.0, every=1.0, method=method, rtol=rtol, outputs=["energy.*"])
     assert r.outcome.ok
     assert np.abs(r["energy.residual"]).max() <= 100.0 * rtol * r["energy.dissipated"][-1]
+
+
+@pytest.mark.parametrize("setting", [("auto", 1e-6), ("rosenbrock", 1e-6)])
+def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(setting: tuple[str, float]) -> None:
+    """A ball of this loop goes to and fro between its branches some thousand times, from 0.21807 s on. Friction at the end of each
+    is that of the branch up to there: the rows were on the far side of it, 6e-5 beyond the cone."""
+    method, rtol = setting
+    scene = rubbing("loops", 247).scene
+    r = simulate(scene, until=0.218075, every=0, method=method, rtol=rtol, outputs=wanted(scene))
+    assert r.outcome.ok
+    assert broken_cone(r, rtol, since=0.21807) <= CONE
 
 
 @pytest.mark.parametrize("seed", [*STARTS_ELSEWHERE, 38])

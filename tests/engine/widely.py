@@ -72,11 +72,11 @@ def energy_error(r: Result) -> float:
     return float(np.abs(r["energy.residual"]).max() / turned) if turned > 0.0 else 0.0
 
 
-def broken_cone(r: Result, rtol: float) -> float:
-    """By how much, relative, a pair's friction exceeds what it may be, in the worst of some rows. Pairs slower than the tolerance
+def broken_cone(r: Result, rtol: float, since: float = 0.0) -> float:
+    """By how much, relative, a pair's friction exceeds what it may be, in the worst of some rows from a time (s) on. Pairs slower than the tolerance
     may be at rest, where the static coefficient counts."""
-    worst = 0.0
-    for row in np.unique(np.linspace(0, len(r.time) - 1, min(ROWS, len(r.time))).astype(int)):
+    worst, first = 0.0, int(np.searchsorted(r.time, since))
+    for row in np.unique(np.linspace(first, len(r.time) - 1, min(ROWS, len(r.time) - first)).astype(int)):
         decision, eta = Decision(state_at(r, row)), frictions(r, row)
         for p in decision.pairs:
             if np.abs(eta[list(p.places)] / decision.unit[list(p.places)]).max() < 1e-9:
