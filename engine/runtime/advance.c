@@ -109,6 +109,7 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
   s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
   tr_copy(n, TR_A(s, y), TR_A(s, yold));
+  if (m->kind == TR_IMPLICIT && s->k->naudit) tr_works_middle(s, m->rosenbrock);
   if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
   else {
@@ -155,6 +156,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
+  if (m->kind == TR_IMPLICIT && k->naudit) tr_works_dense(s);
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 

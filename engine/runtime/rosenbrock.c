@@ -132,7 +132,7 @@ TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h
   }
   for (int p = 0; p < st; ++p) c[p] = m->C[st * m->stages + p] / h;
   for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
-  for (int i = ny + nquad; i < n; ++i) ki[i] = 0.0; /* works of the audit: as `tr_step_rosenbrock` tells it */
+  for (int i = ny + nquad; i < n; ++i) ki[i] = 0.0; /* works that only the audit wants: ``works.c`` */
   tr_stages_sum(nv, st, c, (tr_vec *)ki, (tr_vec *)K, (tr_vec *)ki);
   tr_lu_solve(ny, TR_A(s, W), (int *)TR_A(s, wperm), ki);
   for (int r = 0; r < nquad; ++r) {
@@ -154,7 +154,6 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   const int n = tr_width(s);
   double *K = TR_A(s, K), *y = TR_A(s, y), *ynew = TR_A(s, ynew);
   const double shift = 1.0 / (m->gamma * h);
-  if (s->k->naudit) s->audit.known = 0; /* works that only the audit wants are not integrated here */
   if (!tr_stiff_matrix(s, shift)) return NAN;
   for (int st = 0; st < m->stages; ++st)
     if (!tr_stiff_stage(s, m, st, h, shift)) return NAN;
@@ -183,11 +182,15 @@ static int tr_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
   return 1;
 }
 
+#include "works.c"
+
 /* Whether the dense output of the step just made is at hand: it is made when it is first asked for. */
 static int tr_have_dense(tr_sim *s) {
   if (s->step.have_dense) return 1;
   const tr_method *m = tr_method_of(s);
-  return s->step.have_dense = m->kind == TR_IMPLICIT ? tr_dense_rosenbrock(s, m->rosenbrock) : tr_dense_explicit(s, m->explicit);
+  s->step.have_dense = m->kind == TR_IMPLICIT ? tr_dense_rosenbrock(s, m->rosenbrock) : tr_dense_explicit(s, m->explicit);
+  if (m->kind == TR_IMPLICIT && s->k->naudit) tr_works_dense(s);
+  return s->step.have_dense;
 }
 
 /* |λ|max h of the Jacobian by a few power iterations in the tolerance metric. */
