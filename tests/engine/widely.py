@@ -73,8 +73,8 @@ def energy_error(r: Result) -> float:
 
 
 def broken_cone(r: Result, rtol: float, since: float = 0.0) -> float:
-    """By how much, relative, a pair's friction exceeds what it may be, in the worst of some rows from a time (s) on. Pairs slower than the tolerance
-    may be at rest, where the static coefficient counts."""
+    """By how much, relative, a pair's friction exceeds what it may be, in the worst of some rows from a time (s) on. Pairs slower
+    than the tolerance may be at rest, where the static coefficient counts."""
     worst, first = 0.0, int(np.searchsorted(r.time, since))
     for row in np.unique(np.linspace(first, len(r.time) - 1, min(ROWS, len(r.time) - first)).astype(int)):
         decision, eta = Decision(state_at(r, row)), frictions(r, row)
