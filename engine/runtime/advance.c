@@ -57,6 +57,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i)) && !tr_stays_on_line(s, i)) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_onset_step(s, TR_A(s, K) + k->nq), tr_held_step(s)));
+  s->step.h = fmin(s->step.h, tr_singular_step(s));
   tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
   tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zstart));
   return TR_OK;
@@ -112,7 +113,7 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   if (m->kind == TR_IMPLICIT && s->k->naudit) tr_works_middle(s, m->rosenbrock);
   if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
-  else {
+  else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
     s->step.margin_end = NAN;
     tr_note_end(s);
     const int broken = tr_broken(s, ynew, 0, 0);

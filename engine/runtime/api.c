@@ -7,6 +7,7 @@
 #include "multipliers.c"
 #include "rhs.c"
 #include "explicit.c"
+#include "singular.c"
 static int tr_have_dense(tr_sim *s);
 static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 static int tr_settle(tr_sim *s, double t, double *y, int which, const tr_contact *known);

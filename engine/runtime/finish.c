@@ -94,7 +94,7 @@ static void tr_shift(tr_sim *s, double t, const double *y) {
   int n = tr_width(s);
   if (y != TR_A(s, y)) tr_copy(n, y, TR_A(s, y));
   s->clock.t = t;
-  s->step.margin = NAN, s->step.far_known = 0;
+  s->step.margin = NAN, s->step.far_known = 0, s->loops.known = 0;
   while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_same_time(t)) {
     s->clock.next_break++;
     s->step.have_k1 = 0;
@@ -113,6 +113,7 @@ static void tr_finish_whole(tr_sim *s) {
   tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
+  tr_follow_loops(s);
   s->step.margin = s->step.margin_end;
   tr_note_far(s, TR_AT_END, TR_AT_START);
   tr_size_next(s);

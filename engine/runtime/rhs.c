@@ -99,6 +99,7 @@ static double tr_set_violation(tr_sim *s, int i);
 static double tr_turn_violation(const tr_sim *s, int i);
 static void tr_holding(tr_sim *s);
 static void tr_keep_still(const tr_sim *s, double *v);
+static void tr_watch_loops(tr_sim *s);
 
 /* Record the extremes of (signed sliding speed − kink speed) of every pair over the stages of a step; of a pair with a set-valued law
  * how far it has come from its mode. */
@@ -122,8 +123,9 @@ static void tr_watch(tr_sim *s) {
   }
 }
 
-/* Nothing is known yet of how near pairs come to the end of their modes in the step that begins. */
+/* Nothing is known yet of how near pairs come to the end of their modes, and loops to singular positions, in the step that begins. */
 static void tr_forget_extremes(tr_sim *s) {
+  s->loops.least = INFINITY;
   for (int i = 0; i < s->k->nsliders; ++i) TR_A(s, smin)[i] = INFINITY, TR_A(s, smax)[i] = -INFINITY;
 }
 
@@ -147,7 +149,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     s->step.trouble = tr_finite(k->nmaps, maps) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
     return 0;
   }
-  if (s->step.watch) tr_watch(s);
+  if (s->step.watch) tr_watch(s), tr_watch_loops(s);
   k->stage2(x, y, c, w, TR_A(s, z), dy);
   if (s->friction.still) tr_keep_still(s, dy);
   return 1;

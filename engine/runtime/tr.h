@@ -62,6 +62,9 @@ typedef struct tr_loops {
   int rank_now;        /* of the factor in place */
   int open;            /* directions of reactions that friction decides on (``pressed.c``) */
   double least_pivot;  /* smallest pivot within the rank when that was found */
+  int known;           /* how far from singular (``singular.c``) the loops are at the start of the step: */
+  double begin, end;   /* there and at its end */
+  double least, trend; /* the least at its stages; change in the last step, 1/s */
 } tr_loops;
 
 /* Pairs under set-valued laws. */
