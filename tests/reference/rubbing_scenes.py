@@ -17,7 +17,7 @@ DRY = {"friction": 1.0, "devices": 0.0, "drives": 0.0, "loads": False, "laws": (
 def rubbing(kind: str, seed: int, most: float = 1.0) -> Case:
     """A tree or a loop of 1 to 6 bodies, every joint of it that can rub with μ from 0 to ``most`` and μ_static up to 1.5 μ, its
     lengths multiplied by 1e-3 to 1e3, its masses by 1e-6 to 1e6 and its time so that gravity stays what it is."""
-    made = random_tree(f"rubbing {seed}", **DRY) if kind == "tree" else random_loop(f"rubbing {seed}", **DRY)
+    made = {"tree": random_tree, "loop": random_loop}[kind](f"rubbing {seed}", **DRY)
     joints = {n: _rough(j, seed, n, most) for n, j in made.scene.joints.items()}
     case = replace(made, scene=replace(made.scene, joints=joints))
     size = stream(seed, kind, "size")
