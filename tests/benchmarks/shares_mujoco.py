@@ -18,8 +18,10 @@ from engine.chart.runs import prepare
 from engine.scene import model as sm
 from engine.simulation.run import simulate
 from tests.benchmarks.stability_mujoco import lump, one
+from tests.reference.toggle import INERTIA, LINK, MASS, RAM
 from tests.stability.brakes import ARM, GRIPS, MU, PRESS, REACH, SPIN
 from tests.stability.corners import lifted, platform
+from tests.stability.presses import CHANGE
 from tests.stability.row import EDGE
 from tests.stability.shares import BLOCK, DOOR, MU_TABLE, SPACING, SPRING, G
 from tests.stability.shares import REACH as OUT
@@ -119,4 +121,27 @@ def stewart() -> str:
     return f"no friction that follows loads; without any the platform is {off:.2g} mm off after 0.3 s"
 
 
-STATEMENTS = {23: fold, 24: door, 25: marginal, 26: wishbone, 27: stewart}
+def toggle() -> str:
+    """Row 28: folded through, on its way back at 1 rad/s, a hundredth of a radian before its change point; 20 ms later."""
+    inertia = f'mass="{MASS}" diaginertia="{INERTIA} {INERTIA} {INERTIA}"'
+    link = f'<joint type="hinge" axis="0 1 0"/><inertial pos="0 0 {-LINK / 2}" {inertia}/>'
+    xml = (
+        f'<mujoco><option timestep="1e-3" gravity="0 0 -{G}"/><worldbody><body>{link}'
+        f'<body name="lower" pos="0 0 {-LINK}">{link}</body></body>'
+        f'<body name="ram" pos="0 0 {-2 * LINK}"><joint type="slide" axis="0 0 1"/>{lump(RAM)}</body></worldbody>'
+        f'<equality><connect body1="lower" body2="ram" anchor="0 0 {-LINK}"/></equality></mujoco>'
+    )
+    model, start = mujoco.MjModel.from_xml_string(xml), CHANGE - 0.01
+    data = mujoco.MjData(model)
+    data.qpos[:] = start, -2 * start, 2 * LINK * (1 - math.cos(start))
+    data.qvel[:] = 1.0, -2.0, 2 * LINK * math.sin(start)
+    mujoco.mj_step(model, data, nstep=20)
+    rows, past = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY, data.qpos[0] - CHANGE
+    gap = float(np.abs(data.efc_pos[rows]).max())
+    return (
+        "no friction that follows loads; without any the press, which should jam before its change point, is "
+        f"{past:.2g} rad past it after 20 ms, its loop open by {gap:.1g} m"
+    )
+
+
+STATEMENTS = {23: fold, 24: door, 25: marginal, 26: wishbone, 27: stewart, 28: toggle}

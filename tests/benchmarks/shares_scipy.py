@@ -15,6 +15,7 @@ from engine.scene import model as sm
 from tests.benchmarks.stability_scipy import ours
 from tests.stability.brakes import ARM, GRIPS, LEAVES, MU, PRESS, REACH
 from tests.stability.corners import lifted
+from tests.stability.presses import folding
 from tests.stability.shares import BLOCK, MU_TABLE, SPRING, G, crooked
 
 
@@ -68,5 +69,25 @@ def wishbone() -> str:
     return f"Radau on our equations, regularised at 1e-4 m/s: the corner, which should rest, {how}"
 
 
+def toggle() -> str:
+    """Row 28: the press on our equations, friction as exact as ours."""
+    ends = []
+    for method in ("RK45", "Radau"):
+        rate, start = ours(folding(1.0))
+        last = 0.0
+
+        def noted(t: float, y, rate=rate):
+            nonlocal last
+            last = max(last, t)
+            return rate(t, y)
+
+        try:
+            s = solve_ivp(noted, (0.0, 1.0), start, method, rtol=1e-6, atol=1e-9)
+            ends.append(f"{method} has no step left at {s.t[-1]:.4f} s ({s.nfev} evaluations)")
+        except RuntimeError:
+            ends.append(f"{method} comes upon a state without friction at {last:.4f} s")
+    return f"our equations, right end 0.5378 s: {'; '.join(ends)}"
+
+
 BY_ITSELF = (24,)
-STATEMENTS = {23: fold, 24: door, 25: marginal, 26: wishbone}
+STATEMENTS = {23: fold, 24: door, 25: marginal, 26: wishbone, 28: toggle}

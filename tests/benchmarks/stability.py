@@ -15,7 +15,7 @@ from engine.scene.dump import scene_to_yaml
 from tests.stability.row import EDGE, Edge, Row
 from tests.stability.rows import ROWS
 
-COUNT = "Twenty-seven"
+COUNT = "Twenty-eight"
 PEERS = {"SciPy": "scipy", "MuJoCo": "mujoco"}
 HEAD = """# Stability gallery
 

@@ -134,9 +134,9 @@ def ours(scene: sm.Scene):
     model.begin(settings, 0.0, 1.0, 1.0, row)
     block = model.block
 
-    def rate(_t: float, y: np.ndarray) -> np.ndarray:
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
         block.y[: block.ny] = y
-        block.start(0.0, 1.0, 1.0, row)
+        block.start(t, t + 1.0, 1.0, row)
         return block.evaluate()[0].copy()
 
     return rate, block.y[: block.ny].copy()

@@ -45,7 +45,7 @@ class SprungToggle:
         gap = -2 * LINK * np.sin(lean) * np.cos(half)
         speed = -2 * LINK * (np.cos(lean) * np.cos(half) * lean_rate - np.sin(lean) * np.sin(half) * half_rate)
         across = -self.stiffness * gap - self.damping * speed
-        inverse, rest = self._balance(self.push(t), across, a, b, wa, wb)
+        inverse, rest = self.balance(self.push(t), across, a, b, wa, wb)
         sense = CIRCLE * np.tanh(np.array([wa, wb - wa, -wb]) / SLOW)
         for _ in range(60):
             friction = -sense * self.pins
@@ -57,7 +57,7 @@ class SprungToggle:
         return np.array([half_rate, lean_rate, (x[0] - x[1]) / 2, (x[0] + x[1]) / 2])
 
     @staticmethod
-    def _balance(push, across, a, b, wa, wb) -> tuple[np.ndarray, np.ndarray]:
+    def balance(push, across, a, b, wa, wb) -> tuple[np.ndarray, np.ndarray]:
         """(inverse, right side) for [α_upper, α_lower, force of crown on upper, of lower on upper, of ram on lower's way]."""
         da, db, ea, eb = _along(a), _along(b), _turned(a), _turned(b)
         A, r, h = np.zeros((7, 7)), np.zeros(7), LINK / 2
