@@ -10,7 +10,8 @@ from engine.bounds.limits import beginning, stressed
 from engine.bounds.motions import Motion, motions
 from engine.bounds.narrow import capped, first_cell
 from engine.bounds.program import Program, Row
-from engine.bounds.relaxed import Cell
+from engine.bounds.reach import reached
+from engine.bounds.relaxed import Cell, Relaxation
 from engine.bounds.report import Breakaway, End, Interval, JointState, LoadBounds, PairBounds, State
 from engine.bounds.search import Found, least
 from engine.bounds.space import Space, holding, space
@@ -43,16 +44,26 @@ def asked(st: Statics, pairs: tuple, self_stress: float | None, cells: int, load
     """The admissible states with all loads as they are, but for the one named."""
     s = space(st, pairs, load)
     program, sizes, holds = holding(s)
+    stress: dict[int, float] = {}
     if self_stress is not None:
-        program = stressed(s, program, self_stress)
-    none = Row(np.zeros(s.open + 1))
+        program, stress = stressed(s, program, self_stress)
+    none, root = Row(np.zeros(s.open + 1)), Cell()
     if s.misses > NEVER:
-        return Asked(s, program, sizes, holds, cells, {}, False)
-    found = least(program.asking(none), cells)
+        return Asked(s, program, sizes, holds, cells, root, False)
+    reach = reached(program, sizes, holds, stress)
+    if reach:
+        program = capped(program.asking(none, reach))
+        answer = Relaxation(program).solve({})
+        if answer is None:
+            return Asked(s, program, sizes, holds, cells, root, False)
+        root = first_cell(program, answer.X)
+    found = least(program.asking(none), cells, root=root)
     if found.X is None:
-        return Asked(s, program, sizes, holds, cells, {}, False if found.bound == np.inf else None)
-    program = capped(program)
-    return Asked(s, program, sizes, holds, cells, first_cell(program, found.X), True)
+        return Asked(s, program, sizes, holds, cells, root, False if found.bound == np.inf else None)
+    if not reach:
+        program = capped(program)
+        root = first_cell(program, found.X)
+    return Asked(s, program, sizes, holds, cells, root, True)
 
 
 def state_of(a: Asked, X: np.ndarray, endless: bool) -> State:

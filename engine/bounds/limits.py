@@ -18,6 +18,9 @@ def beginning(s: Space, program: Program, motion: Motion, sense: float) -> Progr
     terms, rows = list(program.terms), []
 
     def term(V: np.ndarray) -> int:
+        for j, other in enumerate(terms):
+            if other.shape == V.shape and np.array_equal(other, V):
+                return j
         terms.append(V)
         return len(terms) - 1
 
@@ -61,24 +64,42 @@ def _others(d: np.ndarray) -> list[np.ndarray]:
     return list(np.linalg.svd(d[None, :])[2][1:])
 
 
-def stressed(s: Space, program: Program, most: float) -> Program:
-    """The program's states whose self-stress loads no contact by more than ``most``, N. Self-stress is the part of the open
-    amounts in which no friction takes part (METHOD, "Bounds at rest")."""
-    st = s.statics
-    own = s.basis[st.eta0 :] * 1.0
-    if not own.size:
-        return program
+def _self_stress(s: Space) -> np.ndarray:
+    """The part of X that is self-stress: that in which no friction, drive or asked load takes part."""
+    own = s.basis[s.statics.eta0 :] * 1.0
     _, sizes, Vt = np.linalg.svd(own)
     rank = int((sizes > 1e-9 * max(float(np.abs(s.basis).max(initial=0.0)), 1e-300)).sum())
     free = Vt[rank:]
     project = np.zeros((s.open + 1, s.open + 1))
     project[:-1, :-1] = free.T @ free
-    terms, rows = list(program.terms), []
+    return project
+
+
+def stressed(s: Space, program: Program, most: float) -> tuple[Program, dict[int, float]]:
+    """(the program's states whose self-stress loads no contact by more than ``most``, N; by how much it can change each term at
+    most). Self-stress is the part of the open amounts in which no friction takes part (METHOD, "Bounds at rest")."""
+    if not s.basis[s.statics.eta0 :].size:
+        return program, {}
+    project = _self_stress(s)
+    terms, rows, kept = list(program.terms), [], [np.zeros((0, s.open + 1))]
     limit = np.append(np.zeros(s.open), -most / s.scale)
     for pair in s.pairs:
         for n in pair.capacities[0].norms:
             V = n.contact * s.of_norm(pair, n) @ project
             if np.abs(V).max(initial=0.0) > 1e-12:
                 terms.append(V)
+                kept.append(V)
                 rows.append(Row(limit, {len(terms) - 1: 1.0}))
-    return Program(tuple(terms), (*program.rows, *rows), program.objective, program.across, program.normal)
+    made = Program(tuple(terms), (*program.rows, *rows), program.objective, program.across, program.normal)
+    return made, _changes([V @ project for V in program.terms], np.vstack(kept), most / s.scale)
+
+
+def _changes(terms: list[np.ndarray], contacts: np.ndarray, most: float) -> dict[int, float]:
+    """The most that each term changes by while no row of contacts is above ``most``; those that contacts do not decide are left
+    out."""
+    out = {}
+    for j, V in enumerate(terms):
+        parts = np.linalg.lstsq(contacts.T, V.T, rcond=None)[0].T if len(contacts) else np.zeros((len(V), 0))
+        if np.abs(parts @ contacts - V).max(initial=0.0) <= 1e-9 * max(1.0, float(np.abs(V).max(initial=0.0))):
+            out[j] = most * float(np.linalg.norm(parts, axis=0).sum())
+    return out

@@ -52,21 +52,29 @@ def first_cell(program: Program, X: np.ndarray) -> Cell:
 def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell) -> None:
     """Put the cone of term j into the cell, or a narrower one, where its vector cannot turn far."""
     size, V = float(np.linalg.norm(v)), program.terms[j]
-    if size < NARROW or len(v) > 2:
+    if size < NARROW:
         return
     u = v / size
-    if len(v) == 1:
-        if _ahead(program, u @ V, cell):
-            cell[j] = u[None, :]
-        return
-    w = np.array([-u[1], u[0]])
     if not _ahead(program, u @ V, cell):
         return
-    ends = [Relaxation(program.asking(Row(s * w @ V), normal=Row(u @ V))).solve(cell) for s in (1.0, -1.0)]
-    if ends[0] is None or ends[1] is None:
+    if len(v) == 1:
+        cell[j] = u[None, :]
         return
-    sides = [u + (ends[0].value - NARROW) * w, u + (-ends[1].value + NARROW) * w]
+    across = np.linalg.svd(u[None, :])[2][1:]
+    spans = []
+    for w in across:
+        ends = [Relaxation(program.asking(Row(s * w @ V), normal=Row(u @ V))).solve(cell) for s in (1.0, -1.0)]
+        if ends[0] is None or ends[1] is None:
+            return
+        spans.append((ends[0].value - NARROW, -ends[1].value + NARROW))
+    sides = [u + corner @ across for corner in _corners(spans)]
     cell[j] = np.column_stack([s / np.linalg.norm(s) for s in sides])
+
+
+def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
+    """Corners of a simplex that holds the box of these spans: its ends of one, of two a triangle twice as long either way."""
+    low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
+    return [low, *(low + row for row in np.diag(size))]
 
 
 def _ahead(program: Program, row: np.ndarray, cell: Cell) -> bool:

@@ -14,8 +14,11 @@ from scipy.optimize import linprog
 
 from engine.bounds.program import FAR, Program, Row
 
-LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-"""The smallest the solver takes: what is certified is certified to about this, of the loads."""
+LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False}
+"""The smallest the solver takes: what is certified is certified to about this, of the loads. Programs are small: looking for what
+can be left out of them takes longer than solving them."""
+SOLVED, NONE = 0, 2
+"""What ``linprog`` says of a program: solved, or that nothing is admissible."""
 FEASIBLE = 1e-9
 """By how much an attained state may break a row, of the loads."""
 BREAKING = 1e3
@@ -191,16 +194,21 @@ class Relaxation:
         self, cost: np.ndarray, upper: list[np.ndarray], equal: list[np.ndarray], normal: np.ndarray | None,
         box: list[tuple[float, float | None]],
     ) -> Answer | None:  # fmt: skip
-        """One linear program; None where it has no answer."""
+        """One linear program; None where nothing is admissible. One that the solver gives up has no lower bound and norms of any
+        size, so that its cell is cut."""
         rows = equal if normal is None else [*equal, normal]
         right = [0.0] * len(equal) if normal is None else [*[0.0] * len(equal), 1.0]
         self.solved += 1
-        found = linprog(
-            cost, np.array(upper) if upper else None, np.zeros(len(upper)) if upper else None,
-            np.array(rows) if rows else None, right if rows else None, box, method="highs-ds", options=LINEAR,
-        )  # fmt: skip
-        if found.status != 0:
+        A, b = (np.array(upper), np.zeros(len(upper))) if upper else (None, None)
+        E, e = (np.array(rows), right) if rows else (None, None)
+        for how in (LINEAR, {**LINEAR, "presolve": True}):
+            found = linprog(cost, A, b, E, e, box, "highs-ds", options=how)
+            if found.status in (SOLVED, NONE):
+                break
+        if found.status == NONE:
             return None
+        if found.status != SOLVED:
+            return Answer(-np.inf, np.append(np.zeros(self.n - 1), 1.0), np.full(self.m, FAR))
         self._forget(found.x[: self.n + self.m])
         return Answer(float(found.fun), found.x[: self.n], found.x[self.n : self.n + self.m])
 

@@ -42,13 +42,16 @@ def walls() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def four_bar(cross: bool = False, held: float = 13.5, torque: float = -4.5, mu: float = 0.2) -> dict[str, Any]:
+def four_bar(
+    cross: bool = False, held: float = 13.5, torque: float = -4.5, mu: float = 0.2, ball: bool = False
+) -> dict[str, Any]:  # fmt: skip
     """Crank 0.1 m and rocker 0.3 m upright, a coupler from (0, 0.1) to (0.4, 0.3) m; the pins on the ground rub, with ``cross`` the
-    universal joint at the crank's end as well. No weight, no redundancy."""
+    universal joint at the crank's end as well, with ``ball`` the ball at the rocker's. No weight, no redundancy."""
     b, c = [0, 0.1, 0], [0.4, 0.3, 0]
     across: dict[str, Any] = {"type": "universal", "axis": "z", "reference": "x", "inboard": "crank.b", "outboard": "coupler.b"}
     if cross:
         across["friction"] = {"mu": 0.25, "radius": 0.008, "half_length": 0.025}
+    rubs = {"friction": {"mu": 0.2, "radius": 0.01}} if ball else {}
     return {
         "schema": 1, "gravity": [0, 0, 0], "ground": {"points": {"d": [0.4, 0, 0]}},
         "bodies": {
@@ -59,7 +62,7 @@ def four_bar(cross: bool = False, held: float = 13.5, torque: float = -4.5, mu: 
             "a": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "crank.a", "start": {"q": 0}, "effort": torque,
                   "friction": {"mu": mu, "radius": 0.01, "half_length": 0.02}},
             "b": across | {"start": {"q": [0, 0]}},
-            "c": {"type": "spherical", "inboard": "coupler.c", "outboard": "rocker.c"},
+            "c": {"type": "spherical", "inboard": "coupler.c", "outboard": "rocker.c"} | rubs,
             "d": {"type": "revolute", "axis": "z", "inboard": "ground.d", "outboard": "rocker.d", "effort": held,
                   "friction": {"mu": 0.3, "radius": 0.012, "half_length": 0.02}},
         },
