@@ -37,6 +37,7 @@ TR_OFTEN
 TR_RARE
 #include "closed.c"
 #include "settle.c"
+#include "capture.c"
 #include "closing.c"
 #include "assemble.c"
 #include "diagnose.c"

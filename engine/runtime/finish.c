@@ -145,7 +145,9 @@ static int tr_finish_set(tr_sim *s) {
   const int ball = !s->pending.captured && tr_moving_ball(s, which);
   tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
   const tr_contact *known = !ball && tr_contacts_before(s, te, ye, contacts) ? contacts : 0;
+  if (!ball && !s->pending.captured && tr_slides(s, which)) tr_note_same(s, which);
   int code = ball ? tr_meets_cone(s, te, ye, which) : tr_settle(s, te, ye, which, known);
+  tr_forget_ends(s);
   if (code != TR_OK) { /* this is where it ends, or goes on by an impact: as it was before anything was brought to rest */
     tr_put_modes(s, modes);
     tr_shift(s, te, before);

@@ -98,6 +98,7 @@ static inline tr_hold *tr_hold_of(const tr_sim *s, int i) { return (tr_hold *)TR
 static inline tr_zone *tr_zone_of(const tr_sim *s, int i) { return (tr_zone *)TR_A(s, zone) + i; }
 static inline int *tr_row_kinds(const tr_sim *s) { return (int *)TR_A(s, rowk); }
 static inline int *tr_bound(const tr_sim *s) { return (int *)TR_A(s, bound); }
+static inline int *tr_ends(const tr_sim *s) { return (int *)TR_A(s, ends); }
 static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, lead); }
 
 /* Units of a constraint row (rad or m) and of a rate (rad or m, to be multiplied by the rate scale). */

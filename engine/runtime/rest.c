@@ -16,7 +16,7 @@ static int tr_at_rest(tr_sim *s, int also, int *rest) {
   const int pairs = s->k->nsliders;
   int n = 0, resting[pairs + 1];
   for (int i = 0; i < pairs; ++i) {
-    resting[i] = tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s));
+    resting[i] = tr_is_set(s, i) && (tr_is_stuck(s, i) || i == also || tr_ends(s)[i] || tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s));
     n += resting[i];
   }
   if (!n) return 0;

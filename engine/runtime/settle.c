@@ -1,5 +1,4 @@
-/* What happens at an event of a set-valued law, in time: rest, decision, the record of what changed; and the end of sliding of pairs of
- * several components, whose speed goes to zero without changing sign. */
+/* What happens at an event of a set-valued law, in time: rest, decision, the record of what changed. */
 #include "modes.h"
 
 #define TURN_NOTED 0.017453292519943295 /* rad: contacts of other joints that turn by more at an event are recorded too */
@@ -7,11 +6,6 @@
 #define BRANCH_CHANGES 4                /* events at one time at which a ball changes its branch: once is enough where one of the two leads on */
 #define CONE_NEAR 1e-6                  /* of s²/|ω|²: a ball this near to its cone, once the loops are closed, is at it */
 #define LINE_LEFT 1e-6                  /* of the speed: what is across a line that has been left (as POWER_GIVEN: by as much friction may drive) */
-#define CAPTURE_JOLT 10.0               /* of the pair's own rates: by no more may those of others change when it stops */
-#define CAPTURE_SPEED 1.0               /* of rtol · speed unit: what is slower may stop at once, as far as the tolerance goes */
-#define CAPTURE_LEAST 1e-8              /* of the speed unit, at any tolerance: the direction of what is much slower is that of round-off in loops */
-#define CAPTURE_ACROSS 0.2              /* acceleration across the sliding, of the deceleration: of what stops with more, its direction going
-                                           round and round, the last NEAR_MISS is taken at once */
 
 /* What became of pair i: an event kind, or 0. Directions are those of surface speeds: a shaft's travel and turn have units of their own. */
 static int tr_change(const tr_sim *s, int i, const tr_mode *old) {
@@ -152,95 +146,5 @@ static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int other
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s)); /* decided again it might not be found again */
   s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed;
-  return 1;
-}
-
-/* Whether the pair of several components whose turning has cut the steps is about to rest: at a speed that does not count, and within a time
- * whose third power, the error of the last stretch, does not; then the pair, else −1. (One that stops along a line passes through zero and
- * is located as any other, unless its direction is so stiff that steps shrink on the way.) After an accepted step, its end evaluated. */
-static int tr_ends_sliding(tr_sim *s) {
-  const tr_kernel *k = s->k;
-  const int i = s->friction.missed;
-  if (i < 0 || i >= k->nsliders || !tr_is_set(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
-  const tr_pair *pair = tr_pair_of(s, i);
-  const double *rates = map_rates(k, TR_A(s, maps)) + pair->rate0, v = tr_pair_speed(s, i), unit = tr_speed_unit(s);
-  double *least = TR_A(s, vmin) + i, along = 0.0, size = 0.0;
-  if (v > 2.0 * *least) *least = 0.0; /* it has gone faster since it was last tried */
-  if (!(v > REST_SPEED * unit) || v > fmax(CAPTURE_SPEED * s->set.rtol, CAPTURE_LEAST) * unit || (*least > 0.0 && v > 0.5 * *least)) return -1;
-  for (int j = 0; j < pair->nrates; ++j) {
-    double arm = TR_A(s, arm)[pair->eta0 + j], acc = tr_acceleration_now(s, pair->eta0 + j) * arm;
-    along += acc * rates[j] * arm / v, size += acc * acc;
-  }
-  const double dec = -along, across = sqrt(fmax(size - along * along, 0.0));
-  if (!(dec > 0.0) || v > cbrt(s->set.rtol) * dec / s->set.rate || (across > CAPTURE_ACROSS * dec && v > NEAR_MISS * unit)) return -1;
-  s->friction.capture_h = v / dec, s->friction.capture_dec = dec;
-  return i;
-}
-
-/* The fastest of rates v (n), with their units (travels: the scene's length). */
-static double tr_fastest_rate(int n, const double *v, const double *unit) {
-  double most = 0.0;
-  for (int q = 0; q < n; ++q) most = fmax(most, fabs(v[q]) / unit[q]);
-  return most;
-}
-
-/* Whether rest of the pair at (t, y), a copy of the state, leads anywhere: to sticking, or to slip in another direction. In a loop it may
- * be slow without being about to rest, at a dead centre of its own, say: what then stopped it would stop all else. Decided and undone. */
-static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
-  const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
-  const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0}; /* a shaft's first rate is its travel */
-  tr_mode modes[s->k->nsliders + 1];
-  double change[nv + 1], unit[nv + 1];
-  const double margin = s->events.margin;
-  int events = s->events.count;
-  long refused = s->stats.refused;
-  tr_keep_modes(s, modes);
-  int has = tr_rhs(s, t, y, TR_A(s, dy));
-  if (has) {
-    const double own = tr_fastest_rate(pair_rates, tr_slider_rates(s, i), own_unit);
-    memcpy(change, y + nq, sizeof(double) * nv);
-    has = tr_settle(s, t, y, i, 0) == TR_OK;
-    for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
-    has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
-  }
-  tr_put_modes(s, modes);
-  s->events.count = events, s->events.margin = margin, s->stats.refused = refused;
-  tr_note_modes(s);
-  return has;
-}
-
-/* Freeze the direction of pair i, of several components, over the last stretch of its sliding: at its end it has none, whichever way round-off
- * points there. */
-static void tr_freeze_last(tr_sim *s, int i) {
-  double r[3], v = tr_speed_of_state(s, i);
-  tr_rates_of_state(s, i, r);
-  tr_freeze_along(s, i, ON_LINE, r, v);
-}
-
-/* The last stretch of sliding as a step of its own: y at its end by the midpoint rule, with straight lines as its dense output. 0 when
- * rest there has no answer. */
-static int tr_step_capture(tr_sim *s) {
-  int n = tr_width(s), i = s->friction.capture;
-  double h = s->friction.capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
-  tr_mode *m = tr_mode_of(s, i), slid = *m;
-  memcpy(TR_A(s, yold), y, sizeof(double) * n);
-  s->friction.capture = -1;
-  tr_freeze_last(s, i);
-  for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
-  int ok = tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
-  tr_note_end(s);
-  for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
-  ok = ok && tr_project(s, s->clock.t + h, ynew);
-  memcpy(TR_A(s, cand), ynew, sizeof(double) * n);
-  if (ok && !tr_rest_has_answer(s, s->clock.t + h, TR_A(s, cand), i)) TR_A(s, vmin)[i] = h * s->friction.capture_dec, ok = 0;
-  if (!ok) {
-    *m = slid;
-    return 0;
-  }
-  s->step.t0 = s->clock.t, s->step.size = h;
-  for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
-  s->step.dense_rows = 1, s->step.have_dense = 1;
-  s->pending.theta = 1.0, s->pending.which = i, s->pending.h = s->step.h, s->pending.t = s->clock.t + h, s->pending.grow = 1.0, s->pending.cut = 0;
-  s->pending.captured = 1;
   return 1;
 }

@@ -32,8 +32,9 @@ static int tr_start_modes(tr_sim *s) {
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
   s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .folded = -INFINITY, .resumed_t = NAN,
-                              .capture = -1, .missed = -1, .freed = -1, .failed = -1};
+                              .capture = -1, .missed = -1, .freed = -1, .failed = -1, .past_t = {NAN, NAN, NAN, NAN}};
   s->step.aside = 0;
+  memset(tr_ends(s), 0, sizeof(int) * k->nsliders);
   if (k->nsliders == 0) return TR_OK;
   for (int i = 0; i < k->nsliders; ++i) memset(tr_mode_of(s, i), 0, sizeof(tr_mode)), tr_zone_of(s, i)->inside = 0;
   tr_maps_of(s, y);

@@ -67,6 +67,8 @@ typedef struct tr_loops {
   double least, trend; /* the least at its stages; change in the last step, 1/s */
 } tr_loops;
 
+#define PAST 4 /* ends of steps at which speeds are kept (``capture.c``) */
+
 /* Pairs under set-valued laws. */
 typedef struct tr_friction {
   int still;           /* pairs held at rest */
@@ -88,7 +90,7 @@ typedef struct tr_friction {
   int missed;          /* pair whose turning, or the error of whose direction, has cut the steps; -1: none */
   int capture;         /* pair about to come to rest, in a step of its own; -1: none */
   double capture_h;    /* length of that step, s */
-  double capture_dec;  /* deceleration of that pair, m/s² */
+  double past_t[PAST]; /* ends of the last steps, the newest first, s; not a number: there was none, or an event since */
 } tr_friction;
 
 /* Time stepping by impulses, and when to hand over to it. */
@@ -165,6 +167,7 @@ typedef struct tr_places {
   int limit, dlimit; /* the law in that motion, and its derivative */
   int impend;       /* balls of such groups: unit axis of their turning in that motion, in the places of their rates */
   int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */
+  int past, ends;   /* speeds of pairs at the ends of the last steps; int a pair: it stops with the one whose last stretch is made (``capture.c``) */
   int arm, vmin;    /* levers of the multipliers; speed at which capture was last tried in vain */
   int far;          /* how far pairs and stops are beyond their modes: now, at the start and at the end of the step */
   int con;          /* contacts at the last accepted state */
