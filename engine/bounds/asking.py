@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine.bounds.effort import Effort
 from engine.bounds.limits import beginning, stressed
 from engine.bounds.motions import Motion, motions
 from engine.bounds.narrow import capped, first_cell
@@ -20,17 +21,20 @@ from engine.bounds.statics import Statics
 NEVER = 1e-7
 """A freedom that nothing holds is out of balance by more than this part of the loads; round-off is 1e-12."""
 
+FIRST = 0.2
+"""Part of the time left that may go into the first cones, which every search of these states begins with."""
+
 
 @dataclass(frozen=True)
 class Asked:
-    """A space with its program, and for each pair the term of its friction and what it holds by sense of friction. cells: most a
-    search looks at; root: the cell it begins with; there: whether there is any state (None: not found out)."""
+    """A space with its program, and for each pair the term of its friction and what it holds by sense of friction. effort: what
+    searches may cost; root: the cell it begins with; there: whether there is any state (None: not found out)."""
 
     space: Space
     program: Program
     sizes: list[int]
     holds: list[dict[int, dict[int, float]]]
-    cells: int
+    effort: Effort
     root: Cell
     there: bool | None
 
@@ -40,7 +44,7 @@ class Asked:
         return np.zeros(self.space.open + 1)
 
 
-def asked(st: Statics, pairs: tuple, self_stress: float | None, cells: int, load: int | None = None) -> Asked:
+def asked(st: Statics, pairs: tuple, self_stress: float | None, effort: Effort, load: int | None = None) -> Asked:
     """The admissible states with all loads as they are, but for the one named."""
     s = space(st, pairs, load)
     program, sizes, holds = holding(s)
@@ -49,21 +53,23 @@ def asked(st: Statics, pairs: tuple, self_stress: float | None, cells: int, load
         program, stress = stressed(s, program, self_stress)
     none, root = Row(np.zeros(s.open + 1)), Cell()
     if s.misses > NEVER:
-        return Asked(s, program, sizes, holds, cells, root, False)
+        return Asked(s, program, sizes, holds, effort, root, False)
     reach = reached(program, sizes, holds, stress)
     if reach:
-        program = capped(program.asking(none, reach))
+        effort.begin(FIRST)
+        program = capped(program.asking(none, reach), effort)
         answer = Relaxation(program).solve({})
         if answer is None:
-            return Asked(s, program, sizes, holds, cells, root, False)
-        root = first_cell(program, answer.X)
-    found = least(program.asking(none), cells, root=root)
+            return Asked(s, program, sizes, holds, effort, root, False)
+        root = first_cell(program, answer.X, effort)
+    found = least(program.asking(none), effort, root=root)
     if found.X is None:
-        return Asked(s, program, sizes, holds, cells, root, False if found.bound == np.inf else None)
+        return Asked(s, program, sizes, holds, effort, root, False if found.bound == np.inf else None)
     if not reach:
-        program = capped(program)
-        root = first_cell(program, found.X)
-    return Asked(s, program, sizes, holds, cells, root, True)
+        effort.begin(FIRST)
+        program = capped(program, effort)
+        root = first_cell(program, found.X, effort)
+    return Asked(s, program, sizes, holds, effort, root, True)
 
 
 def state_of(a: Asked, X: np.ndarray, endless: bool) -> State:
@@ -99,7 +105,7 @@ def interval(a: Asked, row: Row, scale: float, normal: Row | None = None, floor:
     ends = []
     for sign in (1.0, -1.0):
         objective = Row(sign * row.linear, {j: sign * c for j, c in row.norms.items()})
-        found = least(a.program.asking(objective, normal=normal), a.cells, floor if sign > 0 else -np.inf, a.root)
+        found = least(a.program.asking(objective, normal=normal), a.effort, floor if sign > 0 else -np.inf, a.root)
         ends.append(end(a, found, sign, scale))
     return Interval(*ends)
 
@@ -128,7 +134,7 @@ def _senses(a: Asked, i: int) -> list[tuple[int, Asked]]:
 
 def _both(found: list[Interval]) -> Interval:
     """The interval that holds several."""
-    there = [i for i in found if i.least.value is not None] or found
+    there = [i for i in found if i.least.certified < np.inf and i.largest.certified > -np.inf] or found
     low = min(there, key=lambda i: i.least.value if i.least.value is not None else np.inf)
     high = max(there, key=lambda i: i.largest.value if i.largest.value is not None else -np.inf)
     bounds = min(i.least.certified for i in there), max(i.largest.certified for i in there)
@@ -140,7 +146,7 @@ def _both(found: list[Interval]) -> Interval:
 
 def feasible(a: Asked, program: Program) -> bool | None:
     """Whether the program has a state; None where the cells were spent without an answer."""
-    found = least(program.asking(Row(a.none)), a.cells, root=a.root)
+    found = least(program.asking(Row(a.none)), a.effort, root=a.root)
     return True if found.X is not None else False if found.bound == np.inf else None
 
 
@@ -154,20 +160,20 @@ def begins(a: Asked, every: list[Motion]) -> list[tuple[Motion, bool | None]]:
     return out
 
 
-def load_bounds(st: Statics, pairs: tuple, self_stress: float | None, cells: int, k: int, drive: bool) -> LoadBounds:
+def load_bounds(st: Statics, pairs: tuple, self_stress: float | None, effort: Effort, k: int, drive: bool) -> LoadBounds:
     """What a load, or the effort of a drive, can be before something lets go."""
     load = (st.drives if drive else st.loads)[k]
-    a = asked(st, pairs, self_stress, cells, None if drive else k)
+    a = asked(st, pairs, self_stress, effort, None if drive else k)
     amount = a.space.amount(st.multipliers + k if drive else len(a.space.origin) - 1)
     found, _, _ = motions(st, pairs, k if drive else None)
     ways = []
     for sign in (1.0, -1.0):
-        possible = end(a, least(a.program.asking(Row(-sign * amount)), cells, root=a.root), -sign, a.space.scale)
+        possible = end(a, least(a.program.asking(Row(-sign * amount)), effort, root=a.root), -sign, a.space.scale)
         rows = () if drive else (Row(_from(sign, amount, load.now / a.space.scale)),)
         ends = []
         for m, sense in _ways(st, found, k, sign, drive):
             program = beginning(a.space, a.program, m, sense).asking(Row(sign * amount), rows)
-            ends.append((end(a, least(program, cells, root=a.root), sign, a.space.scale), m))
+            ends.append((end(a, least(program, effort, root=a.root), sign, a.space.scale), m))
         ways.append(_breakaway(pairs, possible, ends, sign))
     low, high = ways[1].possible.certified, ways[0].possible.certified
     if not drive and not low <= load.now <= high:  # nothing holds it as it is: nothing is sure
@@ -197,7 +203,7 @@ def _ways(st: Statics, found: list[Motion], k: int, sign: float, drive: bool) ->
 
 def _breakaway(pairs: tuple, possible: End, ends: list[tuple[End, Motion]], sign: float) -> Breakaway:
     """The first motion to begin, and how far the load is certain to be held."""
-    there = [(e, m) for e, m in ends if e.value is not None or abs(e.certified) < np.inf]
+    there = [(e, m) for e, m in ends if e.value is not None or e.certified != sign * np.inf]
     if not there:
         return Breakaway(End(None, possible.certified, None, sum(e.cells for e, _ in ends)), possible, ())
     first, motion = min(there, key=lambda em: sign * (em[0].certified if em[0].value is None else em[0].value))

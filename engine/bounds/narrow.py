@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from engine.bounds.effort import Effort
 from engine.bounds.program import Program, Row
 from engine.bounds.relaxed import Cell, Relaxation
 
@@ -19,12 +20,12 @@ ROUNDS = 4
 """Cones narrow each other; after so many rounds what is gained is less than one cut of a cell gains."""
 
 
-def capped(program: Program) -> Program:
+def capped(program: Program, effort: Effort) -> Program:
     """The program with the largest value that each norm which helps when large may have by its other rows alone, so that its
-    relaxations have an end before any cell is cut."""
+    relaxations have an end before any cell is cut. Where the time is spent it has those that were found."""
     rows = []
     for j, helps in enumerate(program.concave()):
-        if helps == 0.0:
+        if helps == 0.0 or effort.over():
             continue
         square = 0.0
         for V in program.terms[j]:
@@ -36,13 +37,13 @@ def capped(program: Program) -> Program:
     return program.asking(program.objective, tuple(rows))
 
 
-def first_cell(program: Program, X: np.ndarray) -> Cell:
+def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
     """Cones in which vectors lie in every state of the program; X is one of them."""
     cell: Cell = {}
     for _ in range(ROUNDS):
         before = {j: G.copy() for j, G in cell.items()}
         for j, helps in enumerate(program.concave()):
-            if helps > 0.0:
+            if helps > 0.0 and not effort.over():
                 _narrow(program, j, program.terms[j] @ X, cell)
         if all(j in before and np.abs(before[j] - G).max() < 0.1 * _opening(G) for j, G in cell.items()):
             break

@@ -7,6 +7,7 @@ to second order in their opening.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,10 +40,11 @@ class Answer:
 
 
 class Relaxation:
-    """The linear programs of one program of norms. Cuts t ≥ u·v hold everywhere and are kept as they are found."""
+    """The linear programs of one program of norms. Cuts t ≥ u·v hold everywhere and are kept as they are found. over: whether to
+    stop; what is certified is, with fewer cuts."""
 
-    def __init__(self, program: Program):
-        self.program = program
+    def __init__(self, program: Program, over: Callable[[], bool] = lambda: False):
+        self.program, self.over = program, over
         self.n, self.m = program.width, len(program.terms)
         self.cuts: list[np.ndarray] = []
         self.ages: list[int] = []
@@ -72,7 +74,7 @@ class Relaxation:
         normal = None if self.program.normal is None else self._straight(self.program.normal)
         for _ in range(12):
             found = self._linear(self._straight(self.program.objective), [*upper, *self.cuts], equal, normal, self.box)
-            if found is None or not self._cut_off(found):
+            if found is None or self.over() or not self._cut_off(found):
                 return found
         return found
 
@@ -94,6 +96,8 @@ class Relaxation:
         if float(np.abs(X).max()) < 1e-9:  # where a homogeneous relaxation is at rest, norms have no tangent
             X = np.append(np.zeros(self.n - 1), 1.0)
         for _ in range(rounds):
+            if self.over():
+                break
             normal = None if p.normal is None else self._leaning(replace(p.normal, equal=True), X)
             found = self._elastic(self._leaning(p.objective, X), self._tangent(X), normal)
             at = None if found is None else p.scaled(found.X)

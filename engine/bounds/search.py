@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.bounds.effort import Effort
 from engine.bounds.program import FAR, Program
 from engine.bounds.relaxed import FEASIBLE, Answer, Cell, Relaxation
 
@@ -39,13 +40,13 @@ class Found:
 
 
 class Search:
-    """One search. most: cells at most; floor: a value that nothing can be less than, whatever the relaxations say; root: cones in
-    which all admissible vectors lie (``narrow``)."""
+    """One search. effort: what it may cost; floor: a value that nothing can be less than, whatever the relaxations say; root: cones
+    in which all admissible vectors lie (``narrow``)."""
 
-    def __init__(self, program: Program, most: int, floor: float = -np.inf, root: Cell | None = None):
+    def __init__(self, program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None):
         self.root = root or {}
-        self.program, self.most, self.floor = program, most, floor
-        self.linear = Relaxation(program)
+        self.program, self.effort, self.floor = program, effort, floor
+        self.linear = Relaxation(program, effort.over)
         self.concave = program.concave()
         self.value, self.left = np.inf, np.inf
         self.X: np.ndarray | None = None
@@ -54,10 +55,17 @@ class Search:
         self.cells = 0
 
     def run(self) -> Found:
-        """Search until the gap is closed, or the cells are spent."""
+        """Search until the gap is closed, or the cells or the time are spent."""
+        self.effort.begin()
+        if self.effort.over():
+            self.effort.short += 1
+            return Found(np.inf, self.floor, None, 0)
         self._look(self.root, self.floor)
-        while self.heap and self.cells < self.most and not self._endless():
+        while self.heap and self.cells < self.effort.cells and not self._endless():
             if self.heap[0][0] >= self.value - self._close():
+                break
+            if self.effort.over():
+                self.effort.short += 1
                 break
             bound, _, cell, answer = heapq.heappop(self.heap)
             parts = self._parts(cell, answer)
@@ -156,6 +164,6 @@ def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
     return halves
 
 
-def least(program: Program, most: int, floor: float = -np.inf, root: Cell | None = None) -> Found:
+def least(program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None) -> Found:
     """The least value of a program."""
-    return Search(program, most, floor, root).run()
+    return Search(program, effort, floor, root).run()

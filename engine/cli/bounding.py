@@ -23,7 +23,8 @@ VERDICTS = {
 def bounds_document(b: HoldBounds) -> dict[str, Any]:
     """The report as plain data; an end that is not there is "inf" or "-inf", one that nothing attains has the value null."""
     return {
-        "holds": b.holds, "first": list(b.first), "open_directions": b.open, "self_stress": b.self_stress, "gap": b.gap,
+        "holds": b.holds, "ended": b.ended, "first": list(b.first),
+        "open_directions": b.open, "self_stress": b.self_stress, "gap": b.gap,
         "pairs": [plain(asdict(p) | {"margin": {"least": p.margins[0], "largest": p.margins[1]}}) for p in b.pairs],
         "loads": [plain(asdict(p)) for p in b.loads],
         "answer": hold_document(b.answer), "notes": list(b.notes),
@@ -65,7 +66,7 @@ def _number(e: End, unit: float = 1.0) -> str:
     if math.isnan(e.certified):
         return "–"
     if math.isinf(e.certified):
-        return "no end"
+        return "not known" if e.value is None or math.isfinite(e.value) else "no end"
     return f"{round(unit * e.certified, 9) + 0.0:.6g}"
 
 

@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Holding:
-    """What is asked of a scene at rest: whether it holds; with all that statics leaves open; the bound on self-stress, N."""
+    """What is asked of a scene at rest: whether it holds; with all that statics leaves open; the bound on self-stress, N; seconds
+    for that."""
 
     asked: bool = False
     bounds: bool = False
     self_stress: float | None = None
+    budget: float | None = None
 
 
 def check_command(words: list[str], outputs: bool, hold: Holding, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
@@ -37,10 +39,12 @@ def check_command(words: list[str], outputs: bool, hold: Holding, changes: Seque
         found.add("--bounds", "it is asked of what a scene holds", "write --hold --bounds")
     if hold.self_stress is not None and not hold.bounds:
         found.add("--self-stress", "one answer has none", "write --hold --bounds --self-stress N")
+    if hold.budget is not None and not hold.bounds:
+        found.add("--budget", "one answer needs none", "write --hold --bounds --budget S")
     found.end()
     assert scene is not None
     if hold.bounds:
-        return _bounded(scene, hold.self_stress, as_json)
+        return _bounded(scene, hold, as_json)
     if hold.asked:
         return _held(scene, as_json)
     report, every = examined(scene)
@@ -71,11 +75,11 @@ def _held(scene: Scene, as_json: bool) -> int:
     return code
 
 
-def _bounded(scene: Scene, self_stress: float | None, as_json: bool) -> int:
+def _bounded(scene: Scene, asked: Holding, as_json: bool) -> int:
     from engine.bounds.api import hold
     from engine.cli.bounding import bounds_document, bounds_lines
 
-    report = hold(scene, bounds=True, self_stress=self_stress)
+    report = hold(scene, bounds=True, self_stress=asked.self_stress, budget=asked.budget)
     code = DONE if report.holds == "certain" else FAILED
     if as_json:
         print_json({"exit_code": code, "problems": [], "scene": scene.name, "hold": bounds_document(report)})
