@@ -45,6 +45,28 @@ int column : which
 int partner : the column it depends on
 """)
 
+TAPE = Record("tr_tape", "What one function of a scene of parts does (engine/parts/tape.py).", """
+int length : of the code
+int scratch : doubles it works with
+const int *code : calls
+""")
+
+SCENE = Record("tr_scene", "A scene of parts: its tapes, the functions they call, the constants they read.", """
+tr_tape prepare
+tr_tape stage1
+tr_tape stage2
+tr_tape laws
+tr_tape laws_alone
+tr_tape held
+tr_tape held_alone
+tr_tape closure
+tr_tape events
+tr_tape energy
+tr_tape qdot
+const double *constants
+void (**part)(double *const *places, const int *numbers) : functions by their number in the code
+""")
+
 KERNEL = Record("tr_kernel", "The stepping unit of a mechanism: sizes, tables, functions. State y: q (nq), v (nv), states of "
                 "friction laws (nb; friction ratios), integrals (nquad, naudit).", f"""
 int abi : must be TR_ABI
@@ -91,7 +113,8 @@ const int *quat : nquat: offsets in q of quaternions
 const tr_element *element : nelements
 const tr_pair *pair : nsliders
 const tr_pace *pace : npaces
-void (*prepare)(const double *p, double *c) : constants from parameters
+const void *scene : of a kernel that is made of parts, else 0
+void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
 void (*stage1)({STATE}, double *w, double *maps, double *dy) : maps of the multipliers
 void (*stage2)({STATE}, const double *w, const double *z, double *dy) : ẏ
 void (*laws)(const double *N, const double *r, const double *x, const double *c, double *e, double *dN, double *v) : η = law(N)
@@ -101,7 +124,7 @@ void (*held_alone)(const double *N, const double *u, const double *x, const doub
 void (*pressed)(const double *N, const double *r, const double *x, const double *c, double *more, double *dN) : δ of friction
 void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
-void (*qdot)(const double *y, const double *v, double *dq) : coordinate rates
+void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: not known
 """)
 

@@ -130,7 +130,7 @@ def _field(line: str) -> Field:
     """The Field that a line such as ``const double *p : meaning`` declares."""
     declaration, _, about = line.partition(" : ")
     declaration = declaration.strip()
-    pointer = re.search(r"\(\*(\w+)\)", declaration)
+    pointer = re.search(r"\(\*+(\w+)\)", declaration)
     plain = re.fullmatch(r"(.*?)\b(\w+)(?:\[(\d+)\])?", declaration)
     assert pointer or plain, line
     if pointer:

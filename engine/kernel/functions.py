@@ -145,7 +145,7 @@ def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Cod
 
 def coordinate_rates_function(sym: Symbols) -> Code:
     """C function of q̇ for any rates v, by which corrections of positions move along quaternions too."""
-    stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,double*restrict dq", "")]
+    stages = [Stage("k_unused", f"{CONST}p,double*restrict c", "c"), Stage("k_qdot", f"{CONST}y,{CONST}v,{CONST}c,double*restrict dq", "")]
     v = SX.sym("v", sym.system.nv)
     values = qdot(sym, v)
     code = emit([Input("y", sym.q, 1), Input("v", v, 1)], [Output("dq", 0, values or [SX(0, 1)], 1)], stages)
@@ -161,5 +161,5 @@ def prepare_all(codes: list[Code]) -> str:
     places = zip(("CLOSURE", "LAWS", "EVENTS", "HELD", "ENERGY", "PRESSED"), starts[1:], strict=True)
     return (
         f"enum {{{','.join(f'K_C_{name}={at}' for name, at in places)}}};\n"
-        f"void k_prepare_all({CONST}p,double*restrict c){{{calls}}}\n"
+        f"void k_prepare_all(const void*scene,{CONST}p,double*restrict c){{{calls}}}\n"
     )

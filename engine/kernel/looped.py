@@ -175,7 +175,7 @@ class Looped:
         return "\n".join([*text, self._stage1(a), self._stage2(a)])
 
     def _coordinate_rates(self) -> str:
-        return f"k_qdot(y,y+{self.system.nq},dy);"
+        return f"k_qdot(y,y+{self.system.nq},c,dy);"
 
     def _stage1(self, a: dict[str, str]) -> str:
         head = f"void k_stage1({STATE},double*restrict w,double*restrict maps,double*restrict dy){{k_kinematics(x,y,c,w);"

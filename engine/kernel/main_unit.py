@@ -47,7 +47,7 @@ from engine.recursion.redundancy import inactive_rows_couple, rubbing_on_loops, 
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 
-PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,double*restrict dq);"
+PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq);"
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import casadi as ca
 
-from engine.recursion.kinematics import GROUND_MOTION, Motion, axis_world, constant
+from engine.recursion.kinematics import GROUND_MOTION, Motion, axes_of, axis_world
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import GROUND, Joint
@@ -70,7 +70,7 @@ def motion_of(motions: list[Motion], body: int) -> Motion:
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint's frames, levers and constraint rows: travel rows first, then turn rows, as its type lists them."""
     inb, out = motion_of(motions, j.inb), motion_of(motions, j.out)
-    Ein, Eout = ca.sparsify(inb.R @ constant(j.inb_frame)), ca.sparsify(out.R @ constant(j.out_frame))
+    Ein, Eout = ca.sparsify(inb.R @ axes_of(sym, j.inb_frame)), ca.sparsify(out.R @ axes_of(sym, j.out_frame))
     c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
     s = ca.sparsify(out.r + c_out - inb.r - c_in)
     made = Cut(j, Ein, Eout, c_in, c_out, inb, out, s, [])

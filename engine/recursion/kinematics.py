@@ -15,6 +15,7 @@ import casadi as ca
 from engine.joints import Axis
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, basis_cross, cross, matrix, vector, zeros
+from engine.system.leaves import Leaves
 from engine.system.structure import GROUND, Joint
 
 
@@ -52,9 +53,9 @@ class Step:
 GROUND_MOTION = Motion(SX.eye(3), zeros(3), zeros(3), zeros(3))
 
 
-def constant(frame: tuple[float, ...]) -> SX:
-    """A structural 3×3 matrix from 9 row-major numbers."""
-    return matrix([frame[0:3], frame[3:6], frame[6:9]])
+def axes_of(sym: Symbols, frame: Leaves) -> SX:
+    """A joint frame in its body (3×3) from 9 row-major numbers, which are structure; those of a part are its parameters."""
+    return matrix([[sym.leaf(x) for x in frame[k : k + 3]] for k in (0, 3, 6)])
 
 
 def axis_world(axis: Axis, Ein: SX, Eout: SX) -> SX:
@@ -69,14 +70,14 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
     Rq = matrix(j.kind.rotation(q, ca))
     travel = [pitch * s if j.pitch is not None else s for s in j.kind.travel(q)]
     if j.forward:
-        Ein = parent.R @ constant(j.inb_frame)
+        Ein = parent.R @ axes_of(sym, j.inb_frame)
         Eout = Ein @ Rq
-        R = Eout @ constant(j.out_frame).T
+        R = Eout @ axes_of(sym, j.out_frame).T
         d = parent.R @ sym.leaves(j.inb_point)
     else:
-        Eout = parent.R @ constant(j.out_frame)
+        Eout = parent.R @ axes_of(sym, j.out_frame)
         Ein = Eout @ Rq.T
-        R = Ein @ constant(j.inb_frame).T
+        R = Ein @ axes_of(sym, j.inb_frame).T
         d = parent.R @ sym.leaves(j.out_point)
     s = Ein @ vector(travel)
     sign = 1 if j.forward else -1

@@ -61,7 +61,7 @@ TR_RARE
 
 /* What follows from the parameters, anew. */
 void tr_set_parameters(tr_sim *s) {
-  s->k->prepare(TR_A(s, p), TR_A(s, c));
+  s->k->prepare(s->k->scene, TR_A(s, p), TR_A(s, c));
   s->friction.pace = 0.0;
   for (int i = 0; i < s->k->npaces; ++i)
     s->friction.pace = fmax(s->friction.pace, fabs(TR_A(s, p)[s->k->pace[i].parameter]) * s->k->pace[i].hertz);

@@ -93,7 +93,7 @@ static void tr_move(const tr_sim *s, const double *from, const double *dv, doubl
   const tr_kernel *k = s->k;
   double v[k->nv + 1], dq[k->nq + 4];
   for (int i = 0; i < k->nv; ++i) v[i] = part * dv[i];
-  k->qdot(from, v, dq);
+  k->qdot(from, v, TR_A(s, c), dq);
   for (int i = 0; i < k->nq; ++i) y[i] = from[i] + dq[i];
   tr_normalize(s, y);
 }

@@ -92,7 +92,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     if (pos <= CLOSED || (it > 1 && pos > SHRINKS * before)) break;
     before = pos;
     tr_correction(s, y, h, dv);
-    k->qdot(y, dv, dq);
+    k->qdot(y, dv, TR_A(s, c), dq);
     for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
     if (k->nquat) tr_normalize(s, y);
     s->stats.projections++;

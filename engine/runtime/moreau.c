@@ -17,7 +17,7 @@ static double tr_moreau_step(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->
 static void tr_drift(const tr_sim *s, double *y, const double *v, double h) {
   const tr_kernel *k = s->k;
   double dq[k->nq + 4];
-  k->qdot(y, v, dq);
+  k->qdot(y, v, TR_A(s, c), dq);
   for (int i = 0; i < k->nq; ++i) y[i] += h * dq[i];
   if (k->nquat) tr_normalize(s, y);
 }

@@ -64,7 +64,7 @@ def measured(n: int, reactions: bool) -> tuple[float, float, float, np.ndarray]:
     if loops_pay(system, False):
         loop = Looped(sym, reactions)
         text, nc, nw = loop.text, loop.nc + 3, loop.nw
-        text = f"void k_qdot({CONST}y,{CONST}v,double*restrict dq){{for(int i=0;i<{n};++i) dq[i]=v[i];}}\n" + text
+        text = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq){{for(int i=0;i<{n};++i) dq[i]=v[i];}}\n" + text
     else:
         text, nc, nw = unrolled(sym, reactions)
     folder = Path(tempfile.mkdtemp())

@@ -78,7 +78,7 @@ def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: s
     rng = stream(name, "alone")
     N, r, u = rng.normal(size=sizes["nn"]), rng.normal(size=sizes["nrates"] + 9), rng.normal(size=sizes["neta"])
     constants = np.zeros(sizes["nc"])
-    unit.k_prepare_all(ctypes.c_void_p(block.parameters.ctypes.data), ctypes.c_void_p(constants.ctypes.data))
+    unit.k_prepare_all(None, ctypes.c_void_p(block.parameters.ctypes.data), ctypes.c_void_p(constants.ctypes.data))
 
     def called(function: str, first: np.ndarray, second: np.ndarray, part: str, *outs: int) -> list[np.ndarray]:
         """The arrays a function of the kernel fills, of these lengths."""

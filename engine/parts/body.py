@@ -1,0 +1,152 @@
+"""The part of a body and the joint that carries it: the per-body step of the recursion, for any frames, masses and loads.
+
+Its functions, in the order in which their inputs become known: ``prepare`` (numbers → constants), ``outward`` (motion), ``inward``
+(reduction), ``column`` (the reduction of one force column of the affine maps), ``accelerations`` (with the known forces) and
+``response`` (of a force column), ``weigh`` (what the body needs of its joint, by itself) and ``carry`` (a reaction handed inward)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+
+from engine.joints import REGISTRY
+from engine.kernel.classes import HANDED, MOTION, pack_handed, pack_motion, unpack_handed, unpack_motion
+from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.parts.local import Numbers, PartSymbols, a_body, a_joint
+from engine.parts.one import SIGNATURE
+from engine.recursion.kinematics import Motion, Step, walk
+from engine.recursion.loads import Mass, mass_matrix, velocity_force
+from engine.recursion.reduction import Articulated, absorbed, project
+from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
+
+POSE = 21
+"""Numbers of a joint's pose: its inboard and outboard frame in the world (9 each, column-major) and s = p_out − p_in (3)."""
+PLACES = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort", "up",
+          "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N")  # fmt: skip
+"""What the functions are handed, in the order of their one argument."""
+FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry")
+AT = {name: f"a[{i}]" for i, name in enumerate(PLACES)}
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Which part: joint type, which way it is walked, freedoms whose motion is prescribed."""
+
+    kind: str
+    forward: bool
+    driven: tuple[int, ...]
+
+    @property
+    def name(self) -> str:
+        """Of its functions in C."""
+        return f"p_{self.kind}_{'out' if self.forward else 'in'}{''.join(map(str, ('', *self.driven)))}"
+
+    @property
+    def free(self) -> int:
+        """How many freedoms are not prescribed."""
+        return REGISTRY[self.kind].nv - len(self.driven)
+
+
+@dataclass(frozen=True)
+class BodyPart:
+    """C text of a part, and how many numbers it has, constants it computes from them, and values its passes keep."""
+
+    text: str
+    places: dict[str, tuple[str, ...]]
+    numbers: int
+    constants: int
+    work: int
+    kept: int
+
+
+@lru_cache(maxsize=None)
+def body_part(which: Carried) -> BodyPart:
+    """Build a part from the functions by which whole scenes are compiled."""
+    kind, count = REGISTRY[which.kind], Numbers()
+    joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
+    body = a_body(count)
+    sym = PartSymbols(count.count, kind)
+    carrier, handed = SX.sym("carrier", MOTION), SX.sym("handed", HANDED)
+    motion, step = walk(sym, joint, unpack_motion(ca.vertsplit(carrier)))
+    d11, d12, d22, dF = unpack_handed(ca.vertsplit(handed))
+    mass = mass_matrix(sym, body, motion.R)
+    force, effort = SX.sym("force", 6), SX.sym("effort", kind.nv)
+    F = velocity_force(mass, motion.omega) + force + dF
+    art = Articulated(symmetric(mass.M11 + d11), ca.sparsify(mass.M12 + d12), symmetric(mass.M22 + d22), F)
+    project(art, step, ca.vertcat(SX(0, 1), *[effort[k] for k in joint.free]))
+    moved = art.F - art.MPi @ art.y - art.times(step.w[:3], step.w[3:])
+    up = pack_handed(*absorbed(art, step.lever), GammaT(step.lever, ca.sparsify(moved)))
+    ins = [
+        Input(AT["numbers"], sym.p, 0), *[Input(AT[n], s, 1, transient=True) for n, s in
+        (("q", sym.q), ("v", sym.v), ("known", sym.known), ("carrier", carrier))],
+        *[Input(AT[n], s, 2, transient=True) for n, s in (("handed", handed), ("force", force), ("effort", effort))],
+    ]  # fmt: skip
+    outs = [
+        Output(AT["motion"], 0, pack_motion(motion), 1), Output(AT["pose"], 0, _pose(step), 1),
+        Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
+    ]  # fmt: skip
+    more = [_column(art, step), _outward(art, step, 4), _outward(art, step, 5), *_balance(mass, motion, step)]
+    code = _emitted(which, [*ins, *[i for found, _ in more for i in found]], [*outs, *[o for _, found in more for o in found]])
+    return BodyPart(*_with_own_places(which, code.text), count.count, *code.kept[:3])
+
+
+def _pose(step: Step) -> list[SX]:
+    return [*ca.vertsplit(ca.vec(ca.densify(step.Ein))), *ca.vertsplit(ca.vec(ca.densify(step.Eout))), *ca.vertsplit(ca.densify(step.s))]
+
+
+def _column(art: Articulated, step: Step) -> tuple[list[Input], list[Output]]:
+    """Reduction of a force column f (6, on the body) and its force along the free freedoms (in ``effort``)."""
+    f, g = SX.sym("f", 6), SX.sym("g", step.Pi.size2())
+    y = art.solve(step.Pi.T @ f + g)
+    up = GammaT(step.lever, f - art.MPi @ y)
+    ins = [Input(AT["fc"], f, 3), Input(AT["effort"], g, 3)]
+    return ins, [Output(AT["yc"], 0, y, 3), Output(AT["up"], 0, up, 3, True)]
+
+
+def _outward(art: Articulated, step: Step, stage: int) -> tuple[list[Input], list[Output]]:
+    """The outward step: with the known accelerations w (stage 4), or of a force column, which has none (5)."""
+    Z, y, f = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
+    carried = Gamma(step.lever, Z)
+    qdd = y - art.solve(art.MPi.T @ carried)
+    out = carried + step.Pi @ qdd + (step.w if stage == 4 else zeros(6))
+    N = art.times(out[:3], out[3:]) - f
+    ins = [Input(AT[n], s, stage) for n, s in (("Z", Z), ("yc", y), ("fc", f))]
+    return ins, [Output(AT[n], 0, v, stage) for n, v in (("qdd", qdd), ("Zo", out), ("N", N))]
+
+
+def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], list[Output]]]:
+    """N += M Ż − F of the body alone, ``force`` being what acts on it besides; and N handed inward."""
+    Z, f, N = SX.sym("Z", 6), SX.sym("f", 6), SX.sym("N", 6)
+    moved = ca.vertcat(mass.M11 @ Z[:3] + mass.M12 @ Z[3:], mass.M12.T @ Z[:3] + mass.M22 @ Z[3:])
+    own = moved - velocity_force(mass, motion.omega) - f
+    return [
+        ([Input(AT["Z"], Z, 6), Input(AT["force"], f, 6)], [Output(AT["N"], 0, own, 6, True)]),
+        ([Input(AT["N"], N, 7)], [Output(AT["up"], 0, GammaT(step.lever, N), 7, True)]),
+    ]
+
+
+def _with_own_places(which: Carried, text: str) -> tuple[str, dict[str, tuple[str, ...]]]:
+    """The text with the places of each function numbered by themselves, and which these are."""
+    places, out = {}, []
+    for piece in re.split(r"(?=^void )", text, flags=re.MULTILINE):
+        found = re.match(rf"void {which.name}_(\w+)\(", piece)
+        if found:
+            used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]\[", piece)})
+            number = {i: k for k, i in enumerate(used)}
+            piece = re.sub(r"\ba\[(\d+)\]\[", lambda m: f"a[{number[int(m.group(1))]}][", piece)
+            places[f"{which.name}_{found.group(1)}"] = tuple(PLACES[i] for i in used)
+        out.append(piece)
+    return "".join(out), places
+
+
+def _emitted(which: Carried, ins: list[Input], outs: list[Output]) -> Code:
+    keep = {"prepare": AT["constants"], "outward": AT["work"], "inward": AT["kept"]}
+    stages = [Stage(f"{which.name}_{f}", SIGNATURE, keep.get(f, "")) for f in FUNCTIONS]
+    return emit([i for i in ins if i.symbol.numel()], [o for o in outs if _length(o)], stages)
+
+
+def _length(o: Output) -> int:
+    return o.values.numel() if isinstance(o.values, SX) else len(o.values)

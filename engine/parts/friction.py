@@ -1,0 +1,117 @@
+"""Parts of friction: the law of a joint, what its pairs hold at rest."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import casadi as ca
+
+from engine.parts.local import Numbers, PartSymbols
+from engine.parts.one import Part, one
+from engine.recursion.elements import Element, laws, wrench
+from engine.recursion.vectors import SX
+from engine.system.external import MODE
+from engine.system.structure import FrictionElement, Joint
+
+
+@dataclass(frozen=True)
+class Rubbing:
+    """Which part: a joint with friction, without names, numbers and places."""
+
+    joint: Joint
+    needs: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Of its functions in C."""
+        f = self.joint.friction
+        assert f is not None
+        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), "pin_out" if self.joint.pin_out else "pin_in"]
+        return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers)]))
+
+
+def rubbing(e: Element) -> Rubbing:
+    """The part that an element is one of."""
+    f = e.friction
+    first, flag = min(e.eta), f.sliders[0].flag
+    sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
+    numbers = Numbers()
+    own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders)
+    joint = replace(e.joint, name="", inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
+                    devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None)  # fmt: skip
+    return Rubbing(joint, e.needs)
+
+
+class _Rubbed(PartSymbols):
+    """With the modes of the joint's pairs, and the states of its law."""
+
+    def __init__(self, which: Rubbing):
+        f = which.joint.friction
+        assert f is not None
+        super().__init__(len(f.numbers))
+        self.modes = SX.sym("modes", MODE * len(f.sliders))
+        self.eta_of = [e for s in f.sliders for e in s.eta] if f.bristles else []
+        self.b = SX.sym("b", len(self.eta_of))
+        self.system = self  # type: ignore[assignment]
+
+    @property
+    def bristles(self) -> tuple[int, ...]:
+        """Multipliers with a state, as a system tells them."""
+        return tuple(self.eta_of)
+
+    def mode(self, slider: int) -> list[SX]:
+        return [self.modes[MODE * slider + i] for i in range(MODE)]
+
+
+@lru_cache(maxsize=None)
+def law(which: Rubbing, alone: bool) -> Part:
+    """numbers, N, rates, modes, states → η (in order of its freedoms), ∂η/∂N (column-major, unless ``alone``), a ``tr_sliding`` a
+    pair."""
+    e = Element(which.joint, _contact(which), which.needs, 0, 0)
+    sym, nv = _Rubbed(which), which.joint.kind.nv
+    N, r = SX.sym("N", len(which.needs)), SX.sym("r", nv)
+    ls, g, w = laws(sym, e), {n: sym.leaf(x) for n, x in e.friction.numbers}, wrench(e, N)
+    rates, adams = [r[k] for k in range(nv)], e.friction.adams
+    values = ca.vertcat(*e.contact.friction(w, rates, ls, g, adams))
+    sliding: list[SX] = []
+    cones = e.contact.cone(w, rates, ls, g, adams) if e.contact.cone and all(x.sets or x.kinks for x in ls) else [SX(1)] * len(ls)
+    for speed, x, cone in zip(e.contact.speeds(w, rates, ls, g, adams), ls, cones, strict=True):
+        sliding += [speed, SX(x.kink), SX(cone)]
+    ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
+    outs = {"eta": values} | ({} if alone else {"dN": ca.vec(ca.densify(ca.jacobian(values, N)))}) | {"sliding": sliding}
+    return one(f"{which.name}_law{'_alone' if alone else ''}", ins, outs)
+
+
+@lru_cache(maxsize=None)
+def held(which: Rubbing, alone: bool) -> Part:
+    """numbers, N, u, modes, states → three numbers a pair (``tr_hold``), and the derivative of each pair's capacity by N."""
+    e = Element(which.joint, _contact(which), which.needs, 0, 0)
+    sym = _Rubbed(which)
+    N, u = SX.sym("N", len(which.needs)), SX.sym("u", which.joint.kind.nv)
+    values, rows = [], []
+    found = e.contact.held(wrench(e, N), [u[i] for i in e.eta], laws(sym, e), {n: sym.leaf(x) for n, x in e.friction.numbers}, e.friction.adams)
+    for h in found:
+        values += [h.capacity, h.size, SX(h.beyond)]
+        rows.append(ca.vec(ca.densify(ca.jacobian(h.capacity, N))))
+    ins = {"numbers": sym.p, "N": N, "u": u, "modes": sym.modes, "b": sym.b}
+    return one(f"{which.name}_held{'_alone' if alone else ''}", ins, {"hold": values} | ({} if alone else {"dN": ca.vertcat(*rows)}))
+
+
+@lru_cache(maxsize=None)
+def drift(which: Rubbing) -> Part:
+    """numbers, N, rates, modes, states → rates of the states of a law that has some, 1/s."""
+    e = Element(which.joint, _contact(which), which.needs, 0, 0)
+    sym, nv = _Rubbed(which), which.joint.kind.nv
+    N, r = SX.sym("N", len(which.needs)), SX.sym("r", nv)
+    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    out = e.contact.drifts(wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g, e.friction.adams)
+    return one(f"{which.name}_drift", {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}, {"out": out})
+
+
+def _contact(which: Rubbing):
+    from engine.contact import REGISTRY
+
+    assert which.joint.friction is not None
+    return REGISTRY[which.joint.friction.contact]

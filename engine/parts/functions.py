@@ -1,0 +1,94 @@
+"""Tapes of the functions of a kernel beside its stages: laws, what pairs at rest hold, stops, energies, rates of coordinates."""
+
+from __future__ import annotations
+
+from engine.parts import friction, small
+from engine.parts.scene import Scene
+from engine.parts.stepping import coordinate_rates, element_places
+from engine.parts.tape import Block, Space
+from engine.recursion.elements import Element, elements
+from engine.system.structure import state_coordinates
+
+SLIDING = 3
+"""Numbers of a ``tr_sliding`` and of a ``tr_hold``."""
+
+
+def write(s: Scene) -> None:
+    """All of them."""
+    for alone in (False, True):
+        _laws(s, alone)
+        _held(s, alone)
+    s.tape("closure")
+    _events(s)
+    _energy(s)
+    coordinate_rates(s, s.tape("qdot"), Block(Space.R, 0, s.system.nv), Block(Space.OUT, 0, s.system.nq))
+
+
+def _states(s: Scene, e: Element) -> dict[str, Block]:
+    """Numbers, modes and states of an element, the latter behind the rates."""
+    places = element_places(s, e)
+    if e.friction.bristles:
+        rates = sum(o.joint.kind.nv for o in elements(s.system))
+        places["b"] = Block(Space.R, rates + s.system.bristles.index(e.eta[0]), 0)
+    return places
+
+
+def _laws(s: Scene, alone: bool) -> None:
+    tape, dn = s.tape(f"laws{'_alone' if alone else ''}"), 0
+    for e in elements(s.system):
+        n, nv = len(e.needs), e.joint.kind.nv
+        s.call(
+            tape, friction.law(friction.rubbing(e), alone), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
+            eta=Block(Space.OUT, e.eta[0], nv), dN=Block(Space.DN, dn, nv * n),
+            sliding=Block(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, e),
+        )  # fmt: skip
+        dn += nv * n
+
+
+def _held(s: Scene, alone: bool) -> None:
+    tape, dn = s.tape(f"held{'_alone' if alone else ''}"), 0
+    for e in elements(s.system):
+        n, pairs = len(e.needs), e.friction.sliders
+        hold = Block(Space.OUT, SLIDING * pairs[0].flag, SLIDING * len(pairs))
+        rows = Block(Space.DN, dn, n * len(pairs))
+        dn += n * len(pairs)
+        if not e.sets:
+            tape.zero(hold)
+            if not alone:
+                tape.zero(rows)
+            continue
+        s.call(tape, friction.held(friction.rubbing(e), alone), N=Block(Space.N, e.n0, n), u=Block(Space.U, e.eta[0], e.joint.kind.nv),
+               hold=hold, dN=rows, **_states(s, e))  # fmt: skip
+
+
+def _events(s: Scene) -> None:
+    tape = s.tape("events")
+    for j in s.system.tree:
+        for k, d in enumerate(j.devices):
+            if d.stop is None:
+                continue
+            i = j.kind.coordinate_of(k)
+            if j.driven:
+                q = s.rates_of(tape, j, tape.scratch_block)[0].part(i, 1)
+            else:
+                q = Block(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
+            for upper, bound in enumerate((d.stop.lower, d.stop.upper)):
+                if bound is not None:
+                    out = Block(Space.OUT, d.stop.flags[upper], 1)
+                    s.call(tape, small.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+
+
+def _energy(s: Scene) -> None:
+    tape, out = s.tape("energy"), Block(Space.OUT, 0, 2)
+    tape.zero(out)
+    moving = s.outward(tape, tape.scratch_block, forces=False)
+    for m, numbers in zip(moving, s.body_numbers, strict=True):
+        own = numbers.part(numbers.size - 10, 10)
+        s.call(tape, small.energies(), numbers=own, g=s.gravity, motion=m.motion, out=out)
+    potential = out.part(1, 1)
+    for j in s.system.tree:
+        for _, d, q, rate in s.each_device(j, moving[j.child]):
+            s.device(tape, d, "potential", q, rate, potential)
+    for load in s.system.loads:
+        if load.kind == "spring_damper":
+            s.call(tape, small.spring("potential"), out=potential, **s.ends(load, moving))

@@ -1,0 +1,135 @@
+"""A scene's kernel made of parts: nothing is compiled but the parts themselves, once a machine."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.abi.header import header, number
+from engine.abi.kernels import ELEMENT, KERNEL, PACE, PAIR, SCENE
+from engine.kernel import cache, compiler
+from engine.kernel.emit import MATH
+from engine.kernel.library import RUNTIME, runtime_key
+from engine.kernel.source import coordinate_kinds, element_table
+from engine.parts import functions
+from engine.parts.scene import Scene
+from engine.parts.stepping import Stepping
+from engine.parts.tape import BUILTINS
+from engine.recursion.direct import direct_operators
+from engine.recursion.elements import Element
+from engine.system.pace import frequencies
+from engine.system.structure import System
+
+FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot", "energy")
+
+
+@dataclass
+class PartsKernel:
+    """Tables in memory, as the runtime reads them, and what keeps them there."""
+
+    table: Any
+    sizes: dict[str, int]
+    keep: list[Any]
+
+    @property
+    def address(self) -> int:
+        """Where the table is."""
+        return ctypes.addressof(self.table)
+
+
+@lru_cache(maxsize=1)
+def machine() -> ctypes.CDLL:
+    """What walks along tapes, compiled once a machine."""
+    suffix = compiler.library_suffix()
+
+    def make(folder: Path) -> None:
+        (folder / "tr_abi.h").write_text(header())
+        compiler.build_library([RUNTIME / "machine.c"], folder / f"machine{suffix}", [folder], cache.cache_folder())
+
+    folder, _ = cache.entry(f"machine-{runtime_key()}", make)
+    return ctypes.CDLL(str(folder / f"machine{suffix}"))
+
+
+@lru_cache(maxsize=None)
+def compiled(text: str) -> ctypes.CDLL:
+    """The library of a part, by its text."""
+    suffix = compiler.library_suffix()
+
+    def make(folder: Path) -> None:
+        (folder / "part.c").write_text(MATH + text)
+        compiler.build_library([folder / "part.c"], folder / f"part{suffix}", [folder], cache.cache_folder())
+
+    folder, _ = cache.entry(f"part-{cache.digest(text, compiler.compiler_version(), *compiler.FLAGS, compiler.cpu_level())}", make)
+    return ctypes.CDLL(str(folder / f"part{suffix}"))
+
+
+def _addresses(s: Scene) -> Any:
+    """The functions that tapes call, in the order of their numbers: the machine's own, then those of the parts."""
+    own = (ctypes.c_void_p * BUILTINS).in_dll(machine(), "tr_machine_parts")
+    found: list[int] = [0] * len(s.functions)
+    libraries = [compiled(text) for text in s.texts.values()]
+    for name, at in s.functions.items():
+        library = next(x for x in libraries if hasattr(x, name))
+        found[at - BUILTINS] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+    return (ctypes.c_void_p * (BUILTINS + len(found)))(*own, *found)
+
+
+def _scene_table(s: Scene, keep: list[Any]) -> Any:
+    constants = np.array([*s.constants, 0.0])
+    parts = _addresses(s)
+    table = SCENE.ctype(constants=constants.ctypes.data, part=ctypes.addressof(parts))
+    for name, tape in s.tapes.items():
+        code = tape.array()
+        place = getattr(table, name)
+        place.length, place.scratch, place.code = len(code), tape.scratch, code.ctypes.data
+        keep.append(code)
+    keep += [constants, parts, table]
+    return table
+
+
+@dataclass
+class _Told:
+    """What ``element_table`` reads of a compiled unit."""
+
+    elements: list[Element]
+    turned: dict[str, tuple[int, int]]
+
+
+def parts_kernel(system: System, parameters: int, quadratures: bool) -> PartsKernel:
+    """The kernel of a tree, its tables built for this scene."""
+    with direct_operators():
+        s = Scene(system)
+        stepping = Stepping(s, quadratures)
+        functions.write(s)
+    keep: list[Any] = []
+    scene = _scene_table(s, keep)
+    qkind, vkind, quat = coordinate_kinds(system)
+    elements, sliders, dn = element_table(_Told(stepping.parts, {}))  # type: ignore[arg-type]
+    paces = frequencies(system)
+    each = len(system.frictional) + 3
+    counts = {"nquad": each, "naudit": 0, "ntaken": each - 2} if quadratures else {"nquad": 0, "naudit": 2, "ntaken": 1}
+    m = stepping.maps
+    sizes = dict.fromkeys(KERNEL.integers, 0) | counts | {
+        "abi": number(), "nq": system.nq, "nv": system.nv, "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
+        "nc": s.nc, "nw": stepping.nw, "nmaps": m.size + 1, "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
+        "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
+        "nelements": len(elements), "npaces": len(paces), "ndn": dn, "sets": int(any(e.sets for e in stepping.parts)),
+    }  # fmt: skip
+    table = KERNEL.ctype(**sizes)
+    for name, values in {"active_rows": [], "row_kind": [], "qkind": qkind, "vkind": vkind, "quat": quat}.items():
+        array = np.array([*values, 0], np.intc)
+        keep.append(array)
+        setattr(table, name, array.ctypes.data)
+    for name, record, rows in (("element", ELEMENT, elements), ("pair", PAIR, sliders), ("pace", PACE, paces)):
+        records = (record.ctype * (len(rows) + 1))(*rows)
+        keep.append(records)
+        setattr(table, name, ctypes.addressof(records))
+    table.scene = ctypes.addressof(scene)
+    for name in FUNCTIONS:
+        setattr(table, name, ctypes.cast(getattr(machine(), f"tr_parts_{name}"), ctypes.c_void_p).value)
+    return PartsKernel(table, sizes, keep)

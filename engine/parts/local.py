@@ -1,0 +1,67 @@
+"""Symbols of one part: its own numbers, coordinates and rates, which a scene's tables bind to their places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX
+from engine.system.leaves import Leaf, Leaves, Param
+from engine.system.structure import Body, Device, FrictionElement, Joint, Signal, Slider
+
+PRESCRIBED = Device(drive=Signal("value", (0.0,)))
+"""Stands for a freedom whose motion is given, whatever gives it."""
+
+
+class Numbers:
+    """Hands out the numbers of a part, one after the other."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def one(self) -> Param:
+        """The next number."""
+        self.count += 1
+        return Param(self.count - 1)
+
+    def some(self, n: int) -> Leaves:
+        """The next n numbers."""
+        return tuple(self.one() for _ in range(n))
+
+
+class PartSymbols(Symbols):
+    """Symbols of a part with so many numbers. Coordinates and rates of its joint are given all, prescribed ones as well."""
+
+    def __init__(self, numbers: int, kind=None):
+        self.p = SX.sym("p", numbers)
+        self.q = SX.sym("q", kind.nq if kind else 0)
+        self.v = SX.sym("v", kind.nv if kind else 0)
+        self.known = SX.sym("known", kind.nv if kind else 0)
+
+    def leaf(self, leaf: Leaf) -> SX:
+        return self.p[leaf.index] if isinstance(leaf, Param) else SX(leaf)
+
+    def coordinates(self, j: Joint) -> list[SX]:
+        return [self.q[i] for i in range(j.kind.nq)]
+
+    def rates(self, j: Joint) -> list[SX]:
+        return [self.v[k] for k in range(j.kind.nv)]
+
+    def driven_accelerations(self, j: Joint) -> dict[int, SX]:
+        return {k: self.known[k] for k in j.driven}
+
+
+def a_joint(numbers: Numbers, kind: str, forward: bool, driven: Sequence[int], pitched: bool, freedoms: int) -> Joint:
+    """A joint of the tree whose frames, points and pitch are numbers of the part (18, 3 and, if it has one, 1)."""
+    inb, out, point = numbers.some(9), numbers.some(9), numbers.some(3)
+    devices = tuple(PRESCRIBED if k in driven else Device() for k in range(freedoms))
+    pitch = numbers.one() if pitched else None
+    return Joint("", kind, 0, 0, point, point, inb, out, False, pitch, devices, None, False, 0, forward)
+
+
+def a_body(numbers: Numbers) -> Body:
+    """A body whose mass, mass centre and inertia are numbers of the part (1, 3 and 6)."""
+    return Body("", numbers.one(), numbers.some(3), numbers.some(6), False, (), 0, 0)
+
+
+__all__ = ["FrictionElement", "Numbers", "PartSymbols", "Slider", "a_body", "a_joint"]

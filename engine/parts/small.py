@@ -1,0 +1,161 @@
+"""Parts of one function each, built from the functions by which whole scenes are compiled: signals, devices along a freedom, loads,
+energies, pins, rates of coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import casadi as ca
+
+from engine.contact import REGISTRY as CONTACTS
+from engine.joints import REGISTRY
+from engine.joints.base import quaternion_rate
+from engine.kernel.classes import MOTION, unpack_motion
+from engine.parts.body import POSE
+from engine.parts.local import Numbers, PartSymbols, a_body
+from engine.parts.one import Part, one
+from engine.recursion.kinematics import Motion, Step
+from engine.recursion.loads import mass_matrix, spring_line, stop_force, wrenches
+from engine.recursion.reactions import pin_wrench
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, cross, zeros
+from engine.system.external import TIMES
+from engine.system.structure import Body, Device, Joint, Load, Signal, Stop
+
+LEAVES = {"value": 1, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2}
+"""Numbers of a signal, by its kind; a table has none."""
+
+
+class _Timed(PartSymbols):
+    """With the moment of evaluation."""
+
+    def __init__(self, numbers: int):
+        super().__init__(numbers)
+        self.x = SX.sym("x", TIMES)
+        self.t, self.ts = self.x[0], self.x[1]
+        self.flags = SX.sym("flags", 2)
+
+    def stop_flag(self, index: int) -> SX:
+        return self.flags[index]
+
+
+@lru_cache(maxsize=None)
+def signal(kind: str, moves: bool) -> Part:
+    """numbers, moment → value of a signal; of one that moves a drive its rate and acceleration too."""
+    count = Numbers()
+    s = Signal(kind, count.some(LEAVES[kind]))
+    sym = _Timed(count.count)
+    out = ca.vertcat(*Symbols.motion(sym, s)) if moves else Symbols.load(sym, s)
+    return one(f"s_{kind}_{'motion' if moves else 'load'}", {"numbers": sym.p, "x": sym.x}, {"out": out})
+
+
+DEVICE = 7
+"""Numbers of a device: stiffness and rest of its spring, damping, stiffness and damping of its stops, lower and upper end."""
+
+
+@lru_cache(maxsize=None)
+def device(what: str) -> Part:
+    """numbers (``DEVICE``), flags of the stops (2), coordinate, rate → ``force`` along the freedom, ``power`` of what takes energy
+    and ``potential`` energy; each is added."""
+    sym = _Timed(DEVICE)
+    q, rate = SX.sym("q"), SX.sym("rate")
+    k, rest, damping, stiff, loss, lower, upper = ca.vertsplit(sym.p)
+    n = Numbers().some(DEVICE)
+    d = Device(stop=Stop(n[3], n[4], n[5], n[6], (0, 1)))
+    elastic = sum((stiff * sym.flags[i] * (end - q) for i, end in enumerate((lower, upper))), SX(0))
+    out = {
+        "force": -k * (q - rest) - damping * rate + stop_force(sym, d, q, rate),
+        "power": -damping * rate**2 + (stop_force(sym, d, q, rate) - elastic) * rate,
+        "potential": 0.5 * k * (q - rest) ** 2 + sum((0.5 * stiff * sym.flags[i] * (end - q) ** 2 for i, end in enumerate((lower, upper))), SX(0)),
+    }[what]
+    return one(f"d_{what}", {"numbers": sym.p, "flags": sym.flags, "q": q, "rate": rate}, {"out": out}, ["out"])
+
+
+@lru_cache(maxsize=None)
+def load(kind: str, body_frame: bool, what: str) -> Part:
+    """Of a force or torque on a body: motion, point (3), value (3) → ``wrench`` (6, added) or ``power`` (added)."""
+    sym, motion = _Timed(3), SX.sym("motion", MOTION)
+    value = SX.sym("value", 3)
+    sym.load = lambda s: value[s.index]  # type: ignore[method-assign]
+    given = Load("", kind, (0,), (Numbers().some(3),), body_frame, tuple(Signal("value", (), k) for k in range(3)))
+    m = unpack_motion(ca.vertsplit(motion))
+    w = wrenches(sym, [m], given)[0][1]
+    out = w if what == "wrench" else ca.dot(w[:3], m.rdot) + ca.dot(w[3:], m.omega)
+    return one(f"l_{kind}_{'body' if body_frame else 'world'}_{what}", {"numbers": sym.p, "motion": motion, "value": value}, {"out": out}, ["out"])
+
+
+@lru_cache(maxsize=None)
+def spring(what: str) -> Part:
+    """Of a spring-damper between two points: numbers (3, points 3 + 3), two motions → ``wrench`` on both (6 each, added), ``power``
+    of its damper or ``potential`` energy (added)."""
+    count = Numbers()
+    numbers = count.some(3)
+    points = (count.some(3), count.some(3))
+    sym, a, b = _Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
+    given, motions = Load("", "spring_damper", (0, 1), points, numbers=numbers), [unpack_motion(ca.vertsplit(m)) for m in (a, b)]
+    ins = {"numbers": sym.p, "a": a, "b": b}
+    length, rate = spring_line(sym, motions, given)[:2]
+    if what == "wrench":
+        (_, on_a), (_, on_b) = wrenches(sym, motions, given)
+        return one("l_spring_wrench", ins, {"on_a": on_a, "on_b": on_b}, ["on_a", "on_b"])
+    out = -sym.p[1] * rate**2 if what == "power" else 0.5 * sym.p[0] * (length - sym.p[2]) ** 2
+    return one(f"l_spring_{what}", ins, {"out": out}, ["out"])
+
+
+@lru_cache(maxsize=None)
+def energies() -> Part:
+    """numbers of a body (mass, centre 3, inertia 6), gravity (3), motion → its kinetic and potential energy (added)."""
+    count = Numbers()
+    body: Body = a_body(count)
+    sym, motion, g = PartSymbols(count.count), SX.sym("motion", MOTION), SX.sym("g", 3)
+    m: Motion = unpack_motion(ca.vertsplit(motion))
+    mass = mass_matrix(sym, body, m.R)
+    p = mass.M11 @ m.rdot + mass.M12 @ m.omega
+    kinetic = 0.5 * (ca.dot(m.rdot, p) + ca.dot(m.omega, mass.M12.T @ m.rdot + mass.M22 @ m.omega))
+    potential = -sym.leaf(body.mass) * ca.dot(g, m.r + m.R @ sym.leaves(body.center))
+    return one("b_energies", {"numbers": sym.p, "g": g, "motion": motion}, {"out": [kinetic, potential]}, ["out"])
+
+
+@lru_cache(maxsize=None)
+def pin(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...]) -> Part:
+    """Reaction N on the child (6), pose → the needed components of f_c, m_c."""
+    N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
+    Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
+    none = zeros(3)
+    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, False, 0, forward)
+    step = Step(joint, Ein, Eout, s, [], none, none, none, [], [])
+    name = f"r_{CONTACTS[REGISTRY[kind].friction].name}_{'out' if forward else 'in'}_{'pin_out' if pin_out else 'pin_in'}_{''.join(needs)}"
+    return one(name, {"N": N, "pose": pose}, {"out": pin_wrench(step, joint, N, needs)})
+
+
+@lru_cache(maxsize=None)
+def along(kind: str, forward: bool, k: int) -> Part:
+    """What a joint transmits along freedom k on its outboard part: N on the child (6), pose, pitch → one number."""
+    N, pose, pitch = SX.sym("N", 6), SX.sym("pose", POSE), SX.sym("pitch")
+    Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
+    f, t = N[:3], N[3:]
+    if not forward:
+        f, t = -f, -(t - cross(s, f))
+    total = SX(0)
+    for a in REGISTRY[kind].axes[k]:
+        h = (Ein if a.side == "in" else Eout)[:, a.index]
+        total += ca.dot(t, h) if a.rot else (pitch / (2 * ca.pi) if a.by_pitch else 1) * ca.dot(f, h)
+    return one(f"r_along_{kind}_{'out' if forward else 'in'}_{k}", {"N": N, "pose": pose, "pitch": pitch}, {"out": total})
+
+
+@lru_cache(maxsize=None)
+def depth(upper: bool) -> Part:
+    """End of a stop (1), coordinate → by how much it is pressed."""
+    end, q = SX.sym("end"), SX.sym("q")
+    return one(f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)})
+
+
+@lru_cache(maxsize=None)
+def quaternion() -> Part:
+    """Quaternion (4), turning rates (3) → its rate."""
+    q, spin = SX.sym("q", 4), SX.sym("spin", 3)
+    return one("q_quaternion", {"q": q, "spin": spin}, {"out": quaternion_rate([q[i] for i in range(4)], [spin[k] for k in range(3)])})
+
+
+__all__ = ["along", "depth", "device", "energies", "load", "pin", "quaternion", "replace", "signal", "spring"]

@@ -1,0 +1,108 @@
+"""Tapes: what the functions of a scene do, as calls of parts with the places of what they read and write.
+
+A call is a row of integers: which function, how many places and further numbers follow, then (space, offset) of each place, then
+the numbers. ``runtime/machine.c`` walks along it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+
+class Space(IntEnum):
+    """The arrays that places lie in: those that a function of a kernel is handed, the scene's constants K, and scratch T."""
+
+    K = 0
+    P = 1
+    C = 2
+    X = 3
+    Y = 4
+    W = 5
+    MAPS = 6
+    DY = 7
+    Z = 8
+    T = 9
+    N = 10
+    R = 11
+    U = 12
+    OUT = 13
+    DN = 14
+    SPEED = 15
+    A = 16
+    EXTRA = 17
+
+
+@dataclass(frozen=True)
+class Block:
+    """Numbers that lie behind each other: where they begin, and how many they are."""
+
+    space: Space
+    at: int
+    size: int
+
+    def part(self, first: int, size: int) -> Block:
+        """Some of them."""
+        if not 0 <= first <= first + size <= self.size:
+            raise IndexError(f"{first}+{size} of {self}")
+        return Block(self.space, self.at + first, size)
+
+
+class Builtin(IntEnum):
+    """Functions of the machine itself, by their place in its table. Places, then numbers."""
+
+    ZERO = 0
+    """out; n: n zeros."""
+    COPY = 1
+    """in, out; n."""
+    GATHER = 2
+    """p, K, out; n, then an index each: of a parameter, or −1 − that of a constant."""
+    ADD = 3
+    """in, out; n: added to what is there."""
+    COMBINE = 4
+    """in, columns, z, out; n, count, stride: in + Σ columns[k] z[k]."""
+    PICK = 5
+    """in, out; n, then an index each."""
+    SCALE = 6
+    """in, factor (1), out; n."""
+    PRODUCT = 7
+    """in, in, out (1); n, sign: sign times the sum of their products, added."""
+
+
+BUILTINS = len(Builtin)
+
+
+@dataclass
+class Tape:
+    """The calls of one function of a scene."""
+
+    code: list[int] = field(default_factory=list)
+    scratch: int = 0
+
+    def call(self, function: int, places: Sequence[Block], numbers: Sequence[int] = ()) -> None:
+        """Call a function of the scene's table."""
+        self.code += [function, len(places), len(numbers)]
+        for b in places:
+            self.code += [b.space, b.at]
+        self.code += numbers
+
+    def scratch_block(self, size: int) -> Block:
+        """Numbers of its own that last as long as the call of the function."""
+        self.scratch += size
+        return Block(Space.T, self.scratch - size, size)
+
+    def zero(self, out: Block) -> None:
+        """Zeros."""
+        if out.size:
+            self.call(Builtin.ZERO, [out], [out.size])
+
+    def copy(self, source: Block, out: Block) -> None:
+        """Copy all of a block."""
+        if out.size:
+            self.call(Builtin.COPY, [source, out], [out.size])
+
+    def array(self) -> np.ndarray:
+        """The calls as the machine reads them."""
+        return np.array(self.code, np.intc)

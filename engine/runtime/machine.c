@@ -1,0 +1,138 @@
+/* Walks along the tapes of a scene that is made of parts (engine/parts/tape.py): calls of parts with the places of what they read and write. The
+ * functions here are those of a kernel; the scene is found through the first of the constants. */
+#include <math.h>
+#include <string.h>
+
+#include "tr_abi.h"
+
+enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, SPACES };
+
+#define MOST_PLACES 32
+
+static inline const tr_scene *scene_of(const double *c) {
+  const tr_scene *scene;
+  memcpy(&scene, c, sizeof scene);
+  return scene;
+}
+
+static void walk(const tr_scene *s, const tr_tape *tape, double *const *base) {
+  double *a[MOST_PLACES];
+  for (const int *code = tape->code, *end = code + tape->length; code < end;) {
+    const int places = code[1], numbers = code[2], *at = code + 3, *how = at + 2 * places;
+    for (int i = 0; i < places; ++i) a[i] = base[at[2 * i]] + at[2 * i + 1];
+    s->part[code[0]](a, how);
+    code = how + numbers;
+  }
+}
+
+/* -- functions of the machine itself ------------------------------------------------------------------------------------------- */
+
+static void zero(double *const *a, const int *how) { memset(a[0], 0, sizeof(double) * how[0]); }
+
+static void copy(double *const *a, const int *how) { memcpy(a[1], a[0], sizeof(double) * how[0]); }
+
+static void gather(double *const *a, const int *how) {
+  for (int i = 0; i < how[0]; ++i) a[2][i] = how[1 + i] >= 0 ? a[0][how[1 + i]] : a[1][-1 - how[1 + i]];
+}
+
+static void add(double *const *a, const int *how) {
+  for (int i = 0; i < how[0]; ++i) a[1][i] += a[0][i];
+}
+
+static void combine(double *const *a, const int *how) {
+  const int n = how[0];
+  memcpy(a[3], a[0], sizeof(double) * n);
+  for (int k = 0; k < how[1]; ++k) {
+    const double *column = a[1] + (size_t)k * how[2], z = a[2][k];
+    for (int i = 0; i < n; ++i) a[3][i] += column[i] * z;
+  }
+}
+
+static void pick(double *const *a, const int *how) {
+  for (int i = 0; i < how[0]; ++i) a[1][i] = a[0][how[1 + i]];
+}
+
+static void scale(double *const *a, const int *how) {
+  for (int i = 0; i < how[0]; ++i) a[2][i] = a[0][i] * a[1][0];
+}
+
+static void product(double *const *a, const int *how) {
+  for (int i = 0; i < how[0]; ++i) a[2][0] += how[1] * a[0][i] * a[1][i];
+}
+
+void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product};
+
+/* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */
+
+#define BASES(...) double *const base[SPACES] = {[K] = (double *)s->constants, __VA_ARGS__}
+
+void tr_parts_prepare(const void *scene, const double *p, double *c) {
+  const tr_scene *s = scene;
+  memcpy(c, &s, sizeof s);
+  BASES([P] = (double *)p, [C] = c);
+  walk(s, &s->prepare, base);
+}
+
+void tr_parts_stage1(const double *x, const double *y, const double *c, double *w, double *maps, double *dy) {
+  const tr_scene *s = scene_of(c);
+  double t[s->stage1.scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [MAPS] = maps, [DY] = dy, [T] = t);
+  walk(s, &s->stage1, base);
+}
+
+void tr_parts_stage2(const double *x, const double *y, const double *c, const double *w, const double *z, double *dy) {
+  const tr_scene *s = scene_of(c);
+  double t[s->stage2.scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = (double *)w, [Z] = (double *)z, [DY] = dy, [T] = t);
+  walk(s, &s->stage2, base);
+}
+
+static void at_state(const tr_scene *s, const tr_tape *tape, const double *x, const double *y, const double *c, double *out) {
+  double t[tape->scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [OUT] = out, [T] = t);
+  walk(s, tape, base);
+}
+
+void tr_parts_closure(const double *x, const double *y, const double *c, double *h) {
+  at_state(scene_of(c), &scene_of(c)->closure, x, y, c, h);
+}
+
+void tr_parts_events(const double *x, const double *y, const double *c, double *g) {
+  at_state(scene_of(c), &scene_of(c)->events, x, y, c, g);
+}
+
+void tr_parts_energy(const double *x, const double *y, const double *c, double *out) {
+  at_state(scene_of(c), &scene_of(c)->energy, x, y, c, out);
+}
+
+static void of_friction(const tr_scene *s, const tr_tape *tape, const double *n, const double *r, const double *x, const double *c, double *out,
+                        double *dn, double *speed) {
+  double t[tape->scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [N] = (double *)n, [R] = (double *)r, [U] = (double *)r, [OUT] = out, [DN] = dn, [SPEED] = speed, [T] = t);
+  walk(s, tape, base);
+}
+
+void tr_parts_laws(const double *n, const double *r, const double *x, const double *c, double *e, double *dn, double *v) {
+  of_friction(scene_of(c), &scene_of(c)->laws, n, r, x, c, e, dn, v);
+}
+
+void tr_parts_laws_alone(const double *n, const double *r, const double *x, const double *c, double *e, double *v) {
+  of_friction(scene_of(c), &scene_of(c)->laws_alone, n, r, x, c, e, 0, v);
+}
+
+void tr_parts_held(const double *n, const double *u, const double *x, const double *c, double *hold, double *dn) {
+  of_friction(scene_of(c), &scene_of(c)->held, n, u, x, c, hold, dn, 0);
+}
+
+void tr_parts_held_alone(const double *n, const double *u, const double *x, const double *c, double *hold) {
+  of_friction(scene_of(c), &scene_of(c)->held_alone, n, u, x, c, hold, 0, 0);
+}
+
+void tr_parts_pressed(const double *n, const double *r, const double *x, const double *c, double *more, double *dn) {}
+
+void tr_parts_qdot(const double *y, const double *v, const double *c, double *dq) {
+  const tr_scene *s = scene_of(c);
+  double t[s->qdot.scratch + 1];
+  BASES([C] = (double *)c, [Y] = (double *)y, [R] = (double *)v, [OUT] = dq, [T] = t);
+  walk(s, &s->qdot, base);
+}
