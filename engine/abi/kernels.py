@@ -63,6 +63,8 @@ tr_tape closure
 tr_tape events
 tr_tape energy
 tr_tape qdot
+tr_tape eval
+tr_tape contacts
 const double *constants
 void (**part)(double *const *places, const int *numbers) : functions by their number in the code
 """)
@@ -138,7 +140,8 @@ int npost : columns that are treated afterwards
 int energy : column of energy.residual, -1 without
 int wants : bits TR_WANTS_…
 const tr_post *post : npost
-void (*prepare)(const double *p, double *c) : constants from parameters
+const void *scene : of a unit that is made of parts, else 0
+void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
 void (*eval)({STATE}, const double *z, const double *a, const double *extra, double *out) : the columns
 void (*contacts)({STATE}, const double *z, const double *a, double *out) : tr_contact of each
 void (*kappa)({STATE}, const double *z, const double *a, double *out) : the scaled reactions

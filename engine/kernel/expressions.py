@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.contact.base import Contact
 from engine.kernel.powers import coordinates_of, drive_effort
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
@@ -16,6 +17,8 @@ from engine.recursion.vectors import SX
 from engine.system.structure import Joint
 
 TINY = 1e-300
+TOUCHING = 1e-140
+"""N: a contact with less is open."""
 
 
 def joint(m: Model, name: str) -> Joint:
@@ -78,7 +81,11 @@ def contacts(m: Model, acc: Accelerations, pick: SX, name: str) -> list[Touch]:
     e = next(e for e in elements(m.sym.system) if e.joint.name == name)
     w = wrench(e, _all_components(m, acc, e, pick))
     found = e.contact.contacts(w, joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), [m.sym.eta[i] for i in e.eta])
-    turn = ca.sparsify(frames(m, e.joint)[0].T @ pin_frame(m, e.joint))
+    return touches(found, ca.sparsify(frames(m, e.joint)[0].T @ pin_frame(m, e.joint)))
+
+
+def touches(found: list[Contact], turn: SX) -> list[Touch]:
+    """Contacts made ready; turn: from the pin's frame into the inboard joint frame (3×3)."""
     out = []
     for c in found:
         vector = turn @ ca.vertcat(*c.vector)
@@ -87,6 +94,13 @@ def contacts(m: Model, acc: Accelerations, pick: SX, name: str) -> list[Touch]:
         own = (vector[0], vector[1], vector[2]) if c.inboard else c.vector
         out.append(Touch(c.force, own, c.plane, normal, elevation))
     return out
+
+
+def oriented(c: Touch) -> tuple[SX, SX, SX]:
+    """The components of a contact's vector in the order (cosine axis, sine axis, third), so that its angle is atan2(second,
+    first)."""
+    axis, base = c.plane
+    return c.vector[axis], c.vector[base], c.vector[3 - axis - base]
 
 
 def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:

@@ -104,19 +104,26 @@ class Kernel:
     def jacobian(self) -> int:
         """Address of the Jacobian unit's table, built when it is first asked for."""
         if "jacobian" not in self.libraries:
-            folder, _ = cache.entry(f"jacobian-{self.key}", self.build_jacobian)
-            self.libraries["jacobian"] = ctypes.CDLL(str(folder / f"jacobian{compiler.library_suffix()}"))
+            self.libraries["jacobian"] = jacobian_library(self.key, self.structure)
         return self.address("jacobian")
-
-    def build_jacobian(self, folder: Path) -> None:
-        """Build the Jacobian unit into the folder of a cache entry."""
-        from engine.kernel.source import jacobian_source
-
-        _compile_unit(folder, "jacobian", jacobian_source(*self.structure))
 
     def address(self, unit: str) -> int:
         """Address of a unit's table."""
         return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
+
+
+def jacobian_library(key: str, structure: tuple[System, int, bool, bool]) -> ctypes.CDLL:
+    """The Jacobian unit of the kernel with this key."""
+
+    folder, _ = cache.entry(f"jacobian-{key}", lambda place: build_jacobian(place, structure))
+    return ctypes.CDLL(str(folder / f"jacobian{compiler.library_suffix()}"))
+
+
+def build_jacobian(folder: Path, structure: tuple[System, int, bool, bool]) -> None:
+    """Build the Jacobian unit of a structure into the folder of a cache entry."""
+    from engine.kernel.source import jacobian_source
+
+    _compile_unit(folder, "jacobian", jacobian_source(*structure))
 
 
 def linear_unit(built: Kernel, chosen: list[Column]) -> int:

@@ -148,7 +148,7 @@ class Outputs:
         if what == "force":
             return c.force
         if what == "state":
-            return c.force > 1e-140
+            return c.force > ex.TOUCHING
         if what == "angle":
             axis, base = c.plane
             return ex.angle(c.vector[base], c.vector[axis])
@@ -192,24 +192,24 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
               Stage("o_eval", f"{STATE},{CONST}z,{CONST}a,{CONST}extra,double*restrict out", "")]
     main = emit(state + z + more, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
     touching = [c for j in sym.system.frictional for c in o.once(o.contacts, j.name)]
-    four = [v for c in touching for v in (c.force, *_oriented(c))]
+    four = [v for c in touching for v in (c.force, *ex.oriented(c))]
     contact = _second("contacts", state + z, four)
     loops = scaled_reactions(m, o.acc, o.pick)
     kappa = _second("kappa", state + z, [loops[i] for i in range(loops.numel())])
     a, b = main.kept[0], main.kept[0] + contact.kept[0]
     text = "\n".join([
         main.text, contact.text, kappa.text,
-        f"void o_prepare_all({CONST}p,double*restrict c){{o_prepare(p,c);o_prepare_contacts(p,c+{a});o_prepare_kappa(p,c+{b});}}",
+        f"void o_prepare_all(const void*scene,{CONST}p,double*restrict c){{o_prepare(p,c);o_prepare_contacts(p,c+{a});o_prepare_kappa(p,c+{b});}}",
         f"void o_contacts_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_contacts(x,y,c+{a},z,a,out);}}",
         f"void o_kappa_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_kappa(x,y,c+{b},z,a,out);}}",
     ])
     solved = bool(values) and ca.depends_on(ca.vertcat(*values), ca.vertcat(sym.lam, sym.eta, o.a))
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
-    wants = _wants(chosen, solved)
-    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), _post(chosen), energy, wants)
+    wants = wants_of(chosen, solved)
+    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), post_of(chosen), energy, wants)
 
 
-def _wants(chosen: list[Column], solved: bool) -> int:
+def wants_of(chosen: list[Column], solved: bool) -> int:
     """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``). solved: whether
     they depend on multipliers or accelerations."""
     names = {c.name for c in chosen}
@@ -220,20 +220,13 @@ def _wants(chosen: list[Column], solved: bool) -> int:
     return Wants.CONTRACTION * contraction + Wants.CONTACTS * watched + Wants.AUDIT * audit + Wants.SOLUTION * solution
 
 
-def _oriented(c) -> tuple[SX, SX, SX]:
-    """The components of a contact's vector in the order (cosine axis, sine axis, third), so that its angle is atan2(second,
-    first)."""
-    axis, base = c.plane
-    return c.vector[axis], c.vector[base], c.vector[3 - axis - base]
-
-
 def _second(name: str, ins: list[Input], values: list[SX]):
     stages = [Stage(f"o_prepare_{name}", f"{CONST}p,double*restrict c", "c"),
               Stage(f"o_{name}", f"{STATE},{CONST}z,{CONST}a,double*restrict out", "")]
     return emit(ins, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
 
 
-def _post(chosen: list[Column]) -> list[tuple[int, ...]]:
+def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
     """What the runtime does with columns (``tr_post``); a held column whose normal force was not asked for is not held."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []

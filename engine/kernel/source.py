@@ -160,7 +160,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
 def _outputs_text(out: OutputUnit) -> str:
     struct = OUTPUTS.initialiser(
         "trunnion_outputs", abi="TR_ABI", nout=out.nout, ncontacts=out.ncontacts, nc=out.nc, nkappa=out.nkappa, npost=len(out.post),
-        energy=out.energy, wants=out.wants, post="o_post", prepare="o_prepare_all", eval="o_eval",
+        energy=out.energy, wants=out.wants, post="o_post", scene="0", prepare="o_prepare_all", eval="o_eval",
         contacts="o_contacts_at" if out.ncontacts else "0", kappa="o_kappa_at" if out.nkappa else "0",
     )  # fmt: skip
     return PREAMBLE + out.text + POST.table("o_post", out.post) + struct

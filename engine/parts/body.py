@@ -2,7 +2,8 @@
 
 Its functions, in the order in which their inputs become known: ``prepare`` (numbers → constants), ``outward`` (motion), ``inward``
 (reduction), ``column`` (the reduction of one force column of the affine maps), ``accelerations`` (with the known forces) and
-``response`` (of a force column), ``weigh`` (what the body needs of its joint, by itself) and ``carry`` (a reaction handed inward)."""
+``response`` (of a force column), ``weigh`` (what the body needs of its joint, by itself), ``carry``
+(a reaction handed inward) and ``moved`` (its acceleration from that of its joint)."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ POSE = 21
 PLACES = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort", "up",
           "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N")  # fmt: skip
 """What the functions are handed, in the order of their one argument."""
-FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry")
+FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved")
 AT = {name: f"a[{i}]" for i, name in enumerate(PLACES)}
 
 
@@ -122,9 +123,11 @@ def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], 
     Z, f, N = SX.sym("Z", 6), SX.sym("f", 6), SX.sym("N", 6)
     moved = ca.vertcat(mass.M11 @ Z[:3] + mass.M12 @ Z[3:], mass.M12.T @ Z[:3] + mass.M22 @ Z[3:])
     own = moved - velocity_force(mass, motion.omega) - f
+    a, Zi = SX.sym("a", step.Pi.size2()), SX.sym("Zi", 6)
     return [
         ([Input(AT["Z"], Z, 6), Input(AT["force"], f, 6)], [Output(AT["N"], 0, own, 6, True)]),
         ([Input(AT["N"], N, 7)], [Output(AT["up"], 0, GammaT(step.lever, N), 7, True)]),
+        ([Input(AT["Z"], Zi, 8), Input(AT["qdd"], a, 8)], [Output(AT["Zo"], 0, Gamma(step.lever, Zi) + step.Pi @ a + step.w, 8)]),
     ]
 
 

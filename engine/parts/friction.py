@@ -8,9 +8,13 @@ from functools import lru_cache
 
 import casadi as ca
 
+from engine.contact.base import COMPONENTS
+from engine.kernel.expressions import TOUCHING, angle, oriented, touches
+from engine.parts.body import POSE
 from engine.parts.local import Numbers, PartSymbols
 from engine.parts.one import Part, one
 from engine.recursion.elements import Element, laws, wrench
+from engine.recursion.reactions import pin_axes
 from engine.recursion.vectors import SX
 from engine.system.external import MODE
 from engine.system.structure import FrictionElement, Joint
@@ -108,6 +112,29 @@ def drift(which: Rubbing) -> Part:
     g = {n: sym.leaf(x) for n, x in e.friction.numbers}
     out = e.contact.drifts(wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g, e.friction.adams)
     return one(f"{which.name}_drift", {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}, {"out": out})
+
+
+TOUCH = 7
+"""Numbers of a contact for columns: normal force, angle, elevation, normal (3), state."""
+
+
+@lru_cache(maxsize=None)
+def contacts(which: Rubbing) -> Part:
+    """numbers, all of f_c and m_c (6), rates, modes, states, η, pose → ``TOUCH`` numbers for each contact, and its ``tr_contact``."""
+    e = Element(which.joint, _contact(which), COMPONENTS, 0, 0)
+    sym, nv = _Rubbed(which), which.joint.kind.nv
+    N, r, eta, pose = SX.sym("N", len(COMPONENTS)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("pose", POSE)
+    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    found = e.contact.contacts(wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g, [eta[k] for k in range(nv)])
+    Ein, Eout = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3)
+    touching = touches(found, ca.sparsify(Ein.T @ pin_axes(which.joint, Ein, Eout)))
+    columns, four = [], []
+    for c in touching:
+        axis, base = c.plane
+        columns += [c.force, angle(c.vector[base], c.vector[axis]), c.elevation, *[c.normal[k] for k in range(3)], c.force > TOUCHING]
+        four += [c.force, *oriented(c)]
+    ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b, "eta": eta, "pose": pose}
+    return one(f"{which.name}_contacts", ins, {"columns": columns, "four": four})
 
 
 def _contact(which: Rubbing):

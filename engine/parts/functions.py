@@ -79,16 +79,5 @@ def _events(s: Scene) -> None:
 
 
 def _energy(s: Scene) -> None:
-    tape, out = s.tape("energy"), Block(Space.OUT, 0, 2)
-    tape.zero(out)
-    moving = s.outward(tape, tape.scratch_block, forces=False)
-    for m, numbers in zip(moving, s.body_numbers, strict=True):
-        own = numbers.part(numbers.size - 10, 10)
-        s.call(tape, small.energies(), numbers=own, g=s.gravity, motion=m.motion, out=out)
-    potential = out.part(1, 1)
-    for j in s.system.tree:
-        for _, d, q, rate in s.each_device(j, moving[j.child]):
-            s.device(tape, d, "potential", q, rate, potential)
-    for load in s.system.loads:
-        if load.kind == "spring_damper":
-            s.call(tape, small.spring("potential"), out=potential, **s.ends(load, moving))
+    tape = s.tape("energy")
+    s.energies(tape, s.outward(tape, tape.scratch_block, forces=False), Block(Space.OUT, 0, 2))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -11,12 +13,16 @@ from typing import Any
 import numpy as np
 
 from engine.abi.header import header, number
-from engine.abi.kernels import ELEMENT, KERNEL, PACE, PAIR, SCENE
+from engine.abi.kernels import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST, SCENE
+from engine.abi.records import Record
 from engine.kernel import cache, compiler
 from engine.kernel.emit import MATH
-from engine.kernel.library import RUNTIME, runtime_key
+from engine.kernel.columns import Column
+from engine.kernel.library import RUNTIME, UNITS, jacobian_library, kernel_key, runtime_key
+from engine.kernel.output_unit import post_of, wants_of
 from engine.kernel.source import coordinate_kinds, element_table
 from engine.parts import functions
+from engine.parts.rows import Rows, write_contacts
 from engine.parts.scene import Scene
 from engine.parts.stepping import Stepping
 from engine.parts.tape import BUILTINS
@@ -30,16 +36,29 @@ FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_
 
 @dataclass
 class PartsKernel:
-    """Tables in memory, as the runtime reads them, and what keeps them there."""
+    """A kernel as blocks use it (``library.Kernel``): tables in memory, as the runtime reads them, and what keeps them there. The
+    Jacobian unit is compiled for the scene when a method asks for it."""
 
-    table: Any
+    tables: dict[str, Any]
     sizes: dict[str, int]
+    facts: dict[str, Any]
+    build_seconds: float
+    key: str
+    structure: tuple[System, int, bool, bool]
     keep: list[Any]
+    libraries: dict[str, ctypes.CDLL] = field(default_factory=dict)
 
-    @property
-    def address(self) -> int:
-        """Where the table is."""
-        return ctypes.addressof(self.table)
+    def address(self, unit: str) -> int:
+        """Address of a unit's table."""
+        if unit in self.tables:
+            return ctypes.addressof(self.tables[unit])
+        return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
+
+    def jacobian(self) -> int:
+        """Address of the Jacobian unit's table, built when it is first asked for."""
+        if "jacobian" not in self.libraries:
+            self.libraries["jacobian"] = jacobian_library(self.key, self.structure)
+        return self.address("jacobian")
 
 
 @lru_cache(maxsize=1)
@@ -100,13 +119,26 @@ class _Told:
     turned: dict[str, tuple[int, int]]
 
 
-def parts_kernel(system: System, parameters: int, quadratures: bool) -> PartsKernel:
-    """The kernel of a tree, its tables built for this scene."""
+SOLVED = {"acceleration", "qdd", "reaction", "drive", "friction", "contact"}
+"""First words of the keys of columns that depend on multipliers or accelerations."""
+
+
+def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> PartsKernel:
+    """The kernel of a tree, its tables made for this scene and these columns."""
+    started, keep = time.perf_counter(), []
     with direct_operators():
-        s = Scene(system)
-        stepping = Stepping(s, quadratures)
-        functions.write(s)
-    keep: list[Any] = []
+        table, sizes, rubbing = _kernel_table(system, parameters, quadratures, keep)
+        outputs = _outputs_table(system, chosen, keep)
+    facts = {"operations": {}, "active_rows": [], "loop_rows": {}, "rubbing": rubbing}
+    key = kernel_key(system, parameters, chosen, quadratures, False)
+    return PartsKernel({"kernel": table, "outputs": outputs}, sizes, facts, time.perf_counter() - started, key,
+                       (system, parameters, quadratures, False), keep)  # fmt: skip
+
+
+def _kernel_table(system: System, parameters: int, quadratures: bool, keep: list[Any]) -> tuple[Any, dict[str, int], list[str]]:
+    s = Scene(system)
+    stepping = Stepping(s, quadratures)
+    functions.write(s)
     scene = _scene_table(s, keep)
     qkind, vkind, quat = coordinate_kinds(system)
     elements, sliders, dn = element_table(_Told(stepping.parts, {}))  # type: ignore[arg-type]
@@ -120,16 +152,38 @@ def parts_kernel(system: System, parameters: int, quadratures: bool) -> PartsKer
         "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "ndn": dn, "sets": int(any(e.sets for e in stepping.parts)),
     }  # fmt: skip
-    table = KERNEL.ctype(**sizes)
+    table = KERNEL.ctype(**sizes, scene=ctypes.addressof(scene), **_functions(FUNCTIONS))
     for name, values in {"active_rows": [], "row_kind": [], "qkind": qkind, "vkind": vkind, "quat": quat}.items():
         array = np.array([*values, 0], np.intc)
         keep.append(array)
         setattr(table, name, array.ctypes.data)
     for name, record, rows in (("element", ELEMENT, elements), ("pair", PAIR, sliders), ("pace", PACE, paces)):
-        records = (record.ctype * (len(rows) + 1))(*rows)
-        keep.append(records)
-        setattr(table, name, ctypes.addressof(records))
-    table.scene = ctypes.addressof(scene)
-    for name in FUNCTIONS:
-        setattr(table, name, ctypes.cast(getattr(machine(), f"tr_parts_{name}"), ctypes.c_void_p).value)
-    return PartsKernel(table, sizes, keep)
+        setattr(table, name, _records(record, rows, keep))
+    return table, sizes, [j.name for j in system.frictional]
+
+
+def _outputs_table(system: System, chosen: list[Column], keep: list[Any]) -> Any:
+    s = Scene(system, whole_z=True)
+    Rows(s, s.tape("eval")).write(chosen)
+    contacts = write_contacts(s)
+    scene = _scene_table(s, keep)
+    post = post_of(chosen)
+    energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
+    names = ("prepare", "eval", "contacts") if contacts else ("prepare", "eval")
+    return OUTPUTS.ctype(
+        abi=number(), nout=len(chosen), ncontacts=contacts, nc=s.nc, nkappa=0, npost=len(post), energy=energy,
+        wants=wants_of(chosen, any(c.key[0] in SOLVED for c in chosen)), post=_records(POST, post, keep),
+        scene=ctypes.addressof(scene), **_functions(names),
+    )  # fmt: skip
+
+
+def _functions(names: Iterable[str]) -> dict[str, int | None]:
+    """Addresses of the machine's functions of a table."""
+    return {n: ctypes.cast(getattr(machine(), f"tr_parts_{n}"), ctypes.c_void_p).value for n in names}
+
+
+def _records(record: Record, rows: list[tuple], keep: list[Any]) -> int:
+    """Address of a table of records."""
+    made = (record.ctype * (len(rows) + 1))(*rows)
+    keep.append(made)
+    return ctypes.addressof(made)

@@ -47,6 +47,8 @@ class Scene:
     """Text of each part, by the first of its functions."""
     tapes: dict[str, Tape] = field(default_factory=dict)
     nc: int = POINTER
+    whole_z: bool = False
+    """Whether multipliers of all rows are handed, not of the active ones alone: those of a row are."""
 
     def __post_init__(self) -> None:
         self.prepare = self.tape("prepare")
@@ -233,6 +235,46 @@ class Scene:
             return
         m = moving[load.bodies[0]]
         self.call(tape, small.load(load.kind, load.body_frame, "wrench"), out=m.force, **self.applied(tape, load, m, place))
+
+    def balance(self, tape: Tape, moving: list[Moving], Z: list[Block]) -> list[Block]:
+        """N of every body by the balance of each (``accelerations.given``)."""
+        N = [tape.scratch_block(6) for _ in Z]
+        for i, out in enumerate(N):
+            tape.zero(out)
+            self.body_call(tape, i, "weigh", work=moving[i].work, force=moving[i].force, Z=Z[i], N=out)
+        for i in reversed(range(len(N))):
+            if self.parent(i) != GROUND:
+                self.body_call(tape, i, "carry", work=moving[i].work, up=N[self.parent(i)], N=N[i])
+        return N
+
+    def drive_effort(self, tape: Tape, j: Joint, k: int, m: Moving, N: Block, out: Block) -> None:
+        """What the joint transmits along a driven freedom, less its devices, friction added."""
+        one, devices = self.constant([1.0]), tape.scratch_block(1)
+        pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
+        self.call(tape, small.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
+        tape.zero(devices)
+        i, d = j.kind.coordinate_of(k), j.devices[k]
+        self.device(tape, d, "force", m.q.part(i, 1) if i >= 0 else self.zeros, m.v.part(k, 1), devices)
+        if d.effort:
+            tape.call(Builtin.ADD, [self.value(tape, d.effort, tape.scratch_block), devices], [1])
+        tape.call(Builtin.PRODUCT, [devices, one, out], [1, -1])
+        if j.friction:
+            first = self.system.rows * self.whole_z + min(e for sl in j.friction.sliders for e in sl.eta)
+            tape.call(Builtin.PRODUCT, [Block(Space.Z, first + k, 1), one, out], [1, 1])
+
+    def energies(self, tape: Tape, moving: list[Moving], out: Block) -> None:
+        """Kinetic and potential energy."""
+        tape.zero(out)
+        for m, numbers in zip(moving, self.body_numbers, strict=True):
+            own = numbers.part(numbers.size - 10, 10)
+            self.call(tape, small.energies(), numbers=own, g=self.gravity, motion=m.motion, out=out)
+        potential = out.part(1, 1)
+        for j in self.system.tree:
+            for _, d, q, rate in self.each_device(j, moving[j.child]):
+                self.device(tape, d, "potential", q, rate, potential)
+        for load in self.system.loads:
+            if load.kind == "spring_damper":
+                self.call(tape, small.spring("potential"), out=potential, **self.ends(load, moving))
 
     def ends(self, load: Load, moving: list[Moving]) -> dict[str, Block]:
         """What the parts of a spring-damper between two points are handed."""

@@ -10,7 +10,7 @@ import casadi as ca
 
 from engine.contact import REGISTRY as CONTACTS
 from engine.joints import REGISTRY
-from engine.joints.base import quaternion_rate
+from engine.joints.base import quaternion_rate, to_quaternion
 from engine.kernel.classes import MOTION, unpack_motion
 from engine.parts.body import POSE
 from engine.parts.local import Numbers, PartSymbols, a_body
@@ -158,4 +158,51 @@ def quaternion() -> Part:
     return one("q_quaternion", {"q": q, "spin": spin}, {"out": quaternion_rate([q[i] for i in range(4)], [spin[k] for k in range(3)])})
 
 
-__all__ = ["along", "depth", "device", "energies", "load", "pin", "quaternion", "replace", "signal", "spring"]
+@lru_cache(maxsize=None)
+def point() -> Part:
+    """Motion of a body, a point of it (3) → its position and velocity (6)."""
+    motion, p = SX.sym("motion", MOTION), SX.sym("p", 3)
+    m = unpack_motion(ca.vertsplit(motion))
+    lever = m.R @ p
+    return one("o_point", {"motion": motion, "p": p}, {"out": ca.vertcat(m.r + lever, m.rdot + cross(m.omega, lever))})
+
+
+@lru_cache(maxsize=None)
+def acceleration() -> Part:
+    """Motion, point (3), gravity (3), Ż (6) → acceleration of a point of a body (3)."""
+    motion, p, g, Z = SX.sym("motion", MOTION), SX.sym("p", 3), SX.sym("g", 3), SX.sym("Z", 6)
+    m = unpack_motion(ca.vertsplit(motion))
+    c = m.R @ p
+    out = Z[:3] + cross(Z[3:], c) + cross(m.omega, cross(m.omega, c)) + g
+    return one("o_acceleration", {"motion": motion, "p": p, "g": g, "Z": Z}, {"out": out})
+
+
+@lru_cache(maxsize=None)
+def orientation() -> Part:
+    """Motion → the quaternion of a body's orientation (4)."""
+    motion = SX.sym("motion", MOTION)
+    R = unpack_motion(ca.vertsplit(motion)).R
+    return one("o_orientation", {"motion": motion}, {"out": to_quaternion([[R[r, c] for c in range(3)] for r in range(3)], ca)})
+
+
+@lru_cache(maxsize=None)
+def reaction(forward: bool, pin_out: bool) -> Part:
+    """N on the child (6), pose → force and torque on the inboard part at the joint's centre, in its frame (6)."""
+    N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
+    Ein, s = ca.reshape(pose[:9], 3, 3), pose[18:]
+    f, t = N[:3], N[3:]
+    if not forward:
+        f, t = -f, -(t - cross(s, f))
+    t = t if pin_out else t + cross(s, f)
+    name = f"o_reaction_{'out' if forward else 'in'}_{'pin_out' if pin_out else 'pin_in'}"
+    return one(name, {"N": N, "pose": pose}, {"out": ca.vertcat(-(Ein.T @ f), -(Ein.T @ t))})
+
+
+@lru_cache(maxsize=None)
+def over() -> Part:
+    """One number over another."""
+    a, b = SX.sym("a"), SX.sym("b")
+    return one("o_over", {"a": a, "b": b}, {"out": a / b})
+
+
+__all__ = ["along", "depth", "device", "energies", "load", "pin", "quaternion", "over", "orientation", "acceleration", "point", "reaction", "replace", "signal", "spring"]

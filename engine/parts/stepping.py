@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
 from engine.parts import friction, small
-from engine.parts.scene import Moving, Scene
+from engine.parts.scene import Scene
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, any_sets, elements
 from engine.system.structure import GROUND, Joint, state_coordinates
@@ -168,26 +168,13 @@ class Stepping:
             tape.call(Builtin.COMBINE, [self.y, self.columns, Block(Space.Z, 0, system.neta), y], [nv, system.neta, nv])
         qdd, Z, _ = self._accelerate(tape, y, [s.zeros] * len(system.bodies), "accelerations", list(range(len(system.bodies))), s.base)
         tape.copy(qdd, Block(Space.DY, nq, nv))
-        N = self._reactions(tape, Z) if nb or any(j.driven for j in system.tree) else []
+        N = s.balance(tape, self.moving, Z) if nb or any(j.driven for j in system.tree) else []
         at = nq + nv
         for e in self.parts:
             if e.friction.bristles:
                 self._drift(tape, e, N, Block(Space.DY, at, e.joint.kind.nv))
                 at += e.joint.kind.nv
         self._powers(tape, N, at)
-
-    def _reactions(self, tape: Tape, Z: list[Block]) -> list[Block]:
-        """N of every body by the balance of each (``accelerations.given``)."""
-        s = self.scene
-        N = [tape.scratch_block(6) for _ in Z]
-        for i, out in enumerate(N):
-            tape.zero(out)
-            m = self.moving[i]
-            s.body_call(tape, i, "weigh", work=m.work, force=m.force, Z=Z[i], N=out)
-        for i in reversed(range(len(N))):
-            if s.parent(i) != GROUND:
-                s.body_call(tape, i, "carry", work=self.moving[i].work, up=N[s.parent(i)], N=N[i])
-        return N
 
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
@@ -213,7 +200,9 @@ class Stepping:
                 if d.effort:
                     tape.call(Builtin.PRODUCT, [s.value(tape, d.effort, tape.scratch_block), rate, loads], [1, 1])
                 if d.drive:
-                    self._drive_power(tape, j, k, m, N[j.child], drive)
+                    effort = tape.scratch_block(1)
+                    s.drive_effort(tape, j, k, m, N[j.child], effort)
+                    tape.call(Builtin.PRODUCT, [effort, rate, drive], [1, 1])
         for load in system.loads:
             if load.kind == "spring_damper":
                 s.call(tape, small.spring("power"), out=damping, **s.ends(load, self.moving))
@@ -226,23 +215,6 @@ class Stepping:
             tape.copy(group[0], out)
             for x in group[1:]:
                 tape.call(Builtin.ADD, [x, out], [1])
-
-    def _drive_power(self, tape: Tape, j: Joint, k: int, m: Moving, N: Block, out: Block) -> None:
-        """What the joint transmits along a driven freedom, less its devices, friction added, times its rate."""
-        s, rate = self.scene, m.v.part(k, 1)
-        whole, devices = tape.scratch_block(1), tape.scratch_block(1)
-        pitch = s.numbers([j.pitch if j.pitch is not None else 0.0])
-        s.call(tape, small.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=whole)
-        tape.call(Builtin.PRODUCT, [whole, rate, out], [1, 1])
-        tape.zero(devices)
-        i = j.kind.coordinate_of(k)
-        s.device(tape, j.devices[k], "force", m.q.part(i, 1) if i >= 0 else s.zeros, rate, devices)
-        if j.devices[k].effort:
-            tape.call(Builtin.ADD, [s.value(tape, j.devices[k].effort, tape.scratch_block), devices], [1])
-        tape.call(Builtin.PRODUCT, [devices, rate, out], [1, -1])
-        if j.friction:
-            first = min(e for sl in j.friction.sliders for e in sl.eta)
-            tape.call(Builtin.PRODUCT, [Block(Space.Z, first + k, 1), rate, out], [1, 1])
 
 
 def element_places(s: Scene, e: Element) -> dict[str, Block]:

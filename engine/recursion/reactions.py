@@ -66,7 +66,11 @@ def frames(m: Model, j: Joint) -> tuple[SX, SX]:
 
 def pin_frame(m: Model, j: Joint) -> SX:
     """Axes in which f_c, m_c of a frictional joint are measured (``ContactElement.frame``)."""
-    Ein, Eout = frames(m, j)
+    return pin_axes(j, *frames(m, j))
+
+
+def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
+    """The same, of a joint with these frames."""
     frame = CONTACTS[j.kind.friction].frame
     if frame == "both":
         u1, u2 = Ein[:, 0], Eout[:, 1]
@@ -89,13 +93,8 @@ def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...]) -> SX:
     f, t, s = N[:3], N[3:], step.s
     if not j.forward:
         f, t = -f, -(t - cross(s, f))
-    element = CONTACTS[j.kind.friction]
-    if element.frame == "both":
-        u1, u2 = step.Ein[:, 0], step.Eout[:, 1]
-        E = ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
-    else:
-        E = step.Eout if j.pin_out and element.frame == "pin" else step.Ein
-    if not j.pin_out or element.frame == "both":
+    E = pin_axes(j, step.Ein, step.Eout)
+    if not j.pin_out or CONTACTS[j.kind.friction].frame == "both":
         f, t = -f, -(t + cross(s, f))
     rows = {**{f"f{k + 1}": (E.T @ f)[k] for k in range(3)}, **{f"m{k + 1}": (E.T @ t)[k] for k in range(3)}}
     return ca.sparsify(ca.vertcat(*[rows[n] for n in needs]))

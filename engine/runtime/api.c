@@ -65,7 +65,7 @@ void tr_set_parameters(tr_sim *s) {
   s->friction.pace = 0.0;
   for (int i = 0; i < s->k->npaces; ++i)
     s->friction.pace = fmax(s->friction.pace, fabs(TR_A(s, p)[s->k->pace[i].parameter]) * s->k->pace[i].hertz);
-  if (s->o) s->o->prepare(TR_A(s, p), TR_A(s, co));
+  if (s->o) s->o->prepare(s->o->scene, TR_A(s, p), TR_A(s, co));
   if (s->j) s->j->prepare(TR_A(s, p), TR_A(s, cj));
 }
 

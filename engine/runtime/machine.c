@@ -136,3 +136,19 @@ void tr_parts_qdot(const double *y, const double *v, const double *c, double *dq
   BASES([C] = (double *)c, [Y] = (double *)y, [R] = (double *)v, [OUT] = dq, [T] = t);
   walk(s, &s->qdot, base);
 }
+
+static void of_row(const tr_tape *tape, const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra,
+                   double *out) {
+  const tr_scene *s = scene_of(c);
+  double t[tape->scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [Z] = (double *)z, [A] = (double *)a, [EXTRA] = (double *)extra, [OUT] = out, [T] = t);
+  walk(s, tape, base);
+}
+
+void tr_parts_eval(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *out) {
+  of_row(&scene_of(c)->eval, x, y, c, z, a, extra, out);
+}
+
+void tr_parts_contacts(const double *x, const double *y, const double *c, const double *z, const double *a, double *out) {
+  of_row(&scene_of(c)->contacts, x, y, c, z, a, 0, out);
+}

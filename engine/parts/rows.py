@@ -1,0 +1,221 @@
+"""Tapes of a row: the columns asked for, and the contact forces by which turns of contacts are watched. Only what a column needs
+is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+
+from engine.abi.runs import EXTRA, LAST
+from engine.contact.base import COMPONENTS
+from engine.friction import REGISTRY as LAWS
+from engine.kernel.columns import Column
+from engine.kernel.powers import names_of_powers
+from engine.parts import friction, small
+from engine.parts.scene import Moving, Scene
+from engine.parts.stepping import element_places
+from engine.parts.tape import Block, Builtin, Space, Tape
+from engine.recursion.elements import Element, elements
+from engine.system.structure import GROUND, Joint
+
+
+class Rows:
+    """Blocks of columns by their key (``Column.key``): the first word of a key is the method below that finds it."""
+
+    def __init__(self, scene: Scene, tape: Tape):
+        self.scene, self.tape, self.system = scene, tape, scene.system
+        self.joints = {j.name: j for j in self.system.joints}
+        self.elements = {e.joint.name: e for e in elements(self.system)}
+        self.powers = names_of_powers(self.system)
+        self._made: dict[Hashable, Block] = {}
+        self._moving: list[Moving] = []
+        self._Z: list[Block] = []
+        self._N: list[Block] = []
+
+    def value(self, key: tuple) -> Block:
+        """Where the column with this key is, once the tape has been walked."""
+        return getattr(self, f"_{key[0]}")(*key[1:])
+
+    def write(self, chosen: list[Column]) -> None:
+        """Put all columns in their order."""
+        found = [self.value(c.key) for c in chosen]
+        for space in sorted({b.space for b in found}):
+            mine = [(i, b.at) for i, b in enumerate(found) if b.space == space]
+            for i, at in mine:
+                self.tape.copy(Block(space, at, 1), Block(Space.OUT, i, 1))
+
+    # -- passes -------------------------------------------------------------------------------------------------------------
+
+    def moving(self) -> list[Moving]:
+        """Motions of all bodies, and what acts on them."""
+        if not self._moving:
+            self._moving = self.scene.outward(self.tape, self.tape.scratch_block)
+        return self._moving
+
+    def accelerations(self) -> list[Block]:
+        """Ż of all bodies."""
+        moving = self.moving()
+        if not self._Z:
+            for i, j in enumerate(self.system.tree):
+                parent = self.scene.parent(i)
+                base = self.scene.base if parent == GROUND else self._Z[parent]
+                self._Z.append(self.tape.scratch_block(6))
+                a = Block(Space.A, j.v0, len(j.free))
+                self.scene.body_call(self.tape, i, "moved", work=moving[i].work, Z=base, qdd=a, Zo=self._Z[i])
+        return self._Z
+
+    def reactions(self) -> list[Block]:
+        """N of all bodies."""
+        if not self._N:
+            self._N = self.scene.balance(self.tape, self.moving(), self.accelerations())
+        return self._N
+
+    def once(self, key: Hashable, size: int, make: Callable[[Block], None]) -> Block:
+        """Numbers that several columns are among, made once."""
+        if key not in self._made:
+            self._made[key] = self.tape.scratch_block(size)
+            make(self._made[key])
+        return self._made[key]
+
+    # -- bodies -------------------------------------------------------------------------------------------------------------
+
+    def _center(self, i: int) -> Block:
+        n = self.scene.body_numbers[i]
+        return n.part(n.size - 9, 3)
+
+    def _place(self, i: int, point: Block, name: str) -> Block:
+        motion = self.moving()[i].motion
+        return self.once(("place", i, name), 6, lambda out: self.scene.call(self.tape, small.point(), motion=motion, p=point, out=out))
+
+    def _position(self, i: int, k: int) -> Block:
+        return self._place(i, self._center(i), "").part(k, 1)
+
+    def _velocity(self, i: int, k: int) -> Block:
+        return self._place(i, self._center(i), "").part(3 + k, 1)
+
+    def _point(self, i: int, name: str, k: int) -> Block:
+        leaves = dict(self.system.bodies[i].points)[name]
+        key = ("numbers", i, name)
+        if key not in self._made:
+            self._made[key] = self.scene.numbers(leaves)
+        return self._place(i, self._made[key], name).part(k, 1)
+
+    def _acceleration(self, i: int, k: int) -> Block:
+        s, Z = self.scene, self.accelerations()[i]
+        places = {"motion": self.moving()[i].motion, "p": self._center(i), "g": s.gravity, "Z": Z}
+        return self.once(("acceleration", i), 3, lambda out: s.call(self.tape, small.acceleration(), out=out, **places)).part(k, 1)
+
+    def _orientation(self, i: int, k: int) -> Block:
+        motion = self.moving()[i].motion
+        make = lambda out: self.scene.call(self.tape, small.orientation(), motion=motion, out=out)  # noqa: E731
+        return self.once(("orientation", i), 4, make).part(k, 1)
+
+    def _omega(self, i: int, k: int) -> Block:
+        return self.moving()[i].motion.part(12 + k, 1)
+
+    # -- joints -------------------------------------------------------------------------------------------------------------
+
+    def _joint(self, name: str) -> tuple[Joint, Moving]:
+        j = self.joints[name]
+        return j, self.moving()[j.child]
+
+    def _q(self, name: str, i: int) -> Block:
+        return self._joint(name)[1].q.part(i, 1)
+
+    def _qd(self, name: str, k: int) -> Block:
+        return self._joint(name)[1].v.part(k, 1)
+
+    def _qdd(self, name: str, k: int) -> Block:
+        j, m = self._joint(name)
+        return Block(Space.A, j.v0 + j.free.index(k), 1) if k in j.free else m.known.part(k, 1)
+
+    def _reaction(self, name: str, which: str, k: int) -> Block:
+        j, m = self._joint(name)
+        N, part = self.reactions()[j.child], small.reaction(j.forward, j.pin_out)
+        whole = self.once(("reaction", name), 6, lambda out: self.scene.call(self.tape, part, N=N, pose=m.pose, out=out))
+        return whole.part(k + (0 if which == "f" else 3), 1)
+
+    def _drive(self, name: str, k: int) -> Block:
+        j, m = self._joint(name)
+        N = self.reactions()[j.child]
+        return self.once(("drive", name, k), 1, lambda out: self.scene.drive_effort(self.tape, j, k, m, N, out))
+
+    def _friction(self, name: str, k: int) -> Block:
+        return Block(Space.Z, self.system.rows + self.elements[name].eta[k], 1)
+
+    def _bristle(self, name: str, k: int) -> Block:
+        e, system = self.elements[name], self.system
+        at = system.nq + system.nv + system.bristles.index([i for s in e.friction.sliders for i in s.eta][k])
+        scale = self.scene.numbers([e.friction.number(LAWS[e.friction.law].state_scale)])
+        places = {"a": Block(Space.Y, at, 1), "b": scale}
+        return self.once(("bristle", name, k), 1, lambda out: self.scene.call(self.tape, small.over(), out=out, **places))
+
+    def _state(self, flag: int) -> Block:
+        return Block(Space.EXTRA, EXTRA.numbers + flag, 1)
+
+    def touching(self, e: Element) -> tuple[Block, Block]:
+        """Contacts of a joint: their columns (``friction.TOUCH`` each), and a ``tr_contact`` each."""
+        j, m = self._joint(e.joint.name)
+        count, nv = e.contact.count, j.kind.nv
+        N = self.reactions()[j.child]
+        pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(
+            self.tape, small.pin(j.kind_name, j.forward, j.pin_out, COMPONENTS), N=N, pose=m.pose, out=out))  # fmt: skip
+        four = self.once(("four", j.name), 4 * count, lambda _: None)
+        columns = self.once(("contacts", j.name), friction.TOUCH * count, lambda out: self.scene.call(
+            self.tape, friction.contacts(friction.rubbing(e)), N=pressed, r=m.v, eta=Block(Space.Z, self.system.rows + e.eta[0], nv),
+            pose=m.pose, columns=out, four=four, **element_places(self.scene, e)))  # fmt: skip
+        return columns, four
+
+    def _contact(self, name: str, i: int, what: str, k: int = 0) -> Block:
+        at = {"force": 0, "angle": 1, "elevation": 2, "normal": 3 + k, "state": 6}[what]
+        return self.touching(self.elements[name])[0].part(friction.TOUCH * i + at, 1)
+
+    # -- the whole ----------------------------------------------------------------------------------------------------------
+
+    def _quad(self, name: str) -> Block:
+        system = self.system
+        return Block(Space.Y, system.nq + system.nv + len(system.bristles) + self.powers.index(name), 1)
+
+    def _energies(self) -> Block:
+        moving = self.moving()
+        return self.once("energies", 2, lambda out: self.scene.energies(self.tape, moving, out))
+
+    def _kinetic(self) -> Block:
+        return self._energies().part(0, 1)
+
+    def _potential(self) -> Block:
+        return self._energies().part(1, 1)
+
+    def _sum(self, key: str, terms: list[tuple[Block, int]]) -> Block:
+        one = self.scene.constant([1.0])
+
+        def make(out: Block) -> None:
+            self.tape.zero(out)
+            for block, sign in terms:
+                self.tape.call(Builtin.PRODUCT, [one, block, out], [1, sign])
+
+        return self.once(key, 1, make)
+
+    def _dissipated(self) -> Block:
+        return self._sum("dissipated", [(self._quad(n), -1) for n in self.powers if n not in ("drive", "load")])
+
+    def _residual(self) -> Block:
+        given = [(self._quad("drive"), -1), (self._quad("load"), -1)]
+        terms = [(self._kinetic(), 1), (self._potential(), 1), (self._extra("energy0"), -1), *given, (self._dissipated(), 1)]
+        return self._sum("residual", terms)
+
+    def _extra(self, name: str) -> Block:
+        return Block(Space.EXTRA, EXTRA.at(name), 1)
+
+    def _last(self, name: str) -> Block:
+        return Block(Space.EXTRA, EXTRA.at("last") + LAST.at(name), 1)
+
+
+def write_contacts(scene: Scene) -> int:
+    """The tape of all contacts' forces; how many there are."""
+    tape = scene.tape("contacts")
+    rows, at = Rows(scene, tape), 0
+    for e in elements(scene.system):
+        four = rows.touching(e)[1]
+        tape.copy(four, Block(Space.OUT, at, four.size))
+        at += four.size
+    return at // 4
