@@ -29,7 +29,7 @@ class Setting:
     offered      who offers it.
     left_out     what holds where it is not given; ``own_left_out``: at those who have it otherwise.
     bound        the values it may have; ``own_bounds``: at those who allow others.
-    words        "methods" or "laws" where its value is the name of one.
+    words        "methods", "laws" or "kernels" where its value is the name of one.
     metavar      what stands for its value in the help of a command.
     several      who takes several values of it.
     """
@@ -81,6 +81,10 @@ SETTINGS = (
     Setting(
         "method", "", "Integration method: {methods}.", (*RUNS, "trunnion chart"), "the scene's", words="methods", metavar="M",
         several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
+    ),
+    Setting(
+        "kernel", "", "What evaluates the scene: {kernels}; of parts (trees only) an unseen structure starts at once, for nothing "
+        "is compiled.", ("trunnion simulate", "engine.simulate"), "compiled", words="kernels", metavar="K",
     ),
     Setting(
         "law", "", "Friction law of all joints: {laws}.",

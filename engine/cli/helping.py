@@ -85,6 +85,13 @@ def laws(incomplete: str) -> list[str]:
     return _beginning(options.laws(), incomplete)
 
 
+def kernels(incomplete: str) -> list[str]:
+    """Kinds of kernels that begin with the word."""
+    from engine.simulation.settings import KERNELS
+
+    return _beginning(KERNELS, incomplete)
+
+
 def _beginning(words: Iterable[str], incomplete: str) -> list[str]:
     return [w for w in words if w.startswith(incomplete)]
 

@@ -199,7 +199,8 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     a, b = main.kept[0], main.kept[0] + contact.kept[0]
     text = "\n".join([
         main.text, contact.text, kappa.text,
-        f"void o_prepare_all(const void*scene,{CONST}p,double*restrict c){{o_prepare(p,c);o_prepare_contacts(p,c+{a});o_prepare_kappa(p,c+{b});}}",
+        f"void o_prepare_all(const void*scene,{CONST}p,double*restrict c)"
+        f"{{o_prepare(p,c);o_prepare_contacts(p,c+{a});o_prepare_kappa(p,c+{b});}}",
         f"void o_contacts_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_contacts(x,y,c+{a},z,a,out);}}",
         f"void o_kappa_at({STATE},{CONST}z,{CONST}a,double*restrict out){{o_kappa(x,y,c+{b},z,a,out);}}",
     ])

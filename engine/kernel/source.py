@@ -153,7 +153,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}
     return PREAMBLE + main.text + text + KERNEL.initialiser(
-        "trunnion_kernel", **sizes, **names, scene="0", prepare="k_prepare_all", energy="0" if main.looped else "k_energy", **functions
+        "trunnion_kernel", **sizes, **names, scene="0", prepare="k_prepare_all", energy="0" if main.looped else "k_energy",
+        **functions,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import casadi as ca
 
@@ -63,7 +63,7 @@ class BodyPart:
     kept: int
 
 
-@lru_cache(maxsize=None)
+@cache
 def body_part(which: Carried) -> BodyPart:
     """Build a part from the functions by which whole scenes are compiled."""
     kind, count = REGISTRY[which.kind], Numbers()
@@ -95,7 +95,7 @@ def body_part(which: Carried) -> BodyPart:
 
 
 def _pose(step: Step) -> list[SX]:
-    return [*ca.vertsplit(ca.vec(ca.densify(step.Ein))), *ca.vertsplit(ca.vec(ca.densify(step.Eout))), *ca.vertsplit(ca.densify(step.s))]
+    return [x for part in (step.Ein, step.Eout, step.s) for x in ca.vertsplit(ca.vec(ca.densify(part)))]
 
 
 def _column(art: Articulated, step: Step) -> tuple[list[Input], list[Output]]:
@@ -138,8 +138,7 @@ def _with_own_places(which: Carried, text: str) -> tuple[str, dict[str, tuple[st
         found = re.match(rf"void {which.name}_(\w+)\(", piece)
         if found:
             used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]\[", piece)})
-            number = {i: k for k, i in enumerate(used)}
-            piece = re.sub(r"\ba\[(\d+)\]\[", lambda m: f"a[{number[int(m.group(1))]}][", piece)
+            piece = re.sub(r"\ba\[(\d+)\]\[", lambda m, used=used: f"a[{used.index(int(m.group(1)))}][", piece)
             places[f"{which.name}_{found.group(1)}"] = tuple(PLACES[i] for i in used)
         out.append(piece)
     return "".join(out), places

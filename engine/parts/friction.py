@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 
 import casadi as ca
 
@@ -69,7 +69,7 @@ class _Rubbed(PartSymbols):
         return [self.modes[MODE * slider + i] for i in range(MODE)]
 
 
-@lru_cache(maxsize=None)
+@cache
 def law(which: Rubbing, alone: bool) -> Part:
     """numbers, N, rates, modes, states → η (in order of its freedoms), ∂η/∂N (column-major, unless ``alone``), a ``tr_sliding`` a
     pair."""
@@ -88,22 +88,24 @@ def law(which: Rubbing, alone: bool) -> Part:
     return one(f"{which.name}_law{'_alone' if alone else ''}", ins, outs)
 
 
-@lru_cache(maxsize=None)
+@cache
 def held(which: Rubbing, alone: bool) -> Part:
     """numbers, N, u, modes, states → three numbers a pair (``tr_hold``), and the derivative of each pair's capacity by N."""
     e = Element(which.joint, _contact(which), which.needs, 0, 0)
     sym = _Rubbed(which)
     N, u = SX.sym("N", len(which.needs)), SX.sym("u", which.joint.kind.nv)
     values, rows = [], []
-    found = e.contact.held(wrench(e, N), [u[i] for i in e.eta], laws(sym, e), {n: sym.leaf(x) for n, x in e.friction.numbers}, e.friction.adams)
+    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    found = e.contact.held(wrench(e, N), [u[i] for i in e.eta], laws(sym, e), g, e.friction.adams)
     for h in found:
         values += [h.capacity, h.size, SX(h.beyond)]
         rows.append(ca.vec(ca.densify(ca.jacobian(h.capacity, N))))
     ins = {"numbers": sym.p, "N": N, "u": u, "modes": sym.modes, "b": sym.b}
-    return one(f"{which.name}_held{'_alone' if alone else ''}", ins, {"hold": values} | ({} if alone else {"dN": ca.vertcat(*rows)}))
+    outs = {"hold": values} | ({} if alone else {"dN": ca.vertcat(*rows)})
+    return one(f"{which.name}_held{'_alone' if alone else ''}", ins, outs)
 
 
-@lru_cache(maxsize=None)
+@cache
 def drift(which: Rubbing) -> Part:
     """numbers, N, rates, modes, states → rates of the states of a law that has some, 1/s."""
     e = Element(which.joint, _contact(which), which.needs, 0, 0)
@@ -118,9 +120,10 @@ TOUCH = 7
 """Numbers of a contact for columns: normal force, angle, elevation, normal (3), state."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def contacts(which: Rubbing) -> Part:
-    """numbers, all of f_c and m_c (6), rates, modes, states, η, pose → ``TOUCH`` numbers for each contact, and its ``tr_contact``."""
+    """numbers, all of f_c and m_c (6), rates, modes, states, η, pose → ``TOUCH`` numbers for each contact, and a ``tr_contact``
+    each."""
     e = Element(which.joint, _contact(which), COMPONENTS, 0, 0)
     sym, nv = _Rubbed(which), which.joint.kind.nv
     N, r, eta, pose = SX.sym("N", len(COMPONENTS)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("pose", POSE)
@@ -131,7 +134,8 @@ def contacts(which: Rubbing) -> Part:
     columns, four = [], []
     for c in touching:
         axis, base = c.plane
-        columns += [c.force, angle(c.vector[base], c.vector[axis]), c.elevation, *[c.normal[k] for k in range(3)], c.force > TOUCHING]
+        columns += [c.force, angle(c.vector[base], c.vector[axis]), c.elevation]
+        columns += [*[c.normal[k] for k in range(3)], c.force > TOUCHING]
         four += [c.force, *oriented(c)]
     ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b, "eta": eta, "pose": pose}
     return one(f"{which.name}_contacts", ins, {"columns": columns, "four": four})

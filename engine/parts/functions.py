@@ -57,8 +57,8 @@ def _held(s: Scene, alone: bool) -> None:
             if not alone:
                 tape.zero(rows)
             continue
-        s.call(tape, friction.held(friction.rubbing(e), alone), N=Block(Space.N, e.n0, n), u=Block(Space.U, e.eta[0], e.joint.kind.nv),
-               hold=hold, dN=rows, **_states(s, e))  # fmt: skip
+        N, u = Block(Space.N, e.n0, n), Block(Space.U, e.eta[0], e.joint.kind.nv)
+        s.call(tape, friction.held(friction.rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
 
 
 def _events(s: Scene) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import time
-from dataclasses import dataclass, field
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache as cache_of
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,13 @@ import numpy as np
 from engine.abi.header import header, number
 from engine.abi.kernels import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST, SCENE
 from engine.abi.records import Record
+from engine.basics.interrupts import held
 from engine.kernel import cache, compiler
-from engine.kernel.emit import MATH
 from engine.kernel.columns import Column
-from engine.kernel.library import RUNTIME, UNITS, jacobian_library, kernel_key, runtime_key
+from engine.kernel.emit import MATH
+from engine.kernel.library import RUNTIME, Kernel, kernel_key, runtime_key
 from engine.kernel.output_unit import post_of, wants_of
+from engine.kernel.programs import awaited, side_by_side
 from engine.kernel.source import coordinate_kinds, element_table
 from engine.parts import functions
 from engine.parts.rows import Rows, write_contacts
@@ -31,34 +34,20 @@ from engine.recursion.elements import Element
 from engine.system.pace import frequencies
 from engine.system.structure import System
 
-FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot", "energy")
+FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
+             "energy")  # fmt: skip
 
 
 @dataclass
-class PartsKernel:
-    """A kernel as blocks use it (``library.Kernel``): tables in memory, as the runtime reads them, and what keeps them there. The
-    Jacobian unit is compiled for the scene when a method asks for it."""
+class PartsKernel(Kernel):
+    """A kernel whose tables are in memory, as the runtime reads them, with what keeps them there. Its Jacobian unit is compiled for
+    the scene, when a method asks for it."""
 
     tables: dict[str, Any]
-    sizes: dict[str, int]
-    facts: dict[str, Any]
-    build_seconds: float
-    key: str
-    structure: tuple[System, int, bool, bool]
     keep: list[Any]
-    libraries: dict[str, ctypes.CDLL] = field(default_factory=dict)
 
     def address(self, unit: str) -> int:
-        """Address of a unit's table."""
-        if unit in self.tables:
-            return ctypes.addressof(self.tables[unit])
-        return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
-
-    def jacobian(self) -> int:
-        """Address of the Jacobian unit's table, built when it is first asked for."""
-        if "jacobian" not in self.libraries:
-            self.libraries["jacobian"] = jacobian_library(self.key, self.structure)
-        return self.address("jacobian")
+        return ctypes.addressof(self.tables[unit]) if unit in self.tables else super().address(unit)
 
 
 @lru_cache(maxsize=1)
@@ -74,24 +63,38 @@ def machine() -> ctypes.CDLL:
     return ctypes.CDLL(str(folder / f"machine{suffix}"))
 
 
-@lru_cache(maxsize=None)
+@cache_of
 def compiled(text: str) -> ctypes.CDLL:
-    """The library of a part, by its text."""
+    """The library of a part, by its text: compiled once a machine."""
     suffix = compiler.library_suffix()
 
     def make(folder: Path) -> None:
         (folder / "part.c").write_text(MATH + text)
         compiler.build_library([folder / "part.c"], folder / f"part{suffix}", [folder], cache.cache_folder())
 
-    folder, _ = cache.entry(f"part-{cache.digest(text, compiler.compiler_version(), *compiler.FLAGS, compiler.cpu_level())}", make)
+    folder, _ = cache.entry(_entry(text), make)
     return ctypes.CDLL(str(folder / f"part{suffix}"))
+
+
+def _entry(text: str) -> str:
+    toolchain = (compiler.compiler_version(), compiler.host_target(), compiler.cpu_level(), *compiler.FLAGS)
+    return f"part-{cache.digest(text, *toolchain)}"
+
+
+def _compiled(texts: list[str]) -> list[ctypes.CDLL]:
+    """Libraries of parts; those that this machine has not yet are compiled side by side."""
+    missing = [t for t in texts if not (cache.cache_folder() / _entry(t)).exists()]
+    with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
+        for job in [submit(compiled, t) for t in missing]:
+            awaited(job)
+    return [compiled(t) for t in texts]
 
 
 def _addresses(s: Scene) -> Any:
     """The functions that tapes call, in the order of their numbers: the machine's own, then those of the parts."""
     own = (ctypes.c_void_p * BUILTINS).in_dll(machine(), "tr_machine_parts")
     found: list[int] = [0] * len(s.functions)
-    libraries = [compiled(text) for text in s.texts.values()]
+    libraries = _compiled(list(s.texts.values()))
     for name, at in s.functions.items():
         library = next(x for x in libraries if hasattr(x, name))
         found[at - BUILTINS] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
@@ -123,16 +126,21 @@ SOLVED = {"acceleration", "qdd", "reaction", "drive", "friction", "contact"}
 """First words of the keys of columns that depend on multipliers or accelerations."""
 
 
-def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> PartsKernel:
-    """The kernel of a tree, its tables made for this scene and these columns."""
-    started, keep = time.perf_counter(), []
+def parts_kernel(
+    system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
+) -> PartsKernel:
+    """The kernel of a tree, its tables made for this scene and these columns. redundant: the variant that only loops ask for."""
+    assert not redundant
+    assert not system.cuts
+    started = time.perf_counter()
+    keep: list[Any] = []
     with direct_operators():
         table, sizes, rubbing = _kernel_table(system, parameters, quadratures, keep)
         outputs = _outputs_table(system, chosen, keep)
-    facts = {"operations": {}, "active_rows": [], "loop_rows": {}, "rubbing": rubbing}
+    facts = {"operations": {}, "active_rows": [], "loop_rows": [], "rubbing": rubbing}
     key = kernel_key(system, parameters, chosen, quadratures, False)
-    return PartsKernel({"kernel": table, "outputs": outputs}, sizes, facts, time.perf_counter() - started, key,
-                       (system, parameters, quadratures, False), keep)  # fmt: skip
+    structure, tables = (system, parameters, quadratures, False), {"kernel": table, "outputs": outputs}
+    return PartsKernel({}, sizes, facts, time.perf_counter() - started, cache.cache_folder(), key, structure, tables, keep)
 
 
 def _kernel_table(system: System, parameters: int, quadratures: bool, keep: list[Any]) -> tuple[Any, dict[str, int], list[str]]:
@@ -182,7 +190,7 @@ def _functions(names: Iterable[str]) -> dict[str, int | None]:
     return {n: ctypes.cast(getattr(machine(), f"tr_parts_{n}"), ctypes.c_void_p).value for n in names}
 
 
-def _records(record: Record, rows: list[tuple], keep: list[Any]) -> int:
+def _records(record: Record, rows: Sequence[tuple[Any, ...]], keep: list[Any]) -> int:
     """Address of a table of records."""
     made = (record.ctype * (len(rows) + 1))(*rows)
     keep.append(made)

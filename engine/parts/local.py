@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.leaves import Leaf, Leaves, Param
-from engine.system.structure import Body, Device, FrictionElement, Joint, Signal, Slider
+from engine.system.structure import Body, Device, Joint, Signal
 
 PRESCRIBED = Device(drive=Signal("value", (0.0,)))
 """Stands for a freedom whose motion is given, whatever gives it."""
@@ -53,7 +54,9 @@ class PartSymbols(Symbols):
 
 def a_joint(numbers: Numbers, kind: str, forward: bool, driven: Sequence[int], pitched: bool, freedoms: int) -> Joint:
     """A joint of the tree whose frames, points and pitch are numbers of the part (18, 3 and, if it has one, 1)."""
-    inb, out, point = numbers.some(9), numbers.some(9), numbers.some(3)
+    inb: Any = numbers.some(9)
+    out: Any = numbers.some(9)
+    point = numbers.some(3)
     devices = tuple(PRESCRIBED if k in driven else Device() for k in range(freedoms))
     pitch = numbers.one() if pitched else None
     return Joint("", kind, 0, 0, point, point, inb, out, False, pitch, devices, None, False, 0, forward)
@@ -63,5 +66,3 @@ def a_body(numbers: Numbers) -> Body:
     """A body whose mass, mass centre and inertia are numbers of the part (1, 3 and 6)."""
     return Body("", numbers.one(), numbers.some(3), numbers.some(6), False, (), 0, 0)
 
-
-__all__ = ["FrictionElement", "Numbers", "PartSymbols", "Slider", "a_body", "a_joint"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -22,7 +22,7 @@ class Part:
     places: dict[str, tuple[str, ...]]
 
 
-def one(name: str, inputs: dict[str, SX], outputs: dict[str, SX | Sequence[SX]], added: Sequence[str] = ()) -> Part:
+def one(name: str, inputs: dict[str, SX], outputs: Mapping[str, SX | Sequence[SX]], added: Sequence[str] = ()) -> Part:
     """The part ``name``, whose places are those of its inputs and then those of its outputs; ``added``: outputs that are added to
     what is there. Inputs and outputs of no length have no place."""
     ins = {k: v for k, v in inputs.items() if v.numel()}

@@ -13,6 +13,7 @@ from engine.kernel.powers import names_of_powers
 from engine.parts import friction, small
 from engine.parts.scene import Moving, Scene
 from engine.parts.stepping import element_places
+from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, elements
 from engine.system.structure import GROUND, Joint
@@ -80,11 +81,12 @@ class Rows:
 
     def _center(self, i: int) -> Block:
         n = self.scene.body_numbers[i]
-        return n.part(n.size - 9, 3)
+        return n.part(n.size - BODY + 1, 3)
 
     def _place(self, i: int, point: Block, name: str) -> Block:
         motion = self.moving()[i].motion
-        return self.once(("place", i, name), 6, lambda out: self.scene.call(self.tape, small.point(), motion=motion, p=point, out=out))
+        make = lambda out: self.scene.call(self.tape, small.point(), motion=motion, p=point, out=out)  # noqa: E731
+        return self.once(("place", i, name), 6, make)
 
     def _position(self, i: int, k: int) -> Block:
         return self._place(i, self._center(i), "").part(k, 1)
@@ -160,9 +162,10 @@ class Rows:
         pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(
             self.tape, small.pin(j.kind_name, j.forward, j.pin_out, COMPONENTS), N=N, pose=m.pose, out=out))  # fmt: skip
         four = self.once(("four", j.name), 4 * count, lambda _: None)
+        eta = Block(Space.Z, self.system.rows + e.eta[0], nv)
         columns = self.once(("contacts", j.name), friction.TOUCH * count, lambda out: self.scene.call(
-            self.tape, friction.contacts(friction.rubbing(e)), N=pressed, r=m.v, eta=Block(Space.Z, self.system.rows + e.eta[0], nv),
-            pose=m.pose, columns=out, four=four, **element_places(self.scene, e)))  # fmt: skip
+            self.tape, friction.contacts(friction.rubbing(e)), N=pressed, r=m.v, eta=eta, pose=m.pose, columns=out, four=four,
+            **element_places(self.scene, e)))  # fmt: skip
         return columns, four
 
     def _contact(self, name: str, i: int, what: str, k: int = 0) -> Block:
@@ -186,12 +189,10 @@ class Rows:
         return self._energies().part(1, 1)
 
     def _sum(self, key: str, terms: list[tuple[Block, int]]) -> Block:
-        one = self.scene.constant([1.0])
-
         def make(out: Block) -> None:
             self.tape.zero(out)
             for block, sign in terms:
-                self.tape.call(Builtin.PRODUCT, [one, block, out], [1, sign])
+                self.tape.call(Builtin.PRODUCT, [self.scene.one, block, out], [1, sign])
 
         return self.once(key, 1, make)
 

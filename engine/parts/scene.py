@@ -1,22 +1,17 @@
-"""The tables of a scene: where its numbers lie, and the passes over its bodies that several functions begin with."""
+"""The passes over the bodies of a scene that several functions begin with, and what acts on bodies and along freedoms."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from engine.kernel.classes import MOTION
 from engine.parts import small
-from engine.parts.body import POSE, BodyPart, Carried, body_part
-from engine.parts.one import Part
-from engine.parts.tape import BUILTINS, Block, Builtin, Space, Tape
-from engine.system.leaves import Leaf, Param
-from engine.system.structure import GROUND, Device, Joint, Load, Signal, System, state_coordinates
+from engine.parts.body import POSE
+from engine.parts.tables import BODY, Tables
+from engine.parts.tape import Block, Builtin, Space, Tape
+from engine.system.structure import GROUND, Device, Joint, Load, Signal, state_coordinates
 
-POINTER = 1
-"""Doubles at the head of the constants: by which the machine finds the scene."""
-STILL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 9)
-"""Motion of the ground (``MOTION``)."""
 Place = Callable[[int], Block]
 """Where a pass puts so many numbers."""
 
@@ -36,104 +31,8 @@ class Moving:
     effort: Block
 
 
-@dataclass
-class Scene:
-    """Constants, functions and tapes, as they are being put together."""
-
-    system: System
-    constants: list[float] = field(default_factory=list)
-    functions: dict[str, int] = field(default_factory=dict)
-    texts: dict[str, str] = field(default_factory=dict)
-    """Text of each part, by the first of its functions."""
-    tapes: dict[str, Tape] = field(default_factory=dict)
-    nc: int = POINTER
-    whole_z: bool = False
-    """Whether multipliers of all rows are handed, not of the active ones alone: those of a row are."""
-
-    def __post_init__(self) -> None:
-        self.prepare = self.tape("prepare")
-        self.zeros, self.ground = self.constant([0.0] * 18), self.constant(STILL)
-        self.gravity = self.numbers(self.system.gravity)
-        self.base = self._c(6)
-        self.prepare.zero(self.base)
-        self.prepare.call(Builtin.PRODUCT, [self.constant([1.0]), self.gravity.part(0, 1), self.base.part(0, 1)], [1, -1])
-        self.prepare.call(Builtin.PRODUCT, [self.constant([1.0]), self.gravity.part(1, 1), self.base.part(1, 1)], [1, -1])
-        self.prepare.call(Builtin.PRODUCT, [self.constant([1.0]), self.gravity.part(2, 1), self.base.part(2, 1)], [1, -1])
-        self.parts: list[BodyPart] = []
-        self.which: list[Carried] = []
-        self.body_constants: list[Block] = []
-        self.body_numbers: list[Block] = []
-        for j in self.system.tree:
-            self._body(j)
-
-    # -- numbers and functions ----------------------------------------------------------------------------------------------
-
-    def tape(self, name: str) -> Tape:
-        """A new tape."""
-        return self.tapes.setdefault(name, Tape())
-
-    def _c(self, size: int) -> Block:
-        self.nc += size
-        return Block(Space.C, self.nc - size, size)
-
-    def constant(self, values: Sequence[float]) -> Block:
-        """Numbers that are what they are."""
-        self.constants += values
-        return Block(Space.K, len(self.constants) - len(values), len(values))
-
-    def numbers(self, leaves: Iterable[Leaf]) -> Block:
-        """Numbers of the scene behind each other."""
-        leaves = list(leaves)
-        if not any(isinstance(x, Param) for x in leaves):
-            return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
-        out, how = self._c(len(leaves)), []
-        for x in leaves:
-            if isinstance(x, Param):
-                how.append(x.index)
-            else:
-                self.constants.append(float(x))
-                how.append(-len(self.constants))
-        self.prepare.call(Builtin.GATHER, [Block(Space.P, 0, 0), Block(Space.K, 0, 0), out], [len(leaves), *how])
-        return out
-
-    def function(self, part: Part | BodyPart, name: str) -> int:
-        """Number of a part's function."""
-        if name not in self.functions:
-            self.texts.setdefault(next(iter(part.places)), part.text)
-            for n in part.places:
-                self.functions[n] = BUILTINS + len(self.functions)
-        return self.functions[name]
-
-    def call(self, tape: Tape, part: Part | BodyPart, name: str = "", **places: Block) -> None:
-        """Call a part's function (its only one) with its places by their names."""
-        name = name or next(iter(part.places))
-        tape.call(self.function(part, name), [places[p] for p in part.places[name]])
-
-    # -- bodies -------------------------------------------------------------------------------------------------------------
-
-    def _body(self, j: Joint) -> None:
-        body = self.system.bodies[j.child]
-        which = Carried(j.kind_name, j.forward, j.driven)
-        part = body_part(which)
-        point = j.inb_point if j.forward else j.out_point
-        leaves = [*j.inb_frame, *j.out_frame, *point, *([j.pitch] if j.pitch is not None else []), body.mass, *body.center, *body.inertia]
-        own = self.numbers(leaves)
-        if body.per_mass:
-            moved = self._c(own.size)
-            self.prepare.copy(own, moved)
-            self.prepare.call(Builtin.SCALE, [own.part(own.size - 6, 6), own.part(own.size - 10, 1), moved.part(own.size - 6, 6)], [6])
-            own = moved
-        kept = self._c(part.constants)
-        self.call(self.prepare, part, f"{which.name}_prepare", numbers=own, constants=kept)
-        self.which.append(which), self.parts.append(part), self.body_constants.append(kept), self.body_numbers.append(own)
-
-    def body_call(self, tape: Tape, i: int, function: str, **places: Block) -> None:
-        """Call a function of body i's part."""
-        self.call(tape, self.parts[i], f"{self.which[i].name}_{function}", constants=self.body_constants[i], **places)
-
-    def parent(self, i: int) -> int:
-        """The body that carries body i, GROUND for the ground."""
-        return self.system.bodies[i].parent
+class Scene(Tables):
+    """The tables of a scene and the passes over it."""
 
     # -- the pass outward ---------------------------------------------------------------------------------------------------
 
@@ -197,7 +96,7 @@ class Scene:
         if d.spring is None and d.damping is None and d.stop is None:
             return
         stop, spring = d.stop, d.spring or (0.0, 0.0)
-        ends = [0.0 if stop is None or e is None else e for e in (stop and stop.lower, stop and stop.upper)]
+        ends = [0.0 if e is None else e for e in ((stop.lower, stop.upper) if stop else (None, None))]
         leaves = [*spring, d.damping or 0.0, *((stop.stiffness, stop.damping) if stop else (0.0, 0.0)), *ends]
         flags = self.zeros
         if stop:
@@ -249,7 +148,7 @@ class Scene:
 
     def drive_effort(self, tape: Tape, j: Joint, k: int, m: Moving, N: Block, out: Block) -> None:
         """What the joint transmits along a driven freedom, less its devices, friction added."""
-        one, devices = self.constant([1.0]), tape.scratch_block(1)
+        devices = tape.scratch_block(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(tape, small.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
         tape.zero(devices)
@@ -257,16 +156,16 @@ class Scene:
         self.device(tape, d, "force", m.q.part(i, 1) if i >= 0 else self.zeros, m.v.part(k, 1), devices)
         if d.effort:
             tape.call(Builtin.ADD, [self.value(tape, d.effort, tape.scratch_block), devices], [1])
-        tape.call(Builtin.PRODUCT, [devices, one, out], [1, -1])
+        tape.call(Builtin.PRODUCT, [devices, self.one, out], [1, -1])
         if j.friction:
             first = self.system.rows * self.whole_z + min(e for sl in j.friction.sliders for e in sl.eta)
-            tape.call(Builtin.PRODUCT, [Block(Space.Z, first + k, 1), one, out], [1, 1])
+            tape.call(Builtin.PRODUCT, [Block(Space.Z, first + k, 1), self.one, out], [1, 1])
 
     def energies(self, tape: Tape, moving: list[Moving], out: Block) -> None:
         """Kinetic and potential energy."""
         tape.zero(out)
         for m, numbers in zip(moving, self.body_numbers, strict=True):
-            own = numbers.part(numbers.size - 10, 10)
+            own = numbers.part(numbers.size - BODY, BODY)
             self.call(tape, small.energies(), numbers=own, g=self.gravity, motion=m.motion, out=out)
         potential = out.part(1, 1)
         for j in self.system.tree:

@@ -3,8 +3,7 @@ energies, pins, rates of coordinates."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 
 import casadi as ca
 
@@ -40,7 +39,7 @@ class _Timed(PartSymbols):
         return self.flags[index]
 
 
-@lru_cache(maxsize=None)
+@cache
 def signal(kind: str, moves: bool) -> Part:
     """numbers, moment → value of a signal; of one that moves a drive its rate and acceleration too."""
     count = Numbers()
@@ -54,25 +53,26 @@ DEVICE = 7
 """Numbers of a device: stiffness and rest of its spring, damping, stiffness and damping of its stops, lower and upper end."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def device(what: str) -> Part:
     """numbers (``DEVICE``), flags of the stops (2), coordinate, rate → ``force`` along the freedom, ``power`` of what takes energy
     and ``potential`` energy; each is added."""
     sym = _Timed(DEVICE)
     q, rate = SX.sym("q"), SX.sym("rate")
-    k, rest, damping, stiff, loss, lower, upper = ca.vertsplit(sym.p)
+    k, rest, damping, stiff, _, lower, upper = ca.vertsplit(sym.p)
     n = Numbers().some(DEVICE)
     d = Device(stop=Stop(n[3], n[4], n[5], n[6], (0, 1)))
     elastic = sum((stiff * sym.flags[i] * (end - q) for i, end in enumerate((lower, upper))), SX(0))
+    pressed = sum((0.5 * stiff * sym.flags[i] * (end - q) ** 2 for i, end in enumerate((lower, upper))), SX(0))
     out = {
         "force": -k * (q - rest) - damping * rate + stop_force(sym, d, q, rate),
         "power": -damping * rate**2 + (stop_force(sym, d, q, rate) - elastic) * rate,
-        "potential": 0.5 * k * (q - rest) ** 2 + sum((0.5 * stiff * sym.flags[i] * (end - q) ** 2 for i, end in enumerate((lower, upper))), SX(0)),
+        "potential": 0.5 * k * (q - rest) ** 2 + pressed,
     }[what]
     return one(f"d_{what}", {"numbers": sym.p, "flags": sym.flags, "q": q, "rate": rate}, {"out": out}, ["out"])
 
 
-@lru_cache(maxsize=None)
+@cache
 def load(kind: str, body_frame: bool, what: str) -> Part:
     """Of a force or torque on a body: motion, point (3), value (3) → ``wrench`` (6, added) or ``power`` (added)."""
     sym, motion = _Timed(3), SX.sym("motion", MOTION)
@@ -82,10 +82,11 @@ def load(kind: str, body_frame: bool, what: str) -> Part:
     m = unpack_motion(ca.vertsplit(motion))
     w = wrenches(sym, [m], given)[0][1]
     out = w if what == "wrench" else ca.dot(w[:3], m.rdot) + ca.dot(w[3:], m.omega)
-    return one(f"l_{kind}_{'body' if body_frame else 'world'}_{what}", {"numbers": sym.p, "motion": motion, "value": value}, {"out": out}, ["out"])
+    name = f"l_{kind}_{'body' if body_frame else 'world'}_{what}"
+    return one(name, {"numbers": sym.p, "motion": motion, "value": value}, {"out": out}, ["out"])
 
 
-@lru_cache(maxsize=None)
+@cache
 def spring(what: str) -> Part:
     """Of a spring-damper between two points: numbers (3, points 3 + 3), two motions → ``wrench`` on both (6 each, added), ``power``
     of its damper or ``potential`` energy (added)."""
@@ -103,7 +104,7 @@ def spring(what: str) -> Part:
     return one(f"l_spring_{what}", ins, {"out": out}, ["out"])
 
 
-@lru_cache(maxsize=None)
+@cache
 def energies() -> Part:
     """numbers of a body (mass, centre 3, inertia 6), gravity (3), motion → its kinetic and potential energy (added)."""
     count = Numbers()
@@ -117,7 +118,7 @@ def energies() -> Part:
     return one("b_energies", {"numbers": sym.p, "g": g, "motion": motion}, {"out": [kinetic, potential]}, ["out"])
 
 
-@lru_cache(maxsize=None)
+@cache
 def pin(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...]) -> Part:
     """Reaction N on the child (6), pose → the needed components of f_c, m_c."""
     N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
@@ -125,11 +126,11 @@ def pin(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...]) -> Part
     none = zeros(3)
     joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, False, 0, forward)
     step = Step(joint, Ein, Eout, s, [], none, none, none, [], [])
-    name = f"r_{CONTACTS[REGISTRY[kind].friction].name}_{'out' if forward else 'in'}_{'pin_out' if pin_out else 'pin_in'}_{''.join(needs)}"
-    return one(name, {"N": N, "pose": pose}, {"out": pin_wrench(step, joint, N, needs)})
+    words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", "pin_out" if pin_out else "pin_in", *needs]
+    return one("_".join(["r", *words]), {"N": N, "pose": pose}, {"out": pin_wrench(step, joint, N, needs)})
 
 
-@lru_cache(maxsize=None)
+@cache
 def along(kind: str, forward: bool, k: int) -> Part:
     """What a joint transmits along freedom k on its outboard part: N on the child (6), pose, pitch → one number."""
     N, pose, pitch = SX.sym("N", 6), SX.sym("pose", POSE), SX.sym("pitch")
@@ -144,21 +145,22 @@ def along(kind: str, forward: bool, k: int) -> Part:
     return one(f"r_along_{kind}_{'out' if forward else 'in'}_{k}", {"N": N, "pose": pose, "pitch": pitch}, {"out": total})
 
 
-@lru_cache(maxsize=None)
+@cache
 def depth(upper: bool) -> Part:
     """End of a stop (1), coordinate → by how much it is pressed."""
     end, q = SX.sym("end"), SX.sym("q")
     return one(f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)})
 
 
-@lru_cache(maxsize=None)
+@cache
 def quaternion() -> Part:
     """Quaternion (4), turning rates (3) → its rate."""
     q, spin = SX.sym("q", 4), SX.sym("spin", 3)
-    return one("q_quaternion", {"q": q, "spin": spin}, {"out": quaternion_rate([q[i] for i in range(4)], [spin[k] for k in range(3)])})
+    rate = quaternion_rate([q[i] for i in range(4)], [spin[k] for k in range(3)])
+    return one("q_quaternion", {"q": q, "spin": spin}, {"out": rate})
 
 
-@lru_cache(maxsize=None)
+@cache
 def point() -> Part:
     """Motion of a body, a point of it (3) → its position and velocity (6)."""
     motion, p = SX.sym("motion", MOTION), SX.sym("p", 3)
@@ -167,7 +169,7 @@ def point() -> Part:
     return one("o_point", {"motion": motion, "p": p}, {"out": ca.vertcat(m.r + lever, m.rdot + cross(m.omega, lever))})
 
 
-@lru_cache(maxsize=None)
+@cache
 def acceleration() -> Part:
     """Motion, point (3), gravity (3), Ż (6) → acceleration of a point of a body (3)."""
     motion, p, g, Z = SX.sym("motion", MOTION), SX.sym("p", 3), SX.sym("g", 3), SX.sym("Z", 6)
@@ -177,7 +179,7 @@ def acceleration() -> Part:
     return one("o_acceleration", {"motion": motion, "p": p, "g": g, "Z": Z}, {"out": out})
 
 
-@lru_cache(maxsize=None)
+@cache
 def orientation() -> Part:
     """Motion → the quaternion of a body's orientation (4)."""
     motion = SX.sym("motion", MOTION)
@@ -185,7 +187,7 @@ def orientation() -> Part:
     return one("o_orientation", {"motion": motion}, {"out": to_quaternion([[R[r, c] for c in range(3)] for r in range(3)], ca)})
 
 
-@lru_cache(maxsize=None)
+@cache
 def reaction(forward: bool, pin_out: bool) -> Part:
     """N on the child (6), pose → force and torque on the inboard part at the joint's centre, in its frame (6)."""
     N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
@@ -198,11 +200,9 @@ def reaction(forward: bool, pin_out: bool) -> Part:
     return one(name, {"N": N, "pose": pose}, {"out": ca.vertcat(-(Ein.T @ f), -(Ein.T @ t))})
 
 
-@lru_cache(maxsize=None)
+@cache
 def over() -> Part:
     """One number over another."""
     a, b = SX.sym("a"), SX.sym("b")
     return one("o_over", {"a": a, "b": b}, {"out": a / b})
 
-
-__all__ = ["along", "depth", "device", "energies", "load", "pin", "quaternion", "over", "orientation", "acceleration", "point", "reaction", "replace", "signal", "spring"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from engine.kernel.classes import HANDED
@@ -69,10 +70,6 @@ class Stepping:
         """A tree joint's part of numbers of all free rates."""
         return block.part(j.v0, len(j.free))
 
-    def along_free(self, tape: Tape, j: Joint, effort: Block) -> Block:
-        """Its effort as the part's inward function reads it."""
-        return effort
-
     def _inward(self, tape: Tape) -> None:
         s, n = self.scene, len(self.system.bodies)
         handed = [tape.scratch_block(HANDED) for _ in range(n + 1)]
@@ -83,10 +80,13 @@ class Stepping:
             s.body_call(tape, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i], force=m.force, effort=m.effort,
                         up=handed[s.parent(i)], y=self.own(self.y, j), F=self.F[i], known=m.known)  # fmt: skip
 
-    def _accelerate(self, tape: Tape, y: Block, F: list[Block], function: str, bodies: list[int], base: Block) -> tuple[Block, list[Block], list[Block]]:
+    def _accelerate(
+        self, tape: Tape, y: Block, F: list[Block], function: str, bodies: Iterable[int], base: Block
+    ) -> tuple[Block, list[Block], list[Block]]:
         """The pass outward from accelerations y: q̈ (nv), Ż and N of each body."""
         s, n = self.scene, len(self.system.bodies)
-        qdd, Z, N = tape.scratch_block(self.system.nv), [tape.scratch_block(6) for _ in range(n)], [tape.scratch_block(6) for _ in range(n)]
+        qdd = tape.scratch_block(self.system.nv)
+        Z, N = ([tape.scratch_block(6) for _ in range(n)] for _ in range(2))
         for i in bodies:
             m, j, parent = self.moving[i], self.system.tree[i], s.parent(i)
             s.body_call(tape, i, function, work=m.work, kept=self.kept[i], Z=base if parent == GROUND else Z[parent],
@@ -97,7 +97,7 @@ class Stepping:
 
     def _known(self, tape: Tape) -> None:
         """N0, rates and Q0."""
-        qdd, _, N = self._accelerate(tape, self.y, self.F, "accelerations", list(range(len(self.system.bodies))), self.scene.base)
+        qdd, _, N = self._accelerate(tape, self.y, self.F, "accelerations", range(len(self.system.bodies)), self.scene.base)
         m = self.maps
         for e in self.parts:
             j, moving = e.joint, self.moving[e.joint.child]
@@ -137,12 +137,11 @@ class Stepping:
                 up = force[s.parent(b)] if s.parent(b) != GROUND else sink
                 s.body_call(tape, b, "column", work=self.moving[b].work, kept=self.kept[b], effort=g, up=up,
                             yc=self.own(y, self.system.tree[b]), fc=force[b])  # fmt: skip
-        branch, inside = [], {path[-1]}
+        inside = {path[-1]} if k in j.free else set()
         for i in range(n):
-            if i in inside or s.parent(i) in inside:
-                inside.add(i), branch.append(i)
-        if k not in j.free:
-            branch = []
+            if s.parent(i) in inside:
+                inside.add(i)
+        branch = sorted(inside)
         qdd, _, N = self._accelerate(tape, y, force, "response", branch, s.zeros)
         for o in self.parts:
             rows = Block(Space.MAPS, m.nn * (1 + at) + o.n0, len(o.needs))
@@ -166,7 +165,8 @@ class Stepping:
         if self.parts:
             y = tape.scratch_block(nv)
             tape.call(Builtin.COMBINE, [self.y, self.columns, Block(Space.Z, 0, system.neta), y], [nv, system.neta, nv])
-        qdd, Z, _ = self._accelerate(tape, y, [s.zeros] * len(system.bodies), "accelerations", list(range(len(system.bodies))), s.base)
+        every = range(len(system.bodies))
+        qdd, Z, _ = self._accelerate(tape, y, [s.zeros for _ in every], "accelerations", every, s.base)
         tape.copy(qdd, Block(Space.DY, nq, nv))
         N = s.balance(tape, self.moving, Z) if nb or any(j.driven for j in system.tree) else []
         at = nq + nv
@@ -179,8 +179,8 @@ class Stepping:
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
         self._pin(tape, e, N[e.joint.child], rows)
-        which = friction.rubbing(e)
-        self.scene.call(tape, friction.drift(which), N=rows, r=self.moving[e.joint.child].v, out=out, **element_places(self.scene, e))
+        part, v = friction.drift(friction.rubbing(e)), self.moving[e.joint.child].v
+        self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, e))
 
     def _powers(self, tape: Tape, N: list[Block], at: int) -> None:
         """Powers behind the derivative, from place ``at`` on."""
@@ -207,8 +207,8 @@ class Stepping:
             if load.kind == "spring_damper":
                 s.call(tape, small.spring("power"), out=damping, **s.ends(load, self.moving))
             else:
-                m = self.moving[load.bodies[0]]
-                s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **s.applied(tape, load, m, tape.scratch_block))
+                places = s.applied(tape, load, self.moving[load.bodies[0]], tape.scratch_block)
+                s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **places)
         groups = [[x] for x in each] if self.quadratures else [each[:-GIVING], each[-GIVING:]]
         for i, group in enumerate(groups):
             out = Block(Space.DY, at + i, 1)

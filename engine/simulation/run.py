@@ -13,6 +13,7 @@ from engine.basics.patterns import MOST_WILD, is_wild, unmatched
 from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
+from engine.parts.kernel import parts_kernel
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
@@ -20,7 +21,7 @@ from engine.scene.suggest import shown
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
 from engine.simulation.result import Result
-from engine.simulation.settings import Run, described, settings_given
+from engine.simulation.settings import KERNELS, Run, described, settings_given
 from engine.simulation.stepping import OneRun, Progress
 from engine.system.build import Built, build
 from engine.system.structure import System
@@ -30,7 +31,7 @@ class Model:
     """A scene made ready to run: structure, kernel and block. Runs of the same structure share the kernel, and the scene's
     numbers may be changed between runs."""
 
-    def __init__(self, scene: Scene, outputs: Names | None = None):
+    def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str = KERNELS[0]):
         started = time.perf_counter()
         self.built: Built = build(scene)
         everything = columns(self.built.system)
@@ -38,14 +39,17 @@ class Model:
         if problems := pattern_problems(everything, wanted):
             raise SceneError(problems)
         self.columns: list[Column] = select(everything, wanted)
-        self.build_seconds = 0.0
+        self.build_seconds, self.kernel_kind = 0.0, kernel
+        if problems := kernel_problems(self.built.system, kernel):
+            raise SceneError(problems)
         self._load(redundant=False)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
     def _load(self, redundant: bool) -> None:
         table = self.built.parameters
         chosen = (self.columns, needs_quadratures(self.columns), redundant)
-        self.kernel: Kernel = kernel(self.built.system, len(table.values), *chosen)
+        made = parts_kernel if self.kernel_kind == "parts" else kernel
+        self.kernel: Kernel = made(self.built.system, len(table.values), *chosen)
         self.build_seconds += self.kernel.build_seconds
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(table.values))
 
@@ -65,6 +69,14 @@ class Model:
     def system(self) -> System:
         """The mechanism's structure."""
         return self.built.system
+
+
+def kernel_problems(system: System, kernel: str) -> list[Problem]:
+    """What stands against evaluating a system by this kernel."""
+    if kernel == "parts" and system.cuts:
+        loops = ", ".join(j.name for j in system.cuts[:MOST])
+        return [Problem("kernel", f"parts do not close loops yet, and this scene has some (cut at {loops})", "leave kernel out")]
+    return []
 
 
 def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:
@@ -90,6 +102,7 @@ def simulate(
     every: Amount | None = None,
     rtol: Amount | None = None,
     method: str | None = None,
+    kernel: str | None = None,
     overrides: Mapping[str, Any] | None = None,
     outputs: Names | None = None,
     step: Amount | None = None,
@@ -106,16 +119,16 @@ def simulate(
     built, there is nothing to keep, and KeyboardInterrupt is raised.
     """
     loaded = scene_given(scene, overrides)
-    asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step}
+    asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step, "kernel": kernel}
     chosen = settings_given("engine.simulate", asked)
-    fixed = chosen.pop("step") or 0.0
+    fixed, made_of = chosen.pop("step") or 0.0, chosen.pop("kernel") or KERNELS[0]
     own = Run(**chosen)
     end, spacing, tolerance = own.of(loaded)
     jams = loaded.simulation.jams == "impact"
     settings = bl.Settings(tolerance, own.method_of(loaded), fixed, max_steps=max_steps, through_jams=jams)
     patterns = names_given(loaded.outputs if outputs is None else outputs)
     check_settings(end, spacing, settings, loaded, patterns)
-    return OneRun(Model(loaded, patterns), end, spacing, settings, progress).result()
+    return OneRun(Model(loaded, patterns, made_of), end, spacing, settings, progress).result()
 
 
 def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:

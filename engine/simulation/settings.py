@@ -16,6 +16,8 @@ from engine.scene.given import Amounts
 from engine.scene.model import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
+KERNELS = ("compiled", "parts")
+"""What evaluates a scene, the usual one first."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Run:
 
 def known_words() -> dict[str, tuple[str, ...]]:
     """What the registries hold, by the names that settings have for it."""
-    return {"methods": tuple(METHODS), "laws": tuple(LAWS)}
+    return {"methods": tuple(METHODS), "laws": tuple(LAWS), "kernels": KERNELS}
 
 
 def told(setting: Setting, who: str) -> str:

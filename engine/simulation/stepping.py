@@ -65,6 +65,7 @@ class OneRun:
                       c["jacobians"], c["events"], c)
         s = self.settings
         used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
+        used["kernel"] = self.model.kernel_kind
         scene = self.model.built.scene
         certified = certificate(block, self.model.system, self.roots, self.open_reactions) if self.began else Certificate()
         self.notes += certificate_notes(certified)

@@ -100,8 +100,8 @@ class Joint:
     out: int
     inb_point: Leaves
     out_point: Leaves
-    inb_frame: Leaves
-    out_frame: Leaves
+    inb_frame: tuple[float, ...]
+    out_frame: tuple[float, ...]
     pin_out: bool
     pitch: Leaf | None
     devices: tuple[Device, ...]

@@ -1,0 +1,123 @@
+"""The tables of a scene: where its numbers lie, which functions of parts it calls, and its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from engine.parts.body import BodyPart, Carried, body_part
+from engine.parts.one import Part
+from engine.parts.tape import BUILTINS, Block, Builtin, Space, Tape
+from engine.system.leaves import Leaf, Param
+from engine.system.structure import Joint, System
+
+POINTER = 1
+"""Doubles at the head of the constants: by which the machine finds the scene."""
+STILL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 9)
+"""Motion of the ground (``MOTION``)."""
+BODY = 10
+"""Numbers of a body, the last of its part: mass, mass centre (3), inertia (6)."""
+
+
+@dataclass
+class Tables:
+    """Constants, functions and tapes, as they are being put together."""
+
+    system: System
+    constants: list[float] = field(default_factory=list)
+    functions: dict[str, int] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    """Text of each part, by the first of its functions."""
+    tapes: dict[str, Tape] = field(default_factory=dict)
+    nc: int = POINTER
+    whole_z: bool = False
+    """Whether multipliers of all rows are handed, not of the active ones alone: those of a row are."""
+
+    def __post_init__(self) -> None:
+        self.prepare = self.tape("prepare")
+        self.zeros, self.ground = self.constant([0.0] * 18), self.constant(STILL)
+        self.gravity = self.numbers(self.system.gravity)
+        self.base = self._c(6)
+        self.one = self.constant([1.0])
+        self.prepare.zero(self.base)
+        for k in range(3):
+            self.prepare.call(Builtin.PRODUCT, [self.one, self.gravity.part(k, 1), self.base.part(k, 1)], [1, -1])
+        self.parts: list[BodyPart] = []
+        self.which: list[Carried] = []
+        self.body_constants: list[Block] = []
+        self.body_numbers: list[Block] = []
+        for j in self.system.tree:
+            self._body(j)
+
+    # -- numbers and functions ----------------------------------------------------------------------------------------------
+
+    def tape(self, name: str) -> Tape:
+        """A new tape."""
+        return self.tapes.setdefault(name, Tape())
+
+    def _c(self, size: int) -> Block:
+        self.nc += size
+        return Block(Space.C, self.nc - size, size)
+
+    def constant(self, values: Sequence[float]) -> Block:
+        """Numbers that are what they are."""
+        self.constants += values
+        return Block(Space.K, len(self.constants) - len(values), len(values))
+
+    def numbers(self, leaves: Iterable[Leaf]) -> Block:
+        """Numbers of the scene behind each other."""
+        leaves = list(leaves)
+        if not any(isinstance(x, Param) for x in leaves):
+            return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
+        out, how = self._c(len(leaves)), []
+        for x in leaves:
+            if isinstance(x, Param):
+                how.append(x.index)
+            else:
+                self.constants.append(float(x))
+                how.append(-len(self.constants))
+        self.prepare.call(Builtin.GATHER, [Block(Space.P, 0, 0), Block(Space.K, 0, 0), out], [len(leaves), *how])
+        return out
+
+    def function(self, part: Part | BodyPart, name: str) -> int:
+        """Number of a part's function."""
+        if name not in self.functions:
+            self.texts.setdefault(next(iter(part.places)), part.text)
+            for n in part.places:
+                self.functions[n] = BUILTINS + len(self.functions)
+        return self.functions[name]
+
+    def call(self, tape: Tape, part: Part | BodyPart, name: str = "", /, **places: Block) -> None:
+        """Call a part's function (its only one) with its places by their names."""
+        name = name or next(iter(part.places))
+        tape.call(self.function(part, name), [places[p] for p in part.places[name]])
+
+    # -- bodies -------------------------------------------------------------------------------------------------------------
+
+    def _body(self, j: Joint) -> None:
+        body = self.system.bodies[j.child]
+        which = Carried(j.kind_name, j.forward, j.driven)
+        part = body_part(which)
+        point = j.inb_point if j.forward else j.out_point
+        pitch = [] if j.pitch is None else [j.pitch]
+        own = self.numbers([*j.inb_frame, *j.out_frame, *point, *pitch, body.mass, *body.center, *body.inertia])
+        if body.per_mass:
+            moved = self._c(own.size)
+            self.prepare.copy(own, moved)
+            mass, inertia = own.part(own.size - BODY, 1), own.size - 6
+            self.prepare.call(Builtin.SCALE, [own.part(inertia, 6), mass, moved.part(inertia, 6)], [6])
+            own = moved
+        kept = self._c(part.constants)
+        self.call(self.prepare, part, f"{which.name}_prepare", numbers=own, constants=kept)
+        self.which.append(which)
+        self.parts.append(part)
+        self.body_constants.append(kept)
+        self.body_numbers.append(own)
+
+    def body_call(self, tape: Tape, i: int, function: str, **places: Block) -> None:
+        """Call a function of body i's part."""
+        self.call(tape, self.parts[i], f"{self.which[i].name}_{function}", constants=self.body_constants[i], **places)
+
+    def parent(self, i: int) -> int:
+        """The body that carries body i, GROUND for the ground."""
+        return self.system.bodies[i].parent

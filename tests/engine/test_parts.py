@@ -1,0 +1,131 @@
+"""A scene made of parts is the scene that is compiled: every function of the kernel, every run; and nothing is compiled for it."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.abi.kernels import KERNEL
+from engine.basics.problems import SceneError
+from engine.kernel import compiler
+from engine.kernel.library import kernel
+from engine.parts.kernel import parts_kernel
+from engine.scene import load_scene
+from engine.scene.model import Scene
+from engine.simulation.run import simulate
+from engine.system.build import Built, build
+from tests.engine.test_many_pairs import links
+from tests.reference.random_scenes import random_tree
+
+LAWS = ("coulomb", "regularized", "viscous", "lugre", "stribeck")
+TREES = (0, 1, 2, 3, 8, 11)
+"""Seeds: between them every joint type both ways, drives, loads, springs between bodies, stops, and every law."""
+ROUND_OFF = 1e-12
+"""Of the largest number a function writes: the same sums in another order."""
+SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates", "nquad", "naudit", "ntaken", "nsliders", "nstops",
+         "ntables", "nquat", "nelements", "npaces", "ndn", "sets")  # fmt: skip
+
+
+def tree(seed: int) -> Scene:
+    """A random tree with every law."""
+    return random_tree(seed, laws=LAWS).scene
+
+
+def called(table: Any, name: str, *arrays: np.ndarray) -> None:
+    """Call a function of a kernel's table."""
+    places = [*([table.scene] if name == "prepare" else []), *(a.ctypes.data for a in arrays)]
+    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(places))(getattr(table, name))(*places)
+
+
+class State:
+    """Random numbers for all that the functions of a kernel are handed."""
+
+    def __init__(self, built: Built, table: Any, seed: int):
+        rng, system = np.random.default_rng(seed), built.system
+        self.p = np.array([*built.parameters.values, 0.0])
+        self.y = rng.normal(size=system.nq + system.nv + len(system.bristles) + 40)
+        quaternions = (ctypes.c_int * (table.nquat + 1)).from_address(table.quat)[: table.nquat]
+        for at in quaternions:
+            self.y[at : at + 4] /= np.linalg.norm(self.y[at : at + 4])
+        self.x = rng.normal(size=system.external.size)
+        self.x[:2] = 0.7
+        for k in range(system.stops):
+            self.x[system.external.stop(k)] = rng.integers(2)
+        for k in range(len(system.sliders)):
+            mode = system.external.mode(k)
+            self.x[mode], self.x[mode + 4] = rng.integers(2), 0.0
+        self.z, self.v = rng.normal(size=system.neta + 4), rng.normal(size=system.nv + 4)
+        self.N, self.r = rng.normal(size=table.nn + 4), rng.normal(size=table.nrates + 4)
+
+
+def written(table: Any, s: State) -> dict[str, np.ndarray]:
+    """What every function of a kernel writes."""
+    c, w = np.zeros(table.nc + 8), np.zeros(table.nw + 64)
+    sizes = {"maps": table.nmaps + 8, "dy": len(s.y), "dq": table.nq + 4, "eta": table.neta + 4, "dN": table.ndn + 8,
+             "sliding": 3 * table.nsliders + 4, "hold": 3 * table.nsliders + 4, "dhold": 6 * table.nsliders + 4, "energy": 4,
+             "depths": table.nstops + 4, "eta alone": table.neta + 4, "hold alone": 3 * table.nsliders + 4}  # fmt: skip
+    out = {name: np.zeros(size) for name, size in sizes.items()}
+    called(table, "prepare", s.p, c)
+    called(table, "stage1", s.x, s.y, c, w, out["maps"], out["dy"])
+    if table.neta:
+        out["dy"][:] = 0.0  # with multipliers stage 2 writes it
+        called(table, "stage2", s.x, s.y, c, w, s.z, out["dy"])
+        called(table, "laws", s.N, s.r, s.x, c[table.c_laws :], out["eta"], out["dN"], out["sliding"])
+        called(table, "laws_alone", s.N, s.r, s.x, c[table.c_laws :], out["eta alone"], out["sliding"])
+        called(table, "held", s.N, s.r, s.x, c[table.c_held :], out["hold"], out["dhold"])
+        called(table, "held_alone", s.N, s.r, s.x, c[table.c_held :], out["hold alone"])
+    if table.energy:
+        called(table, "energy", s.x, s.y, c[table.c_energy :], out["energy"])
+    called(table, "events", s.x, s.y, c[table.c_events :], out["depths"])
+    called(table, "qdot", s.y, s.v, c, out["dq"])
+    return out
+
+
+@pytest.mark.parametrize("quadratures", [False, True])
+@pytest.mark.parametrize("seed", TREES)
+def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_parts(seed: int, quadratures: bool) -> None:
+    built = build(tree(seed))
+    one = kernel(built.system, len(built.parameters.values), [], quadratures)
+    compiled = KERNEL.ctype.in_dll(one.libraries["kernel"], "trunnion_kernel")
+    other = parts_kernel(built.system, len(built.parameters.values), [], quadratures)
+    parts = other.tables["kernel"]
+    assert {n: getattr(parts, n) for n in SIZES} == {n: getattr(compiled, n) for n in SIZES}
+    for number in range(3):
+        state = State(built, parts, number)
+        expected, found = written(compiled, state), written(parts, state)
+        for name, values in expected.items():
+            n = min(len(values), len(found[name]))  # of the maps, behind which is room
+            most = ROUND_OFF * max(np.abs(values).max(), 1e-300)
+            np.testing.assert_allclose(found[name][:n], values[:n], rtol=0.0, atol=most, err_msg=name)
+
+
+@pytest.mark.parametrize("how", [{"method": "auto"}, {"method": "rosenbrock"}], ids=["auto", "rosenbrock"])
+@pytest.mark.parametrize("scene", ["spherical_pendulum", "double_pendulum", 2, 3])
+def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | int, how: dict) -> None:
+    given = load_scene(scene) if isinstance(scene, str) else tree(scene)
+    one, other = (simulate(given, until=1.0, every=0.1, rtol=1e-8, kernel=k, **how) for k in ("compiled", "parts"))
+    assert one.settings["kernel"] == "compiled"
+    assert other.settings["kernel"] == "parts"
+    assert one.outcome.name == other.outcome.name
+    assert [(e.kind, e.joint) for e in one.events] == [(e.kind, e.joint) for e in other.events]
+    for name in [c.name for c in one.columns if c.key[0] in ("q", "qd", "reaction", "position", "kinetic", "potential")]:
+        size = max(np.abs(one[name]).max(), 1e-3)
+        assert np.abs(one[name] - other[name]).max() <= 1e-5 * size, name  # 1,000 × rtol: what a different round-off grows to
+
+
+def test_nothing_is_compiled_for_an_unseen_structure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*given: object) -> None:
+        raise AssertionError("a compiler was called")
+
+    assert simulate(links(1, 0, "revolute", apart=False), until=0.1, kernel="parts").outcome.ok
+    monkeypatch.setattr(compiler, "build_library", none)
+    for count in (2, 7, 20):
+        assert simulate(links(count, 0, "revolute", apart=False), until=0.1, kernel="parts").outcome.ok
+
+
+def test_loops_are_refused_with_the_joint_at_which_they_are_cut() -> None:
+    with pytest.raises(SceneError, match=r"kernel: parts do not close loops yet.*crank_pin"):
+        simulate("crank_slider", kernel="parts")
