@@ -20,7 +20,7 @@ from engine.basics.interrupts import held
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column
 from engine.kernel.emit import MATH
-from engine.kernel.library import RUNTIME, Kernel, kernel_key, runtime_key
+from engine.kernel.library import Kernel, kernel_key
 from engine.kernel.output_unit import post_of, wants_of
 from engine.kernel.programs import awaited, side_by_side
 from engine.kernel.source import coordinate_kinds, element_table
@@ -34,6 +34,7 @@ from engine.recursion.elements import Element
 from engine.system.pace import frequencies
 from engine.system.structure import System
 
+MACHINE = Path(__file__).with_name("machine.c")
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip
 
@@ -57,9 +58,9 @@ def machine() -> ctypes.CDLL:
 
     def make(folder: Path) -> None:
         (folder / "tr_abi.h").write_text(header())
-        compiler.build_library([RUNTIME / "machine.c"], folder / f"machine{suffix}", [folder], cache.cache_folder())
+        compiler.build_library([MACHINE], folder / f"machine{suffix}", [folder], cache.cache_folder())
 
-    folder, _ = cache.entry(f"machine-{runtime_key()}", make)
+    folder, _ = cache.entry(f"machine-{_digest(MACHINE.read_text(), header())}", make)
     return ctypes.CDLL(str(folder / f"machine{suffix}"))
 
 
@@ -77,8 +78,13 @@ def compiled(text: str) -> ctypes.CDLL:
 
 
 def _entry(text: str) -> str:
+    return f"part-{_digest(MATH, text)}"
+
+
+def _digest(*texts: str) -> str:
+    """Digest of C texts and of what compiles them."""
     toolchain = (compiler.compiler_version(), compiler.host_target(), compiler.cpu_level(), *compiler.FLAGS)
-    return f"part-{cache.digest(text, *toolchain)}"
+    return cache.digest(*texts, *toolchain)
 
 
 def _compiled(texts: list[str]) -> list[ctypes.CDLL]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
 from engine.parts import friction, small
+from engine.parts.columns import Columns
 from engine.parts.scene import Scene
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, any_sets, elements
@@ -54,9 +55,7 @@ class Stepping:
         if self.parts:
             self.columns = self._w(s.nv * s.neta)
             self._known(tape)
-            for e in self.parts:
-                for k in range(e.joint.kind.nv):
-                    self._column(tape, e, k)
+            Columns(self, tape, self.columns)
         second = scene.tape("stage2") if self.parts else tape
         if not self.parts:
             scene.tape("stage2")
@@ -101,7 +100,7 @@ class Stepping:
         m = self.maps
         for e in self.parts:
             j, moving = e.joint, self.moving[e.joint.child]
-            self._pin(tape, e, N[j.child], Block(Space.MAPS, e.n0, len(e.needs)))
+            self.pin(tape, e, N[j.child], Block(Space.MAPS, e.n0, len(e.needs)))
             tape.copy(moving.v.part(0, j.kind.nv), Block(Space.MAPS, m.rates + e.rate0, j.kind.nv))
             if m.held:
                 at = m.rates + m.nrates + e.eta[0]
@@ -112,48 +111,11 @@ class Stepping:
         at = m.rates + m.nrates - states
         tape.copy(Block(Space.Y, self.system.nq + self.system.nv, states), Block(Space.MAPS, at, states))
 
-    def _pin(self, tape: Tape, e: Element, N: Block, out: Block) -> None:
+    def pin(self, tape: Tape, e: Element, N: Block, out: Block) -> None:
+        """The needed components of f_c, m_c of a joint from N on its child."""
         j = e.joint
         part = small.pin(j.kind_name, j.forward, j.pin_out, e.needs)
         self.scene.call(tape, part, N=N, pose=self.moving[j.child].pose, out=out)
-
-    def _column(self, tape: Tape, e: Element, k: int) -> None:
-        """The column of friction along freedom k of a joint: inward along the path of the joint, outward over the branch."""
-        s, j, m, at = self.scene, e.joint, self.maps, e.eta[0] + k
-        y = self.columns.part(self.system.nv * at, self.system.nv)
-        tape.zero(y)
-        n = len(self.system.bodies)
-        force = [s.zeros] * n
-        path = [j.child]
-        while s.parent(path[-1]) != GROUND:
-            path.append(s.parent(path[-1]))
-        if k in j.free:
-            for b in path:
-                force[b] = tape.scratch_block(6)
-                tape.zero(force[b])
-            sink = tape.scratch_block(6)
-            for b in path:
-                g = s.constant([-1.0 if f == k else 0.0 for f in j.free]) if b == j.child else s.zeros
-                up = force[s.parent(b)] if s.parent(b) != GROUND else sink
-                s.body_call(tape, b, "column", work=self.moving[b].work, kept=self.kept[b], effort=g, up=up,
-                            yc=self.own(y, self.system.tree[b]), fc=force[b])  # fmt: skip
-        inside = {path[-1]} if k in j.free else set()
-        for i in range(n):
-            if s.parent(i) in inside:
-                inside.add(i)
-        branch = sorted(inside)
-        qdd, _, N = self._accelerate(tape, y, force, "response", branch, s.zeros)
-        for o in self.parts:
-            rows = Block(Space.MAPS, m.nn * (1 + at) + o.n0, len(o.needs))
-            held = Block(Space.MAPS, m.rates + m.nrates + m.ne * (1 + at) + o.eta[0], o.joint.kind.nv)
-            if o.joint.child not in branch:
-                tape.zero(rows)
-            else:
-                self._pin(tape, o, N[o.joint.child], rows)
-            if m.held:
-                tape.zero(held)
-                for f in o.joint.free if o.joint.child in branch else ():
-                    tape.copy(self.own(qdd, o.joint).part(o.joint.free.index(f), 1), held.part(f, 1))
 
     # -- accelerations ------------------------------------------------------------------------------------------------------
 
@@ -178,7 +140,7 @@ class Stepping:
 
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
-        self._pin(tape, e, N[e.joint.child], rows)
+        self.pin(tape, e, N[e.joint.child], rows)
         part, v = friction.drift(friction.rubbing(e)), self.moving[e.joint.child].v
         self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, e))
 

@@ -38,7 +38,7 @@ class Tables:
         self.zeros, self.ground = self.constant([0.0] * 18), self.constant(STILL)
         self.gravity = self.numbers(self.system.gravity)
         self.base = self._c(6)
-        self.one = self.constant([1.0])
+        self.one, self.against = self.constant([1.0]), self.constant([-1.0])
         self.prepare.zero(self.base)
         for k in range(3):
             self.prepare.call(Builtin.PRODUCT, [self.one, self.gravity.part(k, 1), self.base.part(k, 1)], [1, -1])

@@ -1,7 +1,7 @@
 """Tapes: what the functions of a scene do, as calls of parts with the places of what they read and write.
 
 A call is a row of integers: which function, how many places and further numbers follow, then (space, offset) of each place, then
-the numbers. ``runtime/machine.c`` walks along it."""
+the numbers. ``machine.c`` walks along it."""
 
 from __future__ import annotations
 

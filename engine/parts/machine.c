@@ -1,5 +1,5 @@
-/* Walks along the tapes of a scene that is made of parts (engine/parts/tape.py): calls of parts with the places of what they read and write. The
- * functions here are those of a kernel; the scene is found through the first of the constants. */
+/* Walks along the tapes of a scene that is made of parts (tape.py): calls of parts with the places of what they read and write. The functions
+ * that hosts call are those of a kernel; the scene is found through the first of the constants. */
 #include <math.h>
 #include <string.h>
 
@@ -7,7 +7,7 @@
 
 enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, SPACES };
 
-#define MOST_PLACES 32
+#define MOST_PLACES 32 /* of a call */
 
 static inline const tr_scene *scene_of(const double *c) {
   const tr_scene *scene;
