@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from engine.basics.patterns import MOST_WILD, is_wild, unmatched
 from engine.basics.problems import MOST, Problem, SceneError
 from engine.kernel.columns import Column, columns, needs_quadratures, select
 from engine.kernel.library import Kernel, kernel
-from engine.parts.kernel import parts_kernel
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
@@ -48,8 +47,7 @@ class Model:
     def _load(self, redundant: bool) -> None:
         table = self.built.parameters
         chosen = (self.columns, needs_quadratures(self.columns), redundant)
-        made = parts_kernel if self.kernel_kind == "parts" else kernel
-        self.kernel: Kernel = made(self.built.system, len(table.values), *chosen)
+        self.kernel: Kernel = _maker(self.kernel_kind)(self.built.system, len(table.values), *chosen)
         self.build_seconds += self.kernel.build_seconds
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(table.values))
 
@@ -69,6 +67,15 @@ class Model:
     def system(self) -> System:
         """The mechanism's structure."""
         return self.built.system
+
+
+def _maker(kind: str) -> Callable[..., Kernel]:
+    """What makes kernels of a kind."""
+    if kind == "parts":
+        from engine.parts.kernel import parts_kernel
+
+        return parts_kernel
+    return kernel
 
 
 def kernel_problems(system: System, kernel: str) -> list[Problem]:
