@@ -120,28 +120,58 @@ static double tr_creep_sum(const tr_sim *s, tr_creeping *c, const double *w) {
   return sum;
 }
 
-/* Gradient g and matrix H (r×r, lower triangle by columns) of the sum at w. */
+/* Add Σ left_i right_iᵀ to the lower triangle of H (by columns, r rows) where both are not beyond `wide`; `many` vectors of `v`. */
+static void tr_creep_add(int r, int wide, int many, int v, const double *left, const double *right, double *H) {
+  for (int p = 0; p < wide; ++p) {
+    double *column = H + (size_t)p * r;
+    for (int k = p; k < wide; k += 4) {
+      tr_vec sum = *(tr_vec *)(column + k);
+      for (int i = 0; i < many; ++i) sum += left[i * v + p] * *(const tr_vec *)(right + i * v + k);
+      *(tr_vec *)(column + k) = sum;
+    }
+  }
+}
+
+/* Rows of B of pair q, of a ball across the force on it, in P (each of v); how far they are not zero. */
+static int tr_creep_rows(const tr_sim *s, const tr_creeping *c, int q, int v, double *P) {
+  const int first = c->first[q], n = c->first[q + 1] - first;
+  int wide = 0;
+  double column[3];
+  memset(P, 0, sizeof(double) * n * v);
+  for (int k = 0; k < c->r; ++k) {
+    for (int i = 0; i < n; ++i) {
+      column[i] = c->B[(first + i) * c->r + k];
+      if (column[i] != 0.0) wide = k + 1;
+    }
+    tr_creep_across(s, c, q, column);
+    for (int i = 0; i < n; ++i) P[i * v + k] = column[i];
+  }
+  return wide;
+}
+
+/* Gradient g and matrix H (r×r, lower triangle by columns, a vector of room behind it) of the sum at w. */
 static void tr_creep_slopes(const tr_sim *s, const tr_creeping *c, double *g, double *H) {
-  const int r = c->r;
-  double P[3 * r + 1], U[r + 1], X[r + 1];
+  const int r = c->r, v = TR_PAD(r) + 4;
+  double right[5 * v], left[5 * v], *U = right + 3 * v, *X = right + 4 * v;
   memset(H, 0, sizeof(double) * r * r);
+  memset(right, 0, sizeof right);
   for (int k = 0; k < r; ++k) g[k] = c->w[k] - c->w0[k], H[k + k * r] = 1.0;
   for (int q = 0; q < c->n; ++q) {
-    const int first = c->first[q], n = c->first[q + 1] - first;
+    const int first = c->first[q], n = c->first[q + 1] - first, wide = tr_creep_rows(s, c, q, v, right);
     const double speed = tr_creep_speed(c, q), stiff = c->cap[q] / speed;
-    for (int k = 0; k < r; ++k) {
-      double *column = P + 3 * k;
-      for (int i = 0; i < n; ++i) column[i] = c->B[(first + i) * r + k];
-      tr_creep_across(s, c, q, column);
+    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* along a line all is one row */
+    for (int k = 0; k < wide; ++k) {
       U[k] = X[k] = 0.0;
-      for (int i = 0; i < n; ++i) U[k] += column[i] * c->u[first + i] / c->cap[q], X[k] += column[i] * c->x[first + i] / speed;
-      g[k] += c->cap[q] * X[k];
-      for (int p = 0; p <= k; ++p) {
-        double sum = 0.0;
-        for (int i = 0; i < n; ++i) sum += P[3 * p + i] * column[i];
-        H[k + p * r] += stiff * (sum - 0.5 * (U[k] * X[p] + X[k] * U[p]));
+      for (int i = 0; i < n; ++i) {
+        U[k] += right[i * v + k] * c->u[first + i] / c->cap[q], X[k] += right[i * v + k] * c->x[first + i] / speed;
+        left[i * v + k] = stiff * turned * right[i * v + k];
       }
+      g[k] += c->cap[q] * X[k];
+      left[3 * v + k] = -0.5 * stiff * X[k], left[4 * v + k] = -0.5 * stiff * U[k];
     }
+    for (int k = wide; k < v; ++k) U[k] = X[k] = 0.0;
+    tr_creep_add(r, wide, n, v, left, right, H);
+    if (n > 1) tr_creep_add(r, wide, 2, v, left + 3 * v, U, H);
   }
 }
 
@@ -181,7 +211,7 @@ static void tr_creep_loads(tr_sim *s, tr_creeping *c, const int *law) {
 /* One step of Newton's method, on w and u (as Chan, Golub and Mulet 1999 for another sum of lengths: on w alone it is slow where ε is small). */
 static void tr_creep_step(tr_sim *s, tr_creeping *c) {
   const int r = c->r;
-  double H[r * r + 1], L[r * r + 1], g[r + 1], dw[r + 1], d[r + 1], w[r + 1], slope = 0.0, cut = 1.0;
+  double H[r * r + 4], L[r * r + 1], g[r + 1], dw[r + 1], d[r + 1], w[r + 1], slope = 0.0, cut = 1.0;
   int perm[r + 1];
   const double sum = tr_creep_sum(s, c, c->w);
   tr_creep_slopes(s, c, g, H);
