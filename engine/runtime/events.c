@@ -70,3 +70,11 @@ static inline int tr_watched(const tr_sim *s) { return s->k->nsliders + s->k->ns
 static void tr_depths(tr_sim *s, const double *y, double *depth) {
   if (s->k->nstops) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, depth);
 }
+
+/* Whether pair i, of one component, which has started from rest with the step, gains speed where the step's dense output has it turn round (at θ,
+ * where its state is y): then that output is not good enough to tell how the pair has started. */
+static int tr_only_seems_to_turn(tr_sim *s, int i, double theta, const double *y) {
+  if (i >= s->k->nsliders || !tr_is_set(s, i) || tr_flag(tr_mode_of(s, i)) != TR_SLIPS || tr_pair_of(s, i)->nrates > 1) return 0;
+  if (tr_speed_of_state(s, i) > REST_SPEED * tr_speed_unit(s) || !tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return 0;
+  return tr_acceleration_now(s, tr_pair_of(s, i)->eta0) * tr_mode_of(s, i)->direction[0] > 0.0;
+}

@@ -143,6 +143,7 @@ static int tr_event_at(tr_sim *s, double theta, int *which) {
   double *y = TR_A(s, yout), was[s->k->nsliders + 1];
   tr_speeds_at_start(s, was);
   tr_dense_eval(s, theta, y);
+  if (tr_only_seems_to_turn(s, *which, theta, y)) return TR_TOO_LARGE;
   tr_maps_at(s, s->step.t0 + theta * s->step.size, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_turned_back(s, i) || (i != *which && tr_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
