@@ -4,6 +4,7 @@ kernel's key."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, JointKind
@@ -176,48 +177,48 @@ class System:
     outputs: tuple[str, ...] = ("*",)
     ground_points: tuple[tuple[str, Leaves], ...] = field(default=())
 
-    @property
+    @cached_property
     def tree(self) -> tuple[Joint, ...]:
         """The tree joints; joint i carries body i."""
         return self.joints[: len(self.bodies)]
 
-    @property
+    @cached_property
     def cuts(self) -> tuple[Joint, ...]:
         """The cut joints."""
         return self.joints[len(self.bodies) :]
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """Number of coordinates in the state; those of driven freedoms are not in it."""
         return sum(len(state_coordinates(j)) for j in self.tree)
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """Number of rates in the state."""
         return sum(len(j.free) for j in self.tree)
 
-    @property
+    @cached_property
     def rows(self) -> int:
         """Number of constraint rows of all cut joints."""
         return sum(j.kind.rows for j in self.cuts)
 
-    @property
+    @cached_property
     def frictional(self) -> tuple[Joint, ...]:
         """The joints with friction, in the order of all joints."""
         return tuple(j for j in self.joints if j.friction)
 
-    @property
+    @cached_property
     def neta(self) -> int:
         """Number of friction multipliers."""
         return sum(j.kind.nv for j in self.frictional)
 
-    @property
+    @cached_property
     def bristles(self) -> tuple[int, ...]:
         """Indices of the friction multipliers whose law has a state. The states come in this order, after the rates, in the
         state of the run."""
         return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
-    @property
+    @cached_property
     def sliders(self) -> tuple[Slider, ...]:
         """All sliding pairs, in order of their flags."""
         return tuple(s for j in self.frictional if j.friction for s in j.friction.sliders)
