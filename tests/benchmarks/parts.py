@@ -27,7 +27,8 @@ def chain(count: int) -> sm.Scene:
         bodies[f"b{k}"] = sm.Body(box=(0.3, 0.06, 0.04), density=2700.0, points=ends)
         rub = sm.Friction(mu=0.3, radius=0.02, half_length=0.05)
         start = sm.Start(0.3 * (-1.0) ** k, 1.0)
-        joints[f"j{k}"] = sm.Joint("revolute", "ground" if k == 0 else f"b{k - 1}.b", f"b{k}.a", axis="y", friction=rub, start=start)
+        inboard = "ground" if k == 0 else f"b{k - 1}.b"
+        joints[f"j{k}"] = sm.Joint("revolute", inboard, f"b{k}.a", axis="y", friction=rub, start=start)
     return sm.Scene(bodies, joints, f"chain{count}", gravity=(0.0, 0.0, -9.81))
 
 
