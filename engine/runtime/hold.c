@@ -8,15 +8,18 @@ int tr_hold_all(tr_sim *s, tr_held *out) {
   int e = k->neta;
   const int *row = tr_row_kinds(s);
   const tr_leader *lead = tr_leaders(s);
+  int rest[k->nsliders + 1], n = 0;
   for (int i = 0; i < k->nsliders; ++i) {
     out[i] = (tr_held){.slips = tr_slides(s, i), .share = NAN};
-    if (tr_is_set(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
+    if (tr_is_set(s, i)) tr_mode_of(s, i)->flag = TR_STUCK, rest[n++] = i;
   }
   if (e == 0) return 1;
   tr_maps_at(s, s->clock.t, TR_A(s, y));
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * e);
+  s->friction.kept = TR_KEEPS_NONE; /* the start may have ended with loads that are kept: they are no longer in place */
   if (!tr_solve_modes(s)) return 0;
   tr_solve_modes(s); /* shares of a group follow from the loads of the first solution */
+  if (tr_worst_share(s, rest, n) > 1.0) tr_stick_by_kept(s, rest, n);
   for (int i = 0; i < k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     if (!tr_is_set(s, i)) continue;

@@ -3,16 +3,21 @@ unique."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from engine.scene import model as sm
 from engine.simulation.hold import hold
 from tests.engine.dry import run
 from tests.engine.plane_loops import FIVE_BAR, FOUR_BAR, PlaneLoop
+from tests.reference.toggle import CIRCLE, LINK
+from tests.stability.presses import placed
+from tests.stability.verdicts import holding
 
 LOOPS = {"four-bar": FOUR_BAR, "five-bar": FIVE_BAR}
 EXACT = 1e-9
@@ -68,3 +73,20 @@ def test_what_a_loop_shares_does_not_hang_on_a_pair_that_rests_beside_it(extra: 
     shares = {p.joint: p.share for p in hold(beside).pairs}
     assert shares.pop("arm") == pytest.approx(SHARE, rel=1e-9)
     assert shares == pytest.approx({p.joint: p.share for p in hold(alone).pairs}, rel=1e-4)
+
+
+LOCKS = brentq(lambda h: h * math.sqrt(1 - CIRCLE**2 / (LINK**2 - h**2)) - CIRCLE, 0.1 * CIRCLE, 2 * CIRCLE, rtol=1e-14)
+"""Height (m) of a press's knee above its foot, links folded on each other, up to which a load on its foot cannot fold or open it:
+the links carry it along one line through the friction circles of all three pins, that between those of crown and foot which touches
+the knee's. No weight."""
+NEARLY = 2e-3
+"""A group is let go where no sharing holds it by a thousandth."""
+
+
+@pytest.mark.parametrize("load", [100.0, -100.0])
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.9, 1 - NEARLY, 1 + NEARLY, 1.2])
+def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_run_does(load: float, part: float) -> None:
+    scene = replace(placed(-math.acos(part * LOCKS / LINK), 0.0, 0.0, load, 0.01), gravity=(0.0, 0.0, 0.0))
+    assert holding(scene) == ("holds" if part < 1 else "slips")
+    if part < 1:
+        assert 0 < hold(scene).margin <= 1 - part + EXACT  # the line between both circles at the least ratio there is
