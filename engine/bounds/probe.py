@@ -32,14 +32,14 @@ class Probe:
         self.unknowns = s["active"] + s["neta"]
         self.prepare(self.parameters)
 
-    def _call(self, name: str, *arrays: np.ndarray) -> None:
+    def _call(self, name: str, *places: np.ndarray | int | None) -> None:
         address = ctypes.cast(getattr(self.table, name), ctypes.c_void_p).value or 0
-        function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(arrays))(address)
-        function(*[a.ctypes.data for a in arrays])
+        function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(places))(address)
+        function(*[p.ctypes.data if isinstance(p, np.ndarray) else p for p in places])
 
     def prepare(self, parameters: np.ndarray) -> None:
         """Take other parameters and compute the constants and stage 1 with them."""
-        self._call("prepare", _padded(parameters), self.c)
+        self._call("prepare", self.table.scene, _padded(parameters), self.c)
         self._call("stage1", self.x, self.y, self.c, self.w, self.maps, self.dy)
 
     def accelerations(self, z: np.ndarray) -> np.ndarray:
