@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal, overload
 
 from engine.basics.interrupts import held
 from engine.basics.problems import Problem, SceneError
 from engine.bounds.asking import NEVER, Asked, asked, begins, load_bounds, pair_bounds
 from engine.bounds.effort import Effort
+from engine.bounds.limits import Stress
 from engine.bounds.motions import Motion, motions
 from engine.bounds.report import HoldBounds, PairBounds
 from engine.bounds.space import space
 from engine.bounds.statics import Statics, statics
 from engine.contact.resting import Pair
+from engine.recursion.springs import USUAL
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.hold import HoldReport
 from engine.simulation.hold import hold as one_answer
@@ -27,18 +30,19 @@ def hold(scene: Given, overrides: Mapping[str, Any] | None = None, bounds: Liter
 @overload
 def hold(
     scene: Given, overrides: Mapping[str, Any] | None = None, *, bounds: Literal[True], self_stress: float | None = None,
-    cells: int | None = None, budget: float | None = None,
+    misfit: float | None = None, cells: int | None = None, budget: float | None = None,
 ) -> HoldBounds: ...  # fmt: skip
 def hold(
     scene: Given, overrides: Mapping[str, Any] | None = None, bounds: bool = False, self_stress: float | None = None,
-    cells: int | None = None, budget: float | None = None,
+    misfit: float | None = None, cells: int | None = None, budget: float | None = None,
 ) -> HoldReport | HoldBounds:  # fmt: skip
     """Whether a scene stays where it starts, at rest, and by what margin: a ``HoldReport``.
 
     bounds: a ``HoldBounds`` instead: over all states in equilibrium with friction within its limits the least and largest normal
     force, friction and margin of every joint, and for every load, input and drive up to where it is certain to be held and beyond
-    where nothing holds it. self_stress: the most, N, that what opposed joints do to each other loads any contact with (misfit times
-    stiffness); without it intervals may have no end. cells: how much each search may look at before it leaves a gap. budget: s
+    where nothing holds it. self_stress: the most, N, that what opposed joints do to each other loads any contact with; misfit: the
+    same by how far, m, they are from fitting: each contact then has at most that times its joint's ``stiffness``; without either
+    intervals may have no end. cells: how much each search may look at before it leaves a gap. budget: s
     for all searches; each has its share of what is left, and what it has certified by then is given. Ctrl-C ends them too.
     """
     loaded = scene_given(scene, overrides)
@@ -47,6 +51,10 @@ def hold(
     problems = []
     if self_stress is not None and not 0.0 <= self_stress < float("inf"):
         problems.append(Problem("self_stress", f"{self_stress} is no bound on a force", "a number of newtons, 0 or more"))
+    if misfit is not None and not 0.0 <= misfit < float("inf"):
+        problems.append(Problem("misfit", f"{misfit} is no bound on a length", "a number of metres, 0 or more"))
+    if misfit is not None and self_stress is not None:
+        problems.append(Problem("misfit", "self-stress has two bounds, misfit and self_stress", "give one of them"))
     if budget is not None and not budget > 0.0:
         problems.append(Problem("budget", f"{budget} s is no time to search in", "a number of seconds above 0"))
     if cells is not None and cells < 1:
@@ -59,10 +67,11 @@ def hold(
     pairs = tuple(st.pairs())
     with held() as interrupt:
         effort = Effort(cells or (CELLS if space(st, pairs).open <= FEW else FEWER), budget, lambda: interrupt.asked)
-        return _bounds(answer, st, pairs, self_stress, effort)
+        stress = self_stress if misfit is None else {n: misfit * (j.stiffness or USUAL) for n, j in loaded.joints.items()}
+        return replace(_bounds(answer, st, pairs, stress, effort), self_stress=self_stress, misfit=misfit)
 
 
-def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stress: float | None, effort: Effort) -> HoldBounds:
+def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stress: Stress | None, effort: Effort) -> HoldBounds:
     found, unheld, all_found = motions(st, pairs)
     effort.searches = planned = _searches(st, pairs, len(found))
     a = asked(st, pairs, self_stress, effort)
@@ -74,7 +83,7 @@ def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stres
     loads += [load_bounds(st, pairs, self_stress, effort, k, False) for k in range(len(st.loads))]
     notes = (*st.notes, *_words(a, there, unheld, all_found, balanced), *_ended(effort, planned))
     first = _first(answer, pairs, begin, each)
-    return HoldBounds(holds, first, a.space.open, self_stress, each, tuple(loads), answer, notes, effort.ended)
+    return HoldBounds(holds, first, a.space.open, None, each, tuple(loads), answer, notes, effort.ended)
 
 
 def _searches(st: Statics, pairs: tuple[Pair, ...], ways: int) -> int:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine.bounds.effort import Effort
-from engine.bounds.limits import beginning, stressed
+from engine.bounds.limits import Stress, beginning, stressed
 from engine.bounds.motions import Motion, motions
 from engine.bounds.narrow import capped, first_cell
 from engine.bounds.program import Program, Row
@@ -44,7 +44,7 @@ class Asked:
         return np.zeros(self.space.open + 1)
 
 
-def asked(st: Statics, pairs: tuple, self_stress: float | None, effort: Effort, load: int | None = None) -> Asked:
+def asked(st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, load: int | None = None) -> Asked:
     """The admissible states with all loads as they are, but for the one named."""
     s = space(st, pairs, load)
     program, sizes, holds = holding(s)
@@ -160,7 +160,7 @@ def begins(a: Asked, every: list[Motion]) -> list[tuple[Motion, bool | None]]:
     return out
 
 
-def load_bounds(st: Statics, pairs: tuple, self_stress: float | None, effort: Effort, k: int, drive: bool) -> LoadBounds:
+def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, k: int, drive: bool) -> LoadBounds:
     """What a load, or the effort of a drive, can be before something lets go."""
     load = (st.drives if drive else st.loads)[k]
     a = asked(st, pairs, self_stress, effort, None if drive else k)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -75,31 +75,49 @@ def _self_stress(s: Space) -> np.ndarray:
     return project
 
 
-def stressed(s: Space, program: Program, most: float) -> tuple[Program, dict[int, float]]:
-    """(the program's states whose self-stress loads no contact by more than ``most``, N; by how much it can change each term at
+Stress = float | Mapping[str, float]
+"""The most that self-stress loads a contact with, N: of all joints, or of each by its name."""
+
+
+def stressed(s: Space, program: Program, most: Stress) -> tuple[Program, dict[int, float]]:
+    """(the program's states whose self-stress loads no contact by more than ``most``; by how much it can change each term at
     most). Self-stress is the part of the open amounts in which no friction takes part (METHOD, "Bounds at rest")."""
     if not s.basis[s.statics.eta0 :].size:
         return program, {}
     project = _self_stress(s)
-    terms, rows, kept = list(program.terms), [], [np.zeros((0, s.open + 1))]
-    limit = np.append(np.zeros(s.open), -most / s.scale)
+    terms, rows, kept = list(program.terms), [], []
+    limits: list[float] = []
     for pair in s.pairs:
+        limit = (most[pair.joint] if isinstance(most, Mapping) else most) / s.scale
         for n in pair.capacities[0].norms:
             V = n.contact * s.of_norm(pair, n) @ project
             if np.abs(V).max(initial=0.0) > 1e-12:
                 terms.append(V)
                 kept.append(V)
-                rows.append(Row(limit, {len(terms) - 1: 1.0}))
+                limits.append(limit)
+                rows.append(Row(np.append(np.zeros(s.open), -limit), {len(terms) - 1: 1.0}))
     made = Program(tuple(terms), (*program.rows, *rows), program.objective, program.across, program.normal)
-    return made, _changes([V @ project for V in program.terms], np.vstack(kept), most / s.scale)
+    return made, _changes([V @ project for V in program.terms], kept, limits)
 
 
-def _changes(terms: list[np.ndarray], contacts: np.ndarray, most: float) -> dict[int, float]:
-    """The most that each term changes by while no row of contacts is above ``most``; those that contacts do not decide are left
-    out."""
+def _changes(terms: list[np.ndarray], contacts: list[np.ndarray], most: list[float]) -> dict[int, float]:
+    """The most that each term changes by while no vector of contacts is longer than its ``most``; those that contacts do not decide
+    are left out."""
     out = {}
     for j, V in enumerate(terms):
-        parts = np.linalg.lstsq(contacts.T, V.T, rcond=None)[0].T if len(contacts) else np.zeros((len(V), 0))
-        if np.abs(parts @ contacts - V).max(initial=0.0) <= 1e-9 * max(1.0, float(np.abs(V).max(initial=0.0))):
-            out[j] = most * float(np.linalg.norm(parts, axis=0).sum())
+        own = next((k for k, C in enumerate(contacts) if len(C) == len(V) and _along(C, V)), None)
+        if own is not None:
+            out[j] = most[own] * float(np.linalg.norm(V) / np.linalg.norm(contacts[own]))
+            continue
+        every = np.vstack([np.zeros((0, V.shape[1])), *contacts])
+        parts = np.linalg.lstsq(every.T, V.T, rcond=None)[0].T
+        if np.abs(parts @ every - V).max(initial=0.0) <= 1e-9 * max(1.0, float(np.abs(V).max(initial=0.0))):
+            blocks = np.split(parts, np.cumsum([len(C) for C in contacts])[:-1], axis=1) if contacts else []
+            out[j] = sum(m * float(np.linalg.norm(B, 2)) for m, B in zip(most, blocks, strict=True))
     return out
+
+
+def _along(C: np.ndarray, V: np.ndarray) -> bool:
+    """Whether V is a multiple of C."""
+    size = float(np.linalg.norm(C))
+    return bool(np.abs(C * (np.linalg.norm(V) / size) - V).max() <= 1e-12 * max(1.0, float(np.abs(V).max())))

@@ -104,8 +104,9 @@ class LoadBounds:
 class HoldBounds:
     """All of what a scene at rest can do. holds: "certain" (no admissible state lets a motion begin), "possible" (some states hold,
     and some let one begin) or "no" (none holds); first: joints that slide in the motion that can begin, or that is nearest to it;
-    open: how many directions equilibrium leaves open; self_stress: bound on it, N (None: none); answer: that of ``hold``; ended:
-    "done", or with searches cut short by the "budget" or "stopped" by Ctrl-C: an end without value is then what is certified."""
+    open: how many directions equilibrium leaves open; self_stress, misfit: bound on it, N or m (None: none); answer: that of
+    ``hold``; ended: "done", or with searches cut short by the "budget" or "stopped" by Ctrl-C: an end without value is then what is
+    certified."""
 
     holds: str
     first: tuple[str, ...]
@@ -116,6 +117,7 @@ class HoldBounds:
     answer: HoldReport
     notes: tuple[str, ...]
     ended: str = "done"
+    misfit: float | None = None
 
     def __getitem__(self, name: str) -> PairBounds:
         """The first pair of a joint."""

@@ -138,6 +138,9 @@ def check(
         float | None,
         typer.Option("--self-stress", metavar="N", help="With --bounds: most that misfit (times stiffness) loads a contact with."),
     ] = None,
+    misfit: Annotated[
+        float | None, typer.Option("--misfit", metavar="M", help="With --bounds: the same by how far, m, joints are from fitting.")
+    ] = None,
     budget: Annotated[float | None, typer.Option("--budget", metavar="S", help="With --bounds: seconds for all searches.")] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     as_json: Annotated[bool, JSON] = False,
@@ -146,7 +149,7 @@ def check(
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
     from engine.cli.checking import Holding, check_command
 
-    held = Holding(hold, bounds, self_stress, budget)
+    held = Holding(hold, bounds, self_stress, misfit, budget)
     raise typer.Exit(check_command(words_of(scene, ctx), outputs, held, changes or [], as_json, verbose))
 
 

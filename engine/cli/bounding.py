@@ -24,7 +24,7 @@ def bounds_document(b: HoldBounds) -> dict[str, Any]:
     """The report as plain data; an end that is not there is "inf" or "-inf", one that nothing attains has the value null."""
     return {
         "holds": b.holds, "ended": b.ended, "first": list(b.first),
-        "open_directions": b.open, "self_stress": b.self_stress, "gap": b.gap,
+        "open_directions": b.open, "self_stress": b.self_stress, "misfit": b.misfit, "gap": b.gap,
         "pairs": [plain(asdict(p) | {"margin": {"least": p.margins[0], "largest": p.margins[1]}}) for p in b.pairs],
         "loads": [plain(asdict(p)) for p in b.loads],
         "answer": hold_document(b.answer), "notes": list(b.notes),
@@ -35,6 +35,7 @@ def bounds_lines(name: str, b: HoldBounds) -> list[str]:
     """The report as lines of text."""
     open_ = "1 direction" if b.open == 1 else f"{b.open} directions"
     stress = "" if b.self_stress is None else f", self-stress up to {b.self_stress:g} N a contact"
+    stress += "" if b.misfit is None else f", self-stress up to a misfit of {b.misfit:g} m"
     lines = [f"{name}, at rest at its start pose: equilibrium leaves {open_} open{stress}", ""]
     if b.pairs:
         heads = ("joint", "normal force at the limit, N", "friction, N", "share of what it can hold")

@@ -20,12 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Holding:
-    """What is asked of a scene at rest: whether it holds; with all that statics leaves open; the bound on self-stress, N; seconds
-    for that."""
+    """What is asked of a scene at rest: whether it holds; with all that statics leaves open; the bound on self-stress, N or m;
+    seconds for that."""
 
     asked: bool = False
     bounds: bool = False
     self_stress: float | None = None
+    misfit: float | None = None
     budget: float | None = None
 
 
@@ -37,8 +38,9 @@ def check_command(words: list[str], outputs: bool, hold: Holding, changes: Seque
     scene = loaded(source, options.assignments(changes, found), None, found)
     if hold.bounds and not hold.asked:
         found.add("--bounds", "it is asked of what a scene holds", "write --hold --bounds")
-    if hold.self_stress is not None and not hold.bounds:
-        found.add("--self-stress", "one answer has none", "write --hold --bounds --self-stress N")
+    for name, given in (("--self-stress N", hold.self_stress), ("--misfit M", hold.misfit)):
+        if given is not None and not hold.bounds:
+            found.add(name.split()[0], "one answer has none", f"write --hold --bounds {name}")
     if hold.budget is not None and not hold.bounds:
         found.add("--budget", "one answer needs none", "write --hold --bounds --budget S")
     found.end()
@@ -79,7 +81,7 @@ def _bounded(scene: Scene, asked: Holding, as_json: bool) -> int:
     from engine.bounds.api import hold
     from engine.cli.bounding import bounds_document, bounds_lines
 
-    report = hold(scene, bounds=True, self_stress=asked.self_stress, budget=asked.budget)
+    report = hold(scene, bounds=True, self_stress=asked.self_stress, misfit=asked.misfit, budget=asked.budget)
     code = DONE if report.holds == "certain" else FAILED
     if as_json:
         print_json({"exit_code": code, "problems": [], "scene": scene.name, "hold": bounds_document(report)})
