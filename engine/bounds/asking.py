@@ -58,7 +58,7 @@ def asked(st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort,
     if reach:
         effort.begin(FIRST)
         program = capped(program.asking(none, reach), effort)
-        answer = Relaxation(program).solve({})
+        answer = Relaxation(program, effort.over).solve({})
         if answer is None:
             return Asked(s, program, sizes, holds, effort, root, False)
         root = first_cell(program, answer.X, effort)

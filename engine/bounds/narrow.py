@@ -29,7 +29,7 @@ def capped(program: Program, effort: Effort) -> Program:
             continue
         square = 0.0
         for V in program.terms[j]:
-            ends = [Relaxation(program.asking(Row(s * V))).solve({}) for s in (1.0, -1.0)]
+            ends = [Relaxation(program.asking(Row(s * V)), effort.over).solve({}) for s in (1.0, -1.0)]
             square += max((abs(e.value) for e in ends if e is not None), default=0.0) ** 2
         linear = np.zeros(program.width)
         linear[-1] = -float(np.sqrt(square)) * CAP
@@ -44,19 +44,19 @@ def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
         before = {j: G.copy() for j, G in cell.items()}
         for j, helps in enumerate(program.concave()):
             if helps > 0.0 and not effort.over():
-                _narrow(program, j, program.terms[j] @ X, cell)
+                _narrow(program, j, program.terms[j] @ X, cell, effort)
         if all(j in before and np.abs(before[j] - G).max() < 0.1 * _opening(G) for j, G in cell.items()):
             break
     return cell
 
 
-def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell) -> None:
+def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell, effort: Effort) -> None:
     """Put the cone of term j into the cell, or a narrower one, where its vector cannot turn far."""
     size, V = float(np.linalg.norm(v)), program.terms[j]
     if size < NARROW:
         return
     u = v / size
-    if not _ahead(program, u @ V, cell):
+    if not _ahead(program, u @ V, cell, effort) or effort.over():
         return
     if len(v) == 1:
         cell[j] = u[None, :]
@@ -64,7 +64,8 @@ def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell) -> None:
     across = np.linalg.svd(u[None, :])[2][1:]
     spans = []
     for w in across:
-        ends = [Relaxation(program.asking(Row(s * w @ V), normal=Row(u @ V))).solve(cell) for s in (1.0, -1.0)]
+        asked = [program.asking(Row(s * w @ V), normal=Row(u @ V)) for s in (1.0, -1.0)]
+        ends = [Relaxation(p, effort.over).solve(cell) for p in asked]
         if ends[0] is None or ends[1] is None:
             return
         spans.append((ends[0].value - NARROW, -ends[1].value + NARROW))
@@ -78,9 +79,9 @@ def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
     return [low, *(low + row for row in np.diag(size))]
 
 
-def _ahead(program: Program, row: np.ndarray, cell: Cell) -> bool:
+def _ahead(program: Program, row: np.ndarray, cell: Cell, effort: Effort) -> bool:
     """Whether a linear function is positive in every state, as far as one linear program tells."""
-    least = Relaxation(program.asking(Row(row))).solve(cell)
+    least = Relaxation(program.asking(Row(row)), effort.over).solve(cell)
     return least is not None and least.value >= NARROW
 
 

@@ -12,6 +12,7 @@ from engine.bounds import asking
 from engine.bounds.api import CELLS
 from engine.bounds.asking import asked, load_bounds, pair_bounds
 from engine.bounds.effort import Effort
+from engine.bounds.relaxed import Relaxation
 from engine.bounds.statics import statics
 from engine.scene.overrides import scene_given
 from tests.engine import bounds_scenes as scenes
@@ -49,6 +50,30 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
     whole, short = ends(Effort(CELLS)), ends(cut := Interrupted(looks))
     assert all(s <= w + CLOSED * max(1.0, abs(w)) for s, w in zip(short, whole, strict=True))
     assert cut.short > 0
+
+
+def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever that comes, in the midst of the first cones too: no more than those of one vector and one of the next question."""
+    st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._linear
+
+    class Until(Effort):
+        """An effort that is over after so many linear programs."""
+
+        solved, most = 0, 0
+
+        def over(self) -> bool:
+            return Until.solved >= Until.most
+
+    def counted(*args: Any) -> Any:
+        Until.solved += 1
+        return solve(*args)
+
+    monkeypatch.setattr(Relaxation, "_linear", counted)
+    for most in range(1, 80, 6):
+        Until.solved, Until.most = 0, most
+        for load in (None, 0):
+            asked(st, tuple(st.pairs()), None, Until(CELLS), load)
+        assert most <= Until.solved <= most + 5
 
 
 def test_a_spent_budget_says_what_is_certain_and_what_it_left() -> None:
