@@ -98,6 +98,12 @@ def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
     return qkind, vkind, quat
 
 
+def row_kinds(system: System) -> list[int]:
+    """What each row of the cut joints holds."""
+    each = [[RowKind.TRAVEL] * len(c.kind.rows_s) + [RowKind.TURNING] * len(c.kind.rows_r) for c in system.cuts]
+    return [int(k) for kinds in each for k in kinds]
+
+
 def element_table(main: MainUnit) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
     """Rows of the tables of elements and pairs, and the length of the law Jacobian block."""
     rows: list[tuple[int, ...]] = []
@@ -134,8 +140,6 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     qkind, vkind, quat = coordinate_kinds(system)
     elements, sliders, dn = element_table(main)
     paces = frequencies(system)
-    row_kind = [int(k) for c in system.cuts for k in
-                [RowKind.TRAVEL] * len(c.kind.rows_s) + [RowKind.TURNING] * len(c.kind.rows_r)]
     sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
         "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
         "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
@@ -146,7 +150,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD", "c_energy": "K_C_ENERGY",
         "c_pressed": "K_C_PRESSED",
     }  # fmt: skip
-    tables = {"active_rows": z.active, "row_kind": row_kind, "qkind": qkind, "vkind": vkind, "quat": quat}
+    tables = {"active_rows": z.active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
     named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot")
     functions = {n: f"k_{n}" for n in named}
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())

@@ -26,7 +26,7 @@ from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
 POSE = 21
 """Numbers of a joint's pose: its inboard and outboard frame in the world (9 each, column-major) and s = p_out − p_in (3)."""
 PLACES = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort", "up",
-          "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N")  # fmt: skip
+          "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq")  # fmt: skip
 """What the functions are handed, in the order of their one argument."""
 FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved")
 AT = {name: f"a[{i}]" for i, name in enumerate(PLACES)}
@@ -86,7 +86,7 @@ def body_part(which: Carried) -> BodyPart:
         *[Input(AT[n], s, 2, transient=True) for n, s in (("handed", handed), ("force", force), ("effort", effort))],
     ]  # fmt: skip
     outs = [
-        Output(AT["motion"], 0, pack_motion(motion), 1), Output(AT["pose"], 0, _pose(step), 1),
+        Output(AT["motion"], 0, pack_motion(motion), 1), Output(AT["pose"], 0, _pose(step), 1), Output(AT["bias"], 0, step.w, 1),
         Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
     ]  # fmt: skip
     more = [_column(art, step), _outward(art, step, 4), _outward(art, step, 5), *_balance(mass, motion, step)]
@@ -101,10 +101,11 @@ def _pose(step: Step) -> list[SX]:
 def _column(art: Articulated, step: Step) -> tuple[list[Input], list[Output]]:
     """Reduction of a force column f (6, on the body) and its force along the free freedoms (in ``effort``)."""
     f, g = SX.sym("f", 6), SX.sym("g", step.Pi.size2())
-    y = art.solve(step.Pi.T @ f + g)
+    fq = step.Pi.T @ f + g
+    y = art.solve(fq)
     up = GammaT(step.lever, f - art.MPi @ y)
     ins = [Input(AT["fc"], f, 3), Input(AT["effort"], g, 3)]
-    return ins, [Output(AT["yc"], 0, y, 3), Output(AT["up"], 0, up, 3, True)]
+    return ins, [Output(AT["yc"], 0, y, 3), Output(AT["fq"], 0, fq, 3), Output(AT["up"], 0, up, 3, True)]
 
 
 def _outward(art: Articulated, step: Step, stage: int) -> tuple[list[Input], list[Output]]:

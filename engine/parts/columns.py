@@ -1,5 +1,5 @@
-"""The columns of the affine maps of a tree: each friction multiplier's force inward along the path of its joint, and the
-accelerations and reactions it causes outward over the branch.
+"""The columns of the affine maps: each multiplier's force inward along the path of its joint, and the accelerations and reactions it
+causes outward over the branch; the constraint equations of cut joints on the way.
 
 What is called for a body is the same for every column, and is written once: a column works on numbers that all columns share, and
 what it found is copied to its place at its end."""
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from engine.parts.tape import Block, Space, Tape
+from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element
 from engine.system.structure import GROUND
 
@@ -23,17 +23,22 @@ class Columns:
         self.stepping, self.tape, self.block = stepping, tape, block
         self.scene, self.system, self.maps = stepping.scene, stepping.system, stepping.maps
         n, nv = len(self.system.bodies), self.system.nv
-        self.y, self.effort, self.qdd = (tape.scratch_block(nv) for _ in range(3))
+        self.y, self.effort, self.qdd, self.fq = (tape.scratch_block(nv) for _ in range(4))
+        self.pressed = tape.scratch_block(nv * self.maps.active)
         self.forces = tape.scratch_block(6 * (n + 1))
         self.rows, self.held = tape.scratch_block(self.maps.nn), tape.scratch_block(self.maps.ne)
         Z, N = tape.scratch_block(6 * n), tape.scratch_block(6 * n)
+        self.Z = Z
         self.inward = [self._column(i) for i in range(n)]
         self.outward = [self._response(i, Z, N) for i in range(n)]
-        self.found = {e.joint.child: self._found(e, N.part(6 * e.joint.child, 6)) for e in stepping.parts}
+        self.found = {e.joint.child: self._found(e, N.part(6 * e.joint.child, 6)) for e in stepping.parts if not e.joint.cut}
+        self.rubbing = {e.joint.name: e for e in stepping.parts}
         tape.zero(self.effort)
+        for column, row in enumerate(stepping.active):
+            self._of_row(column, row)
         for e in stepping.parts:
             for k in range(e.joint.kind.nv):
-                self._write(e, k)
+                self._of_friction(e, k)
 
     def _force(self, i: int) -> Block:
         """Force column on a body; on the ground it comes to nothing."""
@@ -44,7 +49,7 @@ class Columns:
         s, one, j = self.stepping, Tape(), self.system.tree[i]
         self.scene.body_call(
             one, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=s.own(self.effort, j), yc=s.own(self.y, j),
-            fc=self._force(i), up=self._force(self.scene.parent(i)),
+            fq=s.own(self.fq, j), fc=self._force(i), up=self._force(self.scene.parent(i)),
         )  # fmt: skip
         return one.code
 
@@ -66,34 +71,95 @@ class Columns:
             one.copy(self.stepping.own(self.qdd, j).part(j.free.index(f), 1), self.held.part(e.eta[0] + f, 1))
         return one.code
 
-    def _write(self, e: Element, k: int) -> None:
-        """The column of friction along freedom k of a joint, which is 0 where that is prescribed."""
-        tape, m, j, at, nv = self.tape, self.maps, e.joint, e.eta[0] + k, self.system.nv
-        for block in (self.y, self.forces, self.rows, *([self.held] if m.held else [])):
-            tape.zero(block)
-        if k in j.free:
-            own = self.stepping.own(self.effort, j).part(j.free.index(k), 1)
-            path, branch = self._way(j.child)
-            tape.copy(self.scene.against, own)
-            for i in path:
-                tape.code += self.inward[i]
-            for i in branch:
-                tape.code += self.outward[i]
-            for i in branch:
-                tape.code += self.found.get(i, [])
-            tape.zero(own)
-        tape.copy(self.y, self.block.part(nv * at, nv))
-        tape.copy(self.rows, Block(Space.MAPS, m.nn * (1 + at), m.nn))
-        if m.held:
-            tape.copy(self.held, Block(Space.MAPS, m.rates + m.nrates + m.ne * (1 + at), m.ne))
+    def _of_row(self, column: int, row: int) -> None:
+        """The column of the multiplier of a row of a cut joint, and its own row of the constraint equations."""
+        c = next(c for c in self.stepping.closed if c.joint.rows <= row < c.joint.rows + c.joint.kind.rows)
+        k, tape, m, nv = row - c.joint.rows, self.tape, self.maps, self.system.nv
+        self._empty()
+        for body, g in ((c.joint.inb, "gin"), (c.joint.out, "gout")):
+            tape.call(Builtin.ADD, [c.row(g, k), self._force(body)], [6])
+        self._move([c.joint.inb, c.joint.out], column)
+        tape.copy(self.fq, self.pressed.part(nv * column, nv))
+        g0 = Block(Space.MAPS, m.at("g0") + column, 1)
+        tape.copy(c.blocks["xi"].part(k, 1), g0)
+        every = 6 * (len(self.system.bodies) + 1)
+        for pair, size in (((self.fq, self.stepping.y), nv), ((self.forces, self.scene.all_bias), every)):
+            tape.call(Builtin.PRODUCT, [*pair, g0], [size, 1])
+        own = Block(Space.MAPS, m.at("S") + m.active * column, column + 1)
+        self._constrain(own, column + 1)
+        for other in range(column):
+            tape.copy(own.part(other, 1), Block(Space.MAPS, m.at("S") + m.active * other + column, 1))
+        e = self.rubbing.get(c.joint.name)
+        if e:
+            self.stepping.pin_of_cut(tape, e, c.row("gat", k), self.rows.part(e.n0, len(e.needs)))
+        self._keep(column)
 
-    def _way(self, i: int) -> tuple[list[int], list[int]]:
-        """Bodies from i to the ground, and all that move with the last of them."""
-        path = [i]
-        while self.scene.parent(path[-1]) != GROUND:
-            path.append(self.scene.parent(path[-1]))
-        inside = {path[-1]}
+    def _of_friction(self, e: Element, k: int) -> None:
+        """The column of friction along freedom k of a joint, which is 0 where that is prescribed."""
+        tape, m, j = self.tape, self.maps, e.joint
+        column = m.active + e.eta[0] + k
+        self._empty()
+        if j.cut:
+            c = self.stepping.closing(j)
+            for body, w in ((j.inb, "win"), (j.out, "wout")):
+                tape.call(Builtin.ALONG, [c.row(w, k), self.scene.against, self._force(body)], [6, 1])
+            self._move([j.inb, j.out], column)
+            own = tape.scratch_block(6)
+            tape.zero(own)
+            tape.call(Builtin.ALONG, [c.row("wat", k), self.scene.against, own], [6, 1])
+            self.stepping.pin_of_cut(tape, e, own, self.rows.part(e.n0, len(e.needs)))
+        elif k in j.free:
+            own = self.stepping.own(self.effort, j).part(j.free.index(k), 1)
+            tape.copy(self.scene.against, own)
+            self._move([j.child], column)
+            tape.zero(own)
+        if m.active:
+            self._constrain(Block(Space.MAPS, m.at("Se") + m.active * (e.eta[0] + k), m.active), m.active)
+        self._keep(column)
+
+    def _empty(self) -> None:
+        """Nothing acts, nothing is found yet."""
+        for block in (self.y, self.fq, self.forces, self.rows, *([self.held] if self.maps.held else [])):
+            self.tape.zero(block)
+
+    def _move(self, begin: list[int], column: int) -> None:
+        """Inward from the bodies that are acted on, outward over all that moves; what friction needs is found."""
+        tape = self.tape
+        path, branch = self._way(begin)
+        for i in path:
+            tape.code += self.inward[i]
+        for i in branch:
+            tape.code += self.outward[i]
+        for i in branch:
+            tape.code += self.found.get(i, [])
+        for e in self.stepping.parts if self.maps.held else []:
+            if e.joint.cut:
+                Z = [self.Z.part(6 * b, 6) if b in branch else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
+                self.stepping.along_cut(tape, self.stepping.closing(e.joint), Z, self.held.part(e.eta[0], e.joint.kind.nv))
+
+    def _constrain(self, out: Block, count: int) -> None:
+        """What the column does to the first rows of the constraint equations."""
+        nv = self.system.nv
+        self.tape.zero(out)
+        self.tape.call(Builtin.DOTS, [self.pressed, self.y, out], [nv, count, nv, 1])
+
+    def _keep(self, column: int) -> None:
+        """Put what was found in its place."""
+        nv = self.system.nv
+        self.tape.copy(self.y, self.block.part(nv * column, nv))
+        self.tape.copy(self.rows, self.maps.N(column))
+        if self.maps.held:
+            self.tape.copy(self.held, self.maps.Q(column))
+
+    def _way(self, begin: list[int]) -> tuple[list[int], list[int]]:
+        """Bodies from those given to the ground, outermost first, and all that move with the last of them."""
+        path: set[int] = set()
+        for i in begin:
+            while i != GROUND:
+                path.add(i)
+                i = self.scene.parent(i)
+        inside = {i for i in path if self.scene.parent(i) == GROUND}
         for b in range(len(self.system.bodies)):
             if self.scene.parent(b) in inside:
                 inside.add(b)
-        return path, sorted(inside)
+        return sorted(path, reverse=True), sorted(inside)

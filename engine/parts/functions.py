@@ -18,7 +18,7 @@ def write(s: Scene) -> None:
     for alone in (False, True):
         _laws(s, alone)
         _held(s, alone)
-    s.tape("closure")
+    _closure(s)
     _events(s)
     _energy(s)
     coordinate_rates(s, s.tape("qdot"), Block(Space.R, 0, s.system.nv), Block(Space.OUT, 0, s.system.nq))
@@ -61,14 +61,30 @@ def _held(s: Scene, alone: bool) -> None:
         s.call(tape, friction.held(friction.rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
 
 
+def _closure(s: Scene) -> None:
+    """Residuals of all rows of cut joints, then their rates."""
+    tape, rows = s.tape("closure"), s.system.rows
+    moving = s.outward(tape, tape.scratch_block, forces=False)
+    for c in s.closed(tape, moving, tape.scratch_block, forces=False):
+        n = c.joint.kind.rows
+        tape.copy(c.blocks["phi"], Block(Space.OUT, c.joint.rows, n))
+        tape.copy(c.blocks["rate"], Block(Space.OUT, rows + c.joint.rows, n))
+
+
 def _events(s: Scene) -> None:
     tape = s.tape("events")
-    for j in s.system.tree:
+    closed = {}
+    if any(d.stop for j in s.system.cuts for d in j.devices):
+        moving = s.outward(tape, tape.scratch_block, forces=False)
+        closed = {c.joint.name: c for c in s.closed(tape, moving, tape.scratch_block, forces=False)}
+    for j in s.system.joints:
         for k, d in enumerate(j.devices):
             if d.stop is None:
                 continue
             i = j.kind.coordinate_of(k)
-            if j.driven:
+            if j.cut:
+                q = closed[j.name].q.part(i, 1)
+            elif j.driven:
                 q = s.rates_of(tape, j, tape.scratch_block)[0].part(i, 1)
             else:
                 q = Block(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
@@ -80,4 +96,6 @@ def _events(s: Scene) -> None:
 
 def _energy(s: Scene) -> None:
     tape = s.tape("energy")
-    s.energies(tape, s.outward(tape, tape.scratch_block, forces=False), Block(Space.OUT, 0, 2))
+    moving = s.outward(tape, tape.scratch_block, forces=False)
+    closed = s.closed(tape, moving, tape.scratch_block, forces=False)
+    s.energies(tape, moving, closed, Block(Space.OUT, 0, 2))

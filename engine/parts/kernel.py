@@ -23,7 +23,7 @@ from engine.kernel.emit import MATH
 from engine.kernel.library import Kernel, kernel_key
 from engine.kernel.output_unit import post_of, wants_of
 from engine.kernel.programs import awaited, side_by_side
-from engine.kernel.source import coordinate_kinds, element_table
+from engine.kernel.source import coordinate_kinds, element_table, row_kinds
 from engine.parts import functions
 from engine.parts.rows import Rows, write_contacts
 from engine.parts.scene import Scene
@@ -137,11 +137,11 @@ def parts_kernel(
 ) -> PartsKernel:
     """The kernel of a tree, its tables made for this scene and these columns. redundant: the variant that only loops ask for."""
     assert not redundant
-    assert not system.cuts
     started = time.perf_counter()
     keep: list[Any] = []
     with direct_operators():
-        table, sizes, rubbing = _kernel_table(system, parameters, quadratures, keep)
+        active = list(range(system.rows))
+        table, sizes, rubbing = _kernel_table(system, parameters, quadratures, active, keep)
         outputs = _outputs_table(system, chosen, keep)
     facts = {"operations": {}, "active_rows": [], "loop_rows": [], "rubbing": rubbing}
     key = kernel_key(system, parameters, chosen, quadratures, False)
@@ -149,9 +149,11 @@ def parts_kernel(
     return PartsKernel({}, sizes, facts, time.perf_counter() - started, cache.cache_folder(), key, structure, tables, keep)
 
 
-def _kernel_table(system: System, parameters: int, quadratures: bool, keep: list[Any]) -> tuple[Any, dict[str, int], list[str]]:
+def _kernel_table(
+    system: System, parameters: int, quadratures: bool, active: Sequence[int], keep: list[Any]
+) -> tuple[Any, dict[str, int], list[str]]:
     s = Scene(system)
-    stepping = Stepping(s, quadratures)
+    stepping = Stepping(s, quadratures, active)
     functions.write(s)
     scene = _scene_table(s, keep)
     qkind, vkind, quat = coordinate_kinds(system)
@@ -162,12 +164,12 @@ def _kernel_table(system: System, parameters: int, quadratures: bool, keep: list
     m = stepping.maps
     sizes = dict.fromkeys(KERNEL.integers, 0) | counts | {
         "abi": number(), "nq": system.nq, "nv": system.nv, "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
-        "nc": s.nc, "nw": stepping.nw, "nmaps": m.size + 1, "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
+        "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
         "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "ndn": dn, "sets": int(any(e.sets for e in stepping.parts)),
     }  # fmt: skip
     table = KERNEL.ctype(**sizes, scene=ctypes.addressof(scene), **_functions(FUNCTIONS))
-    for name, values in {"active_rows": [], "row_kind": [], "qkind": qkind, "vkind": vkind, "quat": quat}.items():
+    for name, values in {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}.items():
         array = np.array([*values, 0], np.intc)
         keep.append(array)
         setattr(table, name, array.ctypes.data)
@@ -177,7 +179,7 @@ def _kernel_table(system: System, parameters: int, quadratures: bool, keep: list
 
 
 def _outputs_table(system: System, chosen: list[Column], keep: list[Any]) -> Any:
-    s = Scene(system, whole_z=True)
+    s = Scene(system)
     Rows(s, s.tape("eval")).write(chosen)
     contacts = write_contacts(s)
     scene = _scene_table(s, keep)

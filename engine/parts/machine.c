@@ -60,7 +60,21 @@ static void product(double *const *a, const int *how) {
   for (int i = 0; i < how[0]; ++i) a[2][0] += how[1] * a[0][i] * a[1][i];
 }
 
-void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product};
+static void dots(double *const *a, const int *how) {
+  for (int k = 0; k < how[1]; ++k) {
+    const double *row = a[0] + (size_t)k * how[2];
+    double sum = 0.0;
+    for (int i = 0; i < how[0]; ++i) sum += row[i] * a[1][i];
+    a[2][(size_t)k * how[3]] += sum;
+  }
+}
+
+static void along(double *const *a, const int *how) {
+  for (int k = 0; k < how[1]; ++k)
+    for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[0] + i] * a[1][k];
+}
+
+void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product, dots, along};
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */
 

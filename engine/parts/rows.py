@@ -10,8 +10,8 @@ from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
 from engine.kernel.columns import Column
 from engine.kernel.powers import names_of_powers
-from engine.parts import friction, small
-from engine.parts.scene import Moving, Scene
+from engine.parts import closing, friction, small
+from engine.parts.scene import Closed, Moving, Scene
 from engine.parts.stepping import element_places
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -29,6 +29,9 @@ class Rows:
         self.powers = names_of_powers(self.system)
         self._made: dict[Hashable, Block] = {}
         self._moving: list[Moving] = []
+        self._closed: dict[str, Closed] = {}
+        self._every = {k: k for k in range(self.system.rows)}
+        scene.multipliers = self.system.rows
         self._Z: list[Block] = []
         self._N: list[Block] = []
 
@@ -50,6 +53,7 @@ class Rows:
         """Motions of all bodies, and what acts on them."""
         if not self._moving:
             self._moving = self.scene.outward(self.tape, self.tape.scratch_block)
+            self._closed = {c.joint.name: c for c in self.scene.closed(self.tape, self._moving, self.tape.scratch_block)}
         return self._moving
 
     def accelerations(self) -> list[Block]:
@@ -67,7 +71,8 @@ class Rows:
     def reactions(self) -> list[Block]:
         """N of all bodies."""
         if not self._N:
-            self._N = self.scene.balance(self.tape, self.moving(), self.accelerations())
+            Z = self.accelerations()
+            self._N = self.scene.balance(self.tape, self.moving(), Z, list(self._closed.values()), self._every)
         return self._N
 
     def once(self, key: Hashable, size: int, make: Callable[[Block], None]) -> Block:
@@ -116,9 +121,24 @@ class Rows:
 
     # -- joints -------------------------------------------------------------------------------------------------------------
 
-    def _joint(self, name: str) -> tuple[Joint, Moving]:
-        j = self.joints[name]
-        return j, self.moving()[j.child]
+    def _joint(self, name: str) -> tuple[Joint, Moving | Closed]:
+        j, moving = self.joints[name], self.moving()
+        return j, self._closed[name] if j.cut else moving[j.child]
+
+    def on_outboard(self, j: Joint) -> Block:
+        """Force and torque that a joint transmits to its outboard part, at its point there (6)."""
+        m = self._joint(j.name)[1]
+        if isinstance(m, Moving):
+            N = self.reactions()[j.child]
+            make = lambda out: self.scene.call(self.tape, closing.outboard(j.forward), N=N, pose=m.pose, out=out)  # noqa: E731
+            return self.once(("outboard", j.name), 6, make)
+
+        def transmitted(out: Block) -> None:
+            self.tape.zero(out)
+            self.tape.call(Builtin.ALONG, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])
+            self.scene.add_wrenches(self.tape, m, "gat", "wat", self._every, out, 1)
+
+        return self.once(("outboard", j.name), 6, transmitted)
 
     def _q(self, name: str, i: int) -> Block:
         return self._joint(name)[1].q.part(i, 1)
@@ -128,21 +148,31 @@ class Rows:
 
     def _qdd(self, name: str, k: int) -> Block:
         j, m = self._joint(name)
-        return Block(Space.A, j.v0 + j.free.index(k), 1) if k in j.free else m.known.part(k, 1)
+        if isinstance(m, Moving):
+            return Block(Space.A, j.v0 + j.free.index(k), 1) if k in j.free else m.known.part(k, 1)
+        Z = [self.accelerations()[b] if b != GROUND else self.scene.base for b in (j.inb, j.out)]
+
+        def relative(out: Block) -> None:
+            self.tape.copy(m.blocks["bias"], out)
+            for which, z in zip(("win", "wout"), Z, strict=True):
+                self.tape.call(Builtin.DOTS, [m.blocks[which], z, out], [6, j.kind.nv, 6, 1])
+
+        return self.once(("qdd", name), j.kind.nv, relative).part(k, 1)
 
     def _reaction(self, name: str, which: str, k: int) -> Block:
         j, m = self._joint(name)
-        N, part = self.reactions()[j.child], small.reaction(j.forward, j.pin_out)
-        whole = self.once(("reaction", name), 6, lambda out: self.scene.call(self.tape, part, N=N, pose=m.pose, out=out))
+        ft, part = self.on_outboard(j), closing.reaction(j.pin_out)
+        whole = self.once(("reaction", name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         return whole.part(k + (0 if which == "f" else 3), 1)
 
     def _drive(self, name: str, k: int) -> Block:
         j, m = self._joint(name)
+        assert isinstance(m, Moving)
         N = self.reactions()[j.child]
         return self.once(("drive", name, k), 1, lambda out: self.scene.drive_effort(self.tape, j, k, m, N, out))
 
     def _friction(self, name: str, k: int) -> Block:
-        return Block(Space.Z, self.system.rows + self.elements[name].eta[k], 1)
+        return self.scene.eta(self.joints[name]).part(k, 1)
 
     def _bristle(self, name: str, k: int) -> Block:
         e, system = self.elements[name], self.system
@@ -157,12 +187,11 @@ class Rows:
     def touching(self, e: Element) -> tuple[Block, Block]:
         """Contacts of a joint: their columns (``friction.TOUCH`` each), and a ``tr_contact`` each."""
         j, m = self._joint(e.joint.name)
-        count, nv = e.contact.count, j.kind.nv
-        N = self.reactions()[j.child]
-        pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(
-            self.tape, small.pin(j.kind_name, j.forward, j.pin_out, COMPONENTS), N=N, pose=m.pose, out=out))  # fmt: skip
+        count = e.contact.count
+        ft, part = self.on_outboard(j), closing.pin(j.kind_name, j.pin_out, COMPONENTS)
+        pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         four = self.once(("four", j.name), 4 * count, lambda _: None)
-        eta = Block(Space.Z, self.system.rows + e.eta[0], nv)
+        eta = self.scene.eta(j)
         columns = self.once(("contacts", j.name), friction.TOUCH * count, lambda out: self.scene.call(
             self.tape, friction.contacts(friction.rubbing(e)), N=pressed, r=m.v, eta=eta, pose=m.pose, columns=out, four=four,
             **element_places(self.scene, e)))  # fmt: skip
@@ -180,7 +209,8 @@ class Rows:
 
     def _energies(self) -> Block:
         moving = self.moving()
-        return self.once("energies", 2, lambda out: self.scene.energies(self.tape, moving, out))
+        closed = list(self._closed.values())
+        return self.once("energies", 2, lambda out: self.scene.energies(self.tape, moving, closed, out))
 
     def _kinetic(self) -> Block:
         return self._energies().part(0, 1)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from engine.kernel.classes import MOTION
-from engine.parts import small
+from engine.parts import closing, small
 from engine.parts.body import POSE
 from engine.parts.tables import BODY, Tables
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -29,6 +29,24 @@ class Moving:
     work: Block
     force: Block
     effort: Block
+    bias: Block
+
+
+@dataclass
+class Closed:
+    """Blocks of a cut joint in a pass (``closing.cut``): coordinates, rates, accelerations' bias, pose, wrenches; and the forces of
+    its devices along its freedoms."""
+
+    joint: Joint
+    q: Block
+    v: Block
+    pose: Block
+    blocks: dict[str, Block]
+    effort: Block
+
+    def row(self, which: str, k: int) -> Block:
+        """Wrench k (6) of those called ``which``."""
+        return self.blocks[which].part(6 * k, 6)
 
 
 class Scene(Tables):
@@ -39,12 +57,16 @@ class Scene(Tables):
     def outward(self, tape: Tape, place: Place, forces: bool = True) -> list[Moving]:
         """Motions of all bodies, outward; with what acts on them and along their joints, if ``forces``."""
         out: list[Moving] = []
+        bias = place(6 * (len(self.system.bodies) + 1))
         for i, j in enumerate(self.system.tree):
             q, v, known = self.rates_of(tape, j, place)
-            m = Moving(q, v, known, place(MOTION), place(POSE), place(self.parts[i].work), self.zeros, self.zeros)
+            m = Moving(q, v, known, place(MOTION), place(POSE), place(self.parts[i].work), self.zeros, self.zeros, bias.part(6 * i, 6))
             carrier = self.ground if self.parent(i) == GROUND else out[self.parent(i)].motion
-            self.body_call(tape, i, "outward", q=q, v=v, known=known, carrier=carrier, work=m.work, motion=m.motion, pose=m.pose)
+            self.body_call(tape, i, "outward", q=q, v=v, known=known, carrier=carrier, work=m.work, motion=m.motion, pose=m.pose,
+                           bias=m.bias)  # fmt: skip
             out.append(m)
+        tape.copy(self.base, bias.part(bias.size - 6, 6))
+        self.all_bias = bias
         if forces:
             for j in self.system.tree:
                 self._efforts(tape, j, out[j.child], place)
@@ -106,27 +128,64 @@ class Scene(Tables):
                 tape.copy(there.part(0, 1), flags.part(k, 1))
         self.call(tape, small.device(what), numbers=self.numbers(leaves), flags=flags, q=q, rate=rate, out=out)
 
-    def each_device(self, j: Joint, m: Moving) -> Iterable[tuple[int, Device, Block, Block]]:
-        """Number, device, coordinate and rate of each freedom of a tree joint."""
+    def each_device(self, j: Joint, q: Block, v: Block) -> Iterable[tuple[int, Device, Block, Block]]:
+        """Number, device, coordinate and rate of each freedom of a joint."""
         for k, d in enumerate(j.devices):
             i = j.kind.coordinate_of(k)
-            yield k, d, m.q.part(i, 1) if i >= 0 else self.zeros, m.v.part(k, 1)
+            yield k, d, q.part(i, 1) if i >= 0 else self.zeros, v.part(k, 1)
+
+    @staticmethod
+    def acts(j: Joint) -> bool:
+        """Whether anything but a drive and friction acts along a joint's freedoms."""
+        return any(d.spring or d.damping is not None or d.stop or d.effort for d in j.devices)
 
     def _efforts(self, tape: Tape, j: Joint, m: Moving, place: Place) -> None:
-        if not any(d.spring or d.damping is not None or d.stop or d.effort for d in j.devices):
-            return
-        m.effort = place(j.kind.nv)
-        tape.zero(m.effort)
-        for k, d, q, rate in self.each_device(j, m):
-            self.device(tape, d, "force", q, rate, m.effort.part(k, 1))
+        if self.acts(j):
+            m.effort = place(j.kind.nv)
+            tape.zero(m.effort)
+            self.add_efforts(tape, j, m.q, m.v, m.effort, place)
+
+    def add_efforts(self, tape: Tape, j: Joint, q: Block, v: Block, out: Block, place: Place) -> None:
+        """Add what the devices of a joint do along each of its freedoms."""
+        for k, d, own, rate in self.each_device(j, q, v):
+            self.device(tape, d, "force", own, rate, out.part(k, 1))
             if d.effort:
-                tape.call(Builtin.ADD, [self.value(tape, d.effort, place), m.effort.part(k, 1)], [1])
+                tape.call(Builtin.ADD, [self.value(tape, d.effort, place), out.part(k, 1)], [1])
+
+    def closed(self, tape: Tape, moving: list[Moving], place: Place, forces: bool = True) -> list[Closed]:
+        """The cut joints, once all bodies' motions are known; what their devices do to the bodies, if ``forces``."""
+        return [self._closed(tape, j, moving, place, forces) for j in self.system.cuts]
+
+    def _closed(self, tape: Tape, j: Joint, moving: list[Moving], place: Place, forces: bool) -> Closed:
+        ground = "inb" if j.inb == GROUND else "out" if j.out == GROUND else ""
+        part, nv, n = closing.cut(j.kind_name, ground), j.kind.nv, j.kind.rows
+        sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
+                 "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE}  # fmt: skip
+        blocks = {name: place(size) for name, size in sizes.items()}
+        ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
+        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point])
+        self.call(tape, part, numbers=numbers, **ends, **blocks)
+        made = Closed(j, blocks["q"], blocks["v"], blocks["pose"], blocks, self.zeros)
+        if forces and self.acts(j):
+            made.effort = place(nv)
+            tape.zero(made.effort)
+            self.add_efforts(tape, j, made.q, made.v, made.effort, place)
+            for b, which in ((j.inb, "win"), (j.out, "wout")):
+                if b != GROUND:
+                    tape.call(Builtin.ALONG, [blocks[which], made.effort, self.force_on(tape, b, moving, place)], [6, nv])
+        return made
+
+    def force_on(self, tape: Tape, b: int, moving: list[Moving], place: Place) -> Block:
+        """What acts on a body besides its weight, to be added to."""
+        if moving[b].force is self.zeros:
+            moving[b].force = place(6)
+            tape.zero(moving[b].force)
+        return moving[b].force
 
     def _load(self, tape: Tape, load: Load, moving: list[Moving], place: Place) -> None:
         for b in load.bodies:
-            if b != GROUND and moving[b].force is self.zeros:
-                moving[b].force = place(6)
-                tape.zero(moving[b].force)
+            if b != GROUND:
+                self.force_on(tape, b, moving, place)
         if load.kind == "spring_damper":
             sink = tape.scratch_block(6)
             forces = [moving[b].force if b != GROUND else sink for b in load.bodies]
@@ -135,12 +194,17 @@ class Scene(Tables):
         m = moving[load.bodies[0]]
         self.call(tape, small.load(load.kind, load.body_frame, "wrench"), out=m.force, **self.applied(tape, load, m, place))
 
-    def balance(self, tape: Tape, moving: list[Moving], Z: list[Block]) -> list[Block]:
-        """N of every body by the balance of each (``accelerations.given``)."""
+    def balance(self, tape: Tape, moving: list[Moving], Z: list[Block], closed: list[Closed], rows: dict[int, int]) -> list[Block]:
+        """N of every body by the balance of each (``accelerations.given``). rows: where the multiplier of each row of a cut joint
+        that has one is in z."""
         N = [tape.scratch_block(6) for _ in Z]
         for i, out in enumerate(N):
             tape.zero(out)
             self.body_call(tape, i, "weigh", work=moving[i].work, force=moving[i].force, Z=Z[i], N=out)
+        for c in closed:
+            for b, g, w in ((c.joint.inb, "gin", "win"), (c.joint.out, "gout", "wout")):
+                if b != GROUND:
+                    self.add_wrenches(tape, c, g, w, rows, N[b], -1)
         for i in reversed(range(len(N))):
             if self.parent(i) != GROUND:
                 self.body_call(tape, i, "carry", work=moving[i].work, up=N[self.parent(i)], N=N[i])
@@ -158,19 +222,36 @@ class Scene(Tables):
             tape.call(Builtin.ADD, [self.value(tape, d.effort, tape.scratch_block), devices], [1])
         tape.call(Builtin.PRODUCT, [devices, self.one, out], [1, -1])
         if j.friction:
-            first = self.system.rows * self.whole_z + min(e for sl in j.friction.sliders for e in sl.eta)
-            tape.call(Builtin.PRODUCT, [Block(Space.Z, first + k, 1), self.one, out], [1, 1])
+            tape.call(Builtin.PRODUCT, [self.eta(j).part(k, 1), self.one, out], [1, 1])
 
-    def energies(self, tape: Tape, moving: list[Moving], out: Block) -> None:
+    def eta(self, j: Joint) -> Block:
+        """Multipliers of a joint's friction."""
+        assert j.friction is not None
+        return Block(Space.Z, self.multipliers + min(e for sl in j.friction.sliders for e in sl.eta), j.kind.nv)
+
+    def add_wrenches(self, tape: Tape, c: Closed, g: str, w: str, rows: dict[int, int], out: Block, sign: int) -> None:
+        """Add the wrenches of a cut joint's multipliers and its friction (opposite to η), times sign."""
+        j = c.joint
+        for k in range(j.kind.rows):
+            if j.rows + k in rows:
+                z = Block(Space.Z, rows[j.rows + k], 1)
+                for i in range(6):
+                    tape.call(Builtin.PRODUCT, [c.row(g, k).part(i, 1), z, out.part(i, 1)], [1, sign])
+        for k in range(j.kind.nv if j.friction else 0):
+            for i in range(6):
+                tape.call(Builtin.PRODUCT, [c.row(w, k).part(i, 1), self.eta(j).part(k, 1), out.part(i, 1)], [1, -sign])
+
+    def energies(self, tape: Tape, moving: list[Moving], closed: list[Closed], out: Block) -> None:
         """Kinetic and potential energy."""
         tape.zero(out)
         for m, numbers in zip(moving, self.body_numbers, strict=True):
             own = numbers.part(numbers.size - BODY, BODY)
             self.call(tape, small.energies(), numbers=own, g=self.gravity, motion=m.motion, out=out)
         potential = out.part(1, 1)
-        for j in self.system.tree:
-            for _, d, q, rate in self.each_device(j, moving[j.child]):
-                self.device(tape, d, "potential", q, rate, potential)
+        joints = [(j, m.q, m.v) for j, m in zip(self.system.tree, moving, strict=True)] + [(c.joint, c.q, c.v) for c in closed]
+        for j, q, v in joints:
+            for _, d, own, rate in self.each_device(j, q, v):
+                self.device(tape, d, "potential", own, rate, potential)
         for load in self.system.loads:
             if load.kind == "spring_damper":
                 self.call(tape, small.spring("potential"), out=potential, **self.ends(load, moving))

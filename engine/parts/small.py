@@ -188,19 +188,6 @@ def orientation() -> Part:
 
 
 @cache
-def reaction(forward: bool, pin_out: bool) -> Part:
-    """N on the child (6), pose → force and torque on the inboard part at the joint's centre, in its frame (6)."""
-    N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
-    Ein, s = ca.reshape(pose[:9], 3, 3), pose[18:]
-    f, t = N[:3], N[3:]
-    if not forward:
-        f, t = -f, -(t - cross(s, f))
-    t = t if pin_out else t + cross(s, f)
-    name = f"o_reaction_{'out' if forward else 'in'}_{'pin_out' if pin_out else 'pin_in'}"
-    return one(name, {"N": N, "pose": pose}, {"out": ca.vertcat(-(Ein.T @ f), -(Ein.T @ t))})
-
-
-@cache
 def over() -> Part:
     """One number over another."""
     a, b = SX.sym("a"), SX.sym("b")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
-from engine.parts import friction, small
+from engine.parts import closing, friction, small
 from engine.parts.columns import Columns
-from engine.parts.scene import Scene
+from engine.parts.scene import Closed, Scene
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, any_sets, elements
 from engine.system.structure import GROUND, Joint, state_coordinates
@@ -17,49 +17,73 @@ from engine.system.structure import GROUND, Joint, state_coordinates
 
 @dataclass
 class Maps:
-    """Where the parts of the maps block of a tree begin (``kernel.main_unit``), and how long it is."""
+    """How many numbers of each kind the maps block of a scene holds, and where each kind begins (``kernel.main_unit``). active: rows of
+    cut joints that have a multiplier."""
 
-    nn: int
+    active: int
     ne: int
+    nn: int
     nrates: int
     held: bool
 
     @property
-    def rates(self) -> int:
-        """Rates of the freedoms of frictional joints."""
-        return self.nn * (1 + self.ne)
+    def columns(self) -> int:
+        """Multipliers, those of friction last."""
+        return self.active + self.ne
 
-    @property
-    def size(self) -> int:
-        """All."""
-        return self.rates + self.nrates + (self.ne * (1 + self.ne) if self.held else 0)
+    def at(self, name: str) -> int:
+        """Where S, Se, g0, N, rates, Q and the end are; N and Q have a column without multipliers first."""
+        sizes = {"S": self.active**2, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * (1 + self.columns),
+                 "rates": self.nrates, "Q": self.ne * (1 + self.columns) if self.held else 0, "end": 0}  # fmt: skip
+        return sum(list(sizes.values())[: list(sizes).index(name)])
+
+    def N(self, column: int) -> Block:
+        """Reaction components that multiplier ``column`` causes, −1: that there are without any."""
+        return Block(Space.MAPS, self.at("N") + self.nn * (1 + column), self.nn)
+
+    def Q(self, column: int) -> Block:
+        """Accelerations of the freedoms of frictional joints, likewise."""
+        return Block(Space.MAPS, self.at("Q") + self.ne * (1 + column), self.ne if self.held else 0)
 
 
 class Stepping:
-    """Writes stage 1 and stage 2 of a tree. quadratures: whether each power is integrated, or the sums for the audit."""
+    """Writes stage 1 and stage 2. quadratures: whether each power is integrated, or the sums for the audit; active: rows of cut joints
+    that have a multiplier."""
 
-    def __init__(self, scene: Scene, quadratures: bool):
+    def __init__(self, scene: Scene, quadratures: bool, active: Sequence[int] = ()):
         self.scene, self.system, self.quadratures = scene, scene.system, quadratures
-        self.parts = elements(self.system)
+        self.parts, self.active = elements(self.system), tuple(active)
         s = self.system
         states = len(s.bristles)
         nrates = sum(e.joint.kind.nv for e in self.parts) + (states if self.parts else 0)
-        self.maps = Maps(sum(len(e.needs) for e in self.parts), s.neta, nrates, any_sets(s))
+        self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.parts), nrates, any_sets(s))
+        scene.multipliers = len(self.active)
         self.nw = 0
         n = len(s.bodies)
         tape = scene.tape("stage1")
         self.moving = scene.outward(tape, self._w)
+        self.closed = scene.closed(tape, self.moving, self._w)
         self.kept = [self._w(p.kept) for p in scene.parts]
         self.y, self.F = self._w(s.nv), [self._w(6) for _ in range(n)]
         self._inward(tape)
-        if self.parts:
-            self.columns = self._w(s.nv * s.neta)
+        solved = self.maps.columns > 0
+        if solved:
+            self.columns = self._w(s.nv * self.maps.columns)
             self._known(tape)
             Columns(self, tape, self.columns)
-        second = scene.tape("stage2") if self.parts else tape
-        if not self.parts:
+        second = scene.tape("stage2") if solved else tape
+        if not solved:
             scene.tape("stage2")
         self._derivative(second)
+
+    def motion_of(self, j: Joint) -> tuple[Block, Block]:
+        """Coordinates and rates of a joint, of the tree or a cut one."""
+        found = self.closing(j) if j.cut else self.moving[j.child]
+        return found.q, found.v
+
+    def closing(self, j: Joint) -> Closed:
+        """The blocks of a cut joint."""
+        return next(c for c in self.closed if c.joint.name == j.name)
 
     def _w(self, size: int) -> Block:
         self.nw += size
@@ -96,20 +120,44 @@ class Stepping:
 
     def _known(self, tape: Tape) -> None:
         """N0, rates and Q0."""
-        qdd, _, N = self._accelerate(tape, self.y, self.F, "accelerations", range(len(self.system.bodies)), self.scene.base)
+        bodies = range(len(self.system.bodies))
+        qdd, Z, N = self._accelerate(tape, self.y, self.F, "accelerations", bodies, self.scene.base)
         m = self.maps
         for e in self.parts:
-            j, moving = e.joint, self.moving[e.joint.child]
-            self.pin(tape, e, N[j.child], Block(Space.MAPS, e.n0, len(e.needs)))
-            tape.copy(moving.v.part(0, j.kind.nv), Block(Space.MAPS, m.rates + e.rate0, j.kind.nv))
-            if m.held:
-                at = m.rates + m.nrates + e.eta[0]
-                for k in range(j.kind.nv):
-                    source = self.own(qdd, j).part(j.free.index(k), 1) if k in j.free else moving.known.part(k, 1)
-                    tape.copy(source, Block(Space.MAPS, at + k, 1))
+            j, nv, own = e.joint, e.joint.kind.nv, m.N(-1).part(e.n0, len(e.needs))
+            tape.copy(self.motion_of(j)[1].part(0, nv), Block(Space.MAPS, m.at("rates") + e.rate0, nv))
+            held = m.Q(-1).part(e.eta[0], nv) if m.held else self.scene.zeros
+            if j.cut:
+                self._known_of_cut(tape, e, Z, own, held)
+                continue
+            self.pin(tape, e, N[j.child], own)
+            for k in range(nv if m.held else 0):
+                known = self.moving[j.child].known
+                tape.copy(self.own(qdd, j).part(j.free.index(k), 1) if k in j.free else known.part(k, 1), held.part(k, 1))
         states = len(self.system.bristles)
-        at = m.rates + m.nrates - states
+        at = m.at("rates") + m.nrates - states
         tape.copy(Block(Space.Y, self.system.nq + self.system.nv, states), Block(Space.MAPS, at, states))
+
+    def _known_of_cut(self, tape: Tape, e: Element, Z: list[Block], out: Block, held: Block) -> None:
+        """What a cut joint's devices press, and the accelerations of its freedoms."""
+        j, c = e.joint, self.closing(e.joint)
+        ft = tape.scratch_block(6)
+        tape.zero(ft)
+        tape.call(Builtin.ALONG, [c.blocks["wat"], c.effort, ft], [6, j.kind.nv])
+        self.pin_of_cut(tape, e, ft, out)
+        if self.maps.held:
+            tape.copy(c.blocks["bias"], held)
+            self.along_cut(tape, c, [Z[b] if b != GROUND else self.scene.base for b in (j.inb, j.out)], held)
+
+    def along_cut(self, tape: Tape, c: Closed, Z: Sequence[Block], out: Block) -> None:
+        """Add to the accelerations of a cut joint's freedoms what those of its two bodies cause."""
+        for which, z in zip(("win", "wout"), Z, strict=True):
+            tape.call(Builtin.DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
+
+    def pin_of_cut(self, tape: Tape, e: Element, ft: Block, out: Block) -> None:
+        """The needed components of f_c, m_c of a cut joint from the wrench on its outboard part."""
+        j = e.joint
+        self.scene.call(tape, closing.pin(j.kind_name, j.pin_out, e.needs), ft=ft, pose=self.closing(j).pose, out=out)
 
     def pin(self, tape: Tape, e: Element, N: Block, out: Block) -> None:
         """The needed components of f_c, m_c of a joint from N on its child."""
@@ -123,14 +171,15 @@ class Stepping:
         system, s = self.system, self.scene
         nq, nv, nb = system.nq, system.nv, len(system.bristles)
         coordinate_rates(s, tape, Block(Space.Y, nq, nv), Block(Space.DY, 0, nq))
-        y = self.y
-        if self.parts:
+        y, count = self.y, self.maps.columns
+        if count:
             y = tape.scratch_block(nv)
-            tape.call(Builtin.COMBINE, [self.y, self.columns, Block(Space.Z, 0, system.neta), y], [nv, system.neta, nv])
+            tape.call(Builtin.COMBINE, [self.y, self.columns, Block(Space.Z, 0, count), y], [nv, count, nv])
         every = range(len(system.bodies))
         qdd, Z, _ = self._accelerate(tape, y, [s.zeros for _ in every], "accelerations", every, s.base)
         tape.copy(qdd, Block(Space.DY, nq, nv))
-        N = s.balance(tape, self.moving, Z) if nb or any(j.driven for j in system.tree) else []
+        rows = {row: i for i, row in enumerate(self.active)}
+        N = s.balance(tape, self.moving, Z, self.closed, rows) if nb or any(j.driven for j in system.tree) else []
         at = nq + nv
         for e in self.parts:
             if e.friction.bristles:
@@ -140,8 +189,15 @@ class Stepping:
 
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
-        self.pin(tape, e, N[e.joint.child], rows)
-        part, v = friction.drift(friction.rubbing(e)), self.moving[e.joint.child].v
+        if e.joint.cut:
+            c, ft = self.closing(e.joint), tape.scratch_block(6)
+            tape.zero(ft)
+            tape.call(Builtin.ALONG, [c.blocks["wat"], c.effort, ft], [6, e.joint.kind.nv])
+            self.scene.add_wrenches(tape, c, "gat", "wat", {row: i for i, row in enumerate(self.active)}, ft, 1)
+            self.pin_of_cut(tape, e, ft, rows)
+        else:
+            self.pin(tape, e, N[e.joint.child], rows)
+        part, v = friction.drift(friction.rubbing(e)), self.motion_of(e.joint)[1]
         self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, e))
 
     def _powers(self, tape: Tape, N: list[Block], at: int) -> None:
@@ -152,18 +208,16 @@ class Stepping:
         for out in each:
             tape.zero(out)
         for e, out in zip(self.parts, each, strict=False):
-            v, nv = self.moving[e.joint.child].v, e.joint.kind.nv
-            tape.call(Builtin.PRODUCT, [Block(Space.Z, e.eta[0], nv), v, out], [nv, -1])
+            tape.call(Builtin.PRODUCT, [s.eta(e.joint), self.motion_of(e.joint)[1], out], [e.joint.kind.nv, -1])
         damping, drive, loads = each[-3:]
-        for j in system.tree:
-            m = self.moving[j.child]
-            for k, d, q, rate in s.each_device(j, m):
+        for j in system.joints:
+            for k, d, q, rate in s.each_device(j, *self.motion_of(j)):
                 s.device(tape, d, "power", q, rate, damping)
                 if d.effort:
                     tape.call(Builtin.PRODUCT, [s.value(tape, d.effort, tape.scratch_block), rate, loads], [1, 1])
                 if d.drive:
                     effort = tape.scratch_block(1)
-                    s.drive_effort(tape, j, k, m, N[j.child], effort)
+                    s.drive_effort(tape, j, k, self.moving[j.child], N[j.child], effort)
                     tape.call(Builtin.PRODUCT, [effort, rate, drive], [1, 1])
         for load in system.loads:
             if load.kind == "spring_damper":

@@ -30,8 +30,8 @@ class Tables:
     """Text of each part, by the first of its functions."""
     tapes: dict[str, Tape] = field(default_factory=dict)
     nc: int = POINTER
-    whole_z: bool = False
-    """Whether multipliers of all rows are handed, not of the active ones alone: those of a row are."""
+    multipliers: int = 0
+    """Multipliers of rows of cut joints in front of those of friction."""
 
     def __post_init__(self) -> None:
         self.prepare = self.tape("prepare")

@@ -71,6 +71,12 @@ class Builtin(IntEnum):
     """in, in, out (1); n, sign: sign times the sum of their products, added."""
 
 
+    DOTS = 8
+    """rows, in, out; n, count, stride of the rows, stride of out: products of the rows with in, added."""
+    ALONG = 9
+    """columns, numbers, out; n, count: Σ columns[k] numbers[k], added (n in each column)."""
+
+
 BUILTINS = len(Builtin)
 
 

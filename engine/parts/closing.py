@@ -1,0 +1,104 @@
+"""Parts of the joints that close loops, and of the reactions that decide what redundant loops leave open."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import casadi as ca
+
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact.base import COMPONENTS
+from engine.joints import REGISTRY
+from engine.kernel.classes import MOTION, unpack_motion
+from engine.parts.body import POSE
+from engine.parts.local import Numbers, PartSymbols, a_body
+from engine.parts.one import Part, one
+from engine.recursion import cuts as cutting
+from engine.recursion.kinematics import GROUND_MOTION
+from engine.recursion.reactions import at_point, pin_axes
+from engine.recursion.vectors import SX, cross
+from engine.system.structure import GROUND, Device, Joint
+
+
+@cache
+def cut(kind: str, ground: str) -> Part:
+    """A cut joint: numbers (two frames, two points: 24), motions ``inb`` and ``out`` (that of the ``ground`` is not handed) → residuals
+    of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard part at its point),
+    its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force along each freedom
+    (win, wout, wat), and its pose."""
+    n = Numbers()
+    frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
+    a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
+    devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
+    joint = Joint("", kind, a, b, points[0], points[1], frames[0], frames[1], False, None, devices, None, True)  # type: ignore[arg-type]
+    sym, motions = PartSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
+    both = [unpack_motion(ca.vertsplit(motions[k])) if k in motions else GROUND_MOTION for k in ("inb", "out")]
+    c = cutting.cut(sym, both, joint)
+    wrenches = [cutting.axis_wrenches(c, k) for k in range(joint.kind.nv)]
+    outs = {
+        "phi": [r.phi for r in c.rows], "rate": [r.rate for r in c.rows], "xi": [r.xi for r in c.rows],
+        "gin": _beside([r.g_in for r in c.rows]), "gout": _beside([r.g_out for r in c.rows]),
+        "gat": _beside([at_point(r.g_out, c.c_out) for r in c.rows]),
+        "q": cutting.coordinates(c) if joint.kind.nv else [], "v": cutting.rates(c),
+        "bias": [cutting.acceleration_bias(c, k) for k in range(joint.kind.nv)],
+        "win": _beside([w for w, _ in wrenches]), "wout": _beside([w for _, w in wrenches]),
+        "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
+        "pose": ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s)),
+    }  # fmt: skip
+    return one(f"c_{kind}_{ground or 'bodies'}", {"numbers": sym.p, **motions}, outs)
+
+
+def _beside(columns: list[SX]) -> SX:
+    return ca.densify(ca.horzcat(SX(6, 0), *columns))
+
+
+@cache
+def outboard(forward: bool) -> Part:
+    """N on the child (6), pose of a tree joint → force and torque on its outboard part, at its point there (6)."""
+    N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
+    f, t, s = N[:3], N[3:], pose[18:]
+    if not forward:
+        f, t = -f, -(t - cross(s, f))
+    return one(f"r_outboard_{'out' if forward else 'in'}", {"N": N, "pose": pose}, {"out": ca.vertcat(f, t)})
+
+
+def _posed() -> tuple[SX, SX, SX, SX, SX]:
+    ft, pose = SX.sym("ft", 6), SX.sym("pose", POSE)
+    return ft, pose, ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
+
+
+@cache
+def pin(kind: str, pin_out: bool, needs: tuple[str, ...]) -> Part:
+    """Force and torque on the outboard part (6), pose → the needed components of f_c, m_c."""
+    ft, pose, Ein, Eout, s = _posed()
+    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, True)
+    f, t, E = ft[:3], ft[3:], pin_axes(joint, Ein, Eout)
+    if not pin_out or CONTACTS[joint.kind.friction].frame == "both":
+        f, t = -f, -(t + cross(s, f))
+    both = ca.vertcat(E.T @ f, E.T @ t)
+    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, "pin_out" if pin_out else "pin_in", *needs])
+    return one(name, {"ft": ft, "pose": pose}, {"out": [both[COMPONENTS.index(n)] for n in needs]})
+
+
+@cache
+def reaction(pin_out: bool) -> Part:
+    """Force and torque on the outboard part (6), pose → those on the inboard part at the joint's centre, in its frame (6)."""
+    ft, pose, Ein, _, s = _posed()
+    f, t = ft[:3], ft[3:] if pin_out else ft[3:] + cross(s, ft[:3])
+    out = ca.vertcat(-(Ein.T @ f), -(Ein.T @ t))
+    return one(f"o_reaction_cut_{'pin_out' if pin_out else 'pin_in'}", {"ft": ft, "pose": pose}, {"out": out})
+
+
+@cache
+def weighed(sign: int) -> Part:
+    """Force and torque on the outboard part (6), its point there (3), motion and numbers of one of the two bodies, half the trace of
+    its inertia → what its inertia makes of them (6), by which open reactions are chosen where nothing rubs."""
+    count = Numbers()
+    body = a_body(count)
+    sym, ft, point = PartSymbols(count.count), SX.sym("ft", 6), SX.sym("point", 3)
+    motion, spin = SX.sym("motion", MOTION), SX.sym("spin")
+    m = unpack_motion(ca.vertsplit(motion))
+    torque = ft[3:] + cross(point - (m.r + m.R @ sym.leaves(body.center)), ft[:3])
+    out = ca.vertcat(sign * ft[:3] / ca.sqrt(sym.leaf(body.mass)), sign * torque / ca.sqrt(spin))
+    ins = {"ft": ft, "point": point, "motion": motion, "numbers": sym.p, "spin": spin}
+    return one(f"k_weighed_{'out' if sign > 0 else 'inb'}", ins, {"out": out})
