@@ -82,7 +82,12 @@ def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) ->
     """f_c, m_c (3×columns each): the total wrench on the part that carries the pin, at its point, in ``pin_frame``. That of a
     universal joint is always the one on the inboard part: which part carries which journal is the contact element's business."""
     f, t, s = on_outboard(m, acc, j, combine)
-    E = pin_frame(m, j)
+    return pinned(j, f, t, s, *frames(m, j))
+
+
+def pinned(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX) -> tuple[SX, SX]:
+    """f_c, m_c (3×columns each) from force and torque on the outboard part at p_out, s = p_out − p_in and the joint's frames."""
+    E = pin_axes(j, Ein, Eout)
     if not j.pin_out or CONTACTS[j.kind.friction].frame == "both":
         f, t = -f, -(t + cross(s, f))
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
@@ -93,10 +98,8 @@ def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...]) -> SX:
     f, t, s = N[:3], N[3:], step.s
     if not j.forward:
         f, t = -f, -(t - cross(s, f))
-    E = pin_axes(j, step.Ein, step.Eout)
-    if not j.pin_out or CONTACTS[j.kind.friction].frame == "both":
-        f, t = -f, -(t + cross(s, f))
-    rows = {**{f"f{k + 1}": (E.T @ f)[k] for k in range(3)}, **{f"m{k + 1}": (E.T @ t)[k] for k in range(3)}}
+    fc, mc = pinned(j, f, t, s, step.Ein, step.Eout)
+    rows = {**{f"f{k + 1}": fc[k] for k in range(3)}, **{f"m{k + 1}": mc[k] for k in range(3)}}
     return ca.sparsify(ca.vertcat(*[rows[n] for n in needs]))
 
 

@@ -17,7 +17,7 @@ from engine.contact.base import COMPONENTS
 from engine.contact.journal import HALF_ROOT
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import Element, joint_rates, laws, numbers
-from engine.recursion.reactions import frames, on_outboard, on_pin
+from engine.recursion.reactions import frames, on_outboard, pinned
 from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross
@@ -49,20 +49,21 @@ def springs_of(j: Joint) -> int:
 def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
     """What a joint's springs carry, friction counted as any other force: affine maps (rows×columns), or numbers (rows×1) with
     ``pick`` = [1; λ; η]."""
-    element, arm = _element(j), _arm(m, j)
-    f, t, s = on_outboard(m, acc, j, pick)
-    drives = [_along(m, j, k, f, t) / arm for k in j.driven]
+    return spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), *frames(m, j), _arm(m, j))
+
+
+def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
+    """The same from force and torque on the outboard part (3×columns each) at p_out, s, the joint's frames and its arm."""
+    element = _element(j)
+    drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
     if element is None:
-        Ein = frames(m, j)[0]
         rows = ca.vertcat(HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f))))
-        return ca.sparsify(ca.vertcat(_softened(m.sym, j, rows), *drives))
-    fc, mc = on_pin(m, acc, j, pick)
-    parts = [*(fc[k, :] for k in range(3)), *(mc[k, :] for k in range(3))]
+        return ca.sparsify(ca.vertcat(_softened(sym, j, rows), *drives))
     unit = SX.sym("unit", 6)
     w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, -1 if j.pin_out else 1)
-    pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(m, j, element, arm)), *[w[n] for n in element.thrusts])
+    pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(sym, j, element, arm)), *[w[n] for n in element.thrusts])
     map_ = ca.sparsify(ca.jacobian(pressed, unit))
-    return ca.sparsify(ca.vertcat(_softened(m.sym, j, map_ @ ca.vertcat(*parts)), *drives))
+    return ca.sparsify(ca.vertcat(_softened(sym, j, map_ @ ca.vertcat(*pinned(j, f, t, s, Ein, Eout))), *drives))
 
 
 def _softened(sym: Symbols, j: Joint, rows: SX) -> SX:
@@ -90,10 +91,10 @@ def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Ma
     return _softened(sym, e.joint, ca.vertcat(*[a - b for a, b in zip(with_, without, strict=True)]))
 
 
-def _sizes(m: Model, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
+def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
     """A joint's own sizes, or those of one without friction."""
     if j.friction:
-        return {name: m.sym.leaf(leaf) for name, leaf in j.friction.numbers}
+        return {name: sym.leaf(leaf) for name, leaf in j.friction.numbers}
     return {label: arm for s in element.sizes for label in s.labels}
 
 
@@ -123,9 +124,8 @@ def _spread(m: Model, b: Body) -> SX:
     return sum((ca.dot(p, p) for p in map(m.sym.leaves, points)), SX(0))
 
 
-def _along(m: Model, j: Joint, k: int, f: SX, t: SX) -> SX:
+def _along(j: Joint, k: int, f: SX, t: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
     """What acts along a driven freedom on the outboard part: force times the arm, or torque."""
-    Ein, Eout = frames(m, j)
     axis = j.kind.axes[k][0]
     direction = (Ein if axis.side == "in" else Eout)[:, axis.index]
-    return direction.T @ t if axis.rot else direction.T @ f * _arm(m, j)
+    return direction.T @ t if axis.rot else direction.T @ f * arm
