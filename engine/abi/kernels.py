@@ -65,6 +65,8 @@ tr_tape energy
 tr_tape qdot
 tr_tape eval
 tr_tape contacts
+tr_tape kappa
+tr_tape pressed
 const double *constants
 void (**part)(double *const *places, const int *numbers) : functions by their number in the code
 """)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 import casadi as ca
@@ -11,13 +12,14 @@ from engine.contact.base import COMPONENTS
 from engine.joints import REGISTRY
 from engine.kernel.classes import MOTION, unpack_motion
 from engine.parts.body import POSE
-from engine.parts.local import Numbers, PartSymbols, a_body
+from engine.parts.local import PRESCRIBED, Numbers, PartSymbols, a_body
 from engine.parts.one import Part, one
 from engine.recursion import cuts as cutting
 from engine.recursion.kinematics import GROUND_MOTION
-from engine.recursion.reactions import at_point, pin_axes
+from engine.recursion.reactions import at_point, pinned
+from engine.recursion.springs import NO_SIZE, PART, spring_rows
 from engine.recursion.vectors import SX, cross
-from engine.system.structure import GROUND, Device, Joint
+from engine.system.structure import GROUND, Device, FrictionElement, Joint
 
 
 @cache
@@ -25,7 +27,7 @@ def cut(kind: str, ground: str) -> Part:
     """A cut joint: numbers (two frames, two points: 24), motions ``inb`` and ``out`` (that of the ``ground`` is not handed) → residuals
     of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard part at its point),
     its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force along each freedom
-    (win, wout, wat), and its pose."""
+    (win, wout, wat), its pose and its point on the outboard part."""
     n = Numbers()
     frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
@@ -43,7 +45,7 @@ def cut(kind: str, ground: str) -> Part:
         "bias": [cutting.acceleration_bias(c, k) for k in range(joint.kind.nv)],
         "win": _beside([w for w, _ in wrenches]), "wout": _beside([w for _, w in wrenches]),
         "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
-        "pose": ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s)),
+        "pose": ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s)), "point": c.out.r + c.c_out,
     }  # fmt: skip
     return one(f"c_{kind}_{ground or 'bodies'}", {"numbers": sym.p, **motions}, outs)
 
@@ -72,10 +74,7 @@ def pin(kind: str, pin_out: bool, needs: tuple[str, ...]) -> Part:
     """Force and torque on the outboard part (6), pose → the needed components of f_c, m_c."""
     ft, pose, Ein, Eout, s = _posed()
     joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, True)
-    f, t, E = ft[:3], ft[3:], pin_axes(joint, Ein, Eout)
-    if not pin_out or CONTACTS[joint.kind.friction].frame == "both":
-        f, t = -f, -(t + cross(s, f))
-    both = ca.vertcat(E.T @ f, E.T @ t)
+    both = ca.vertcat(*pinned(joint, ft[:3], ft[3:], s, Ein, Eout))
     name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, "pin_out" if pin_out else "pin_in", *needs])
     return one(name, {"ft": ft, "pose": pose}, {"out": [both[COMPONENTS.index(n)] for n in needs]})
 
@@ -102,3 +101,29 @@ def weighed(sign: int) -> Part:
     out = ca.vertcat(sign * ft[:3] / ca.sqrt(sym.leaf(body.mass)), sign * torque / ca.sqrt(spin))
     ins = {"ft": ft, "point": point, "motion": motion, "numbers": sym.p, "spin": spin}
     return one(f"k_weighed_{'out' if sign > 0 else 'inb'}", ins, {"out": out})
+
+
+@cache
+def arm(bodies: int) -> Part:
+    """Half the trace of the inertia and the mass of each of a joint's bodies → half length of its contacts where it has no friction
+    (``springs``)."""
+    spin, mass = SX.sym("spin", bodies), SX.sym("mass", bodies)
+    square = sum((spin[k] / mass[k] for k in range(bodies)), SX(0)) / bodies
+    return one(f"k_arm_{bodies}", {"spin": spin, "mass": mass}, {"out": PART * ca.sqrt(square + NO_SIZE)})
+
+
+@cache
+def sprung(kind: str, pin_out: bool, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Part:
+    """Force and torque on the outboard part (6), pose, numbers of its friction (named ``sizes``; none where it has no friction) and its
+    stiffness if it says one, arm → what its contacts carry as springs, by which open reactions are chosen where joints on loops rub."""
+    ft, pose, Ein, Eout, s = _posed()
+    n = Numbers()
+    friction = FrictionElement("", "", False, tuple((name, n.one()) for name in sizes), ()) if sizes else None
+    stiffness = n.one() if soft else None
+    devices = tuple(PRESCRIBED if k in driven else Device() for k in range(REGISTRY[kind].nv))
+    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, devices, friction, True, stiffness=stiffness)
+    sym, length = PartSymbols(n.count), SX.sym("arm")
+    out = spring_rows(sym, joint, ft[:3], ft[3:], s, Ein, Eout, length)
+    words = [kind, "pin_out" if pin_out else "pin_in", *sizes, *(["soft"] if soft else []), *map(str, driven)]
+    name = re.sub(r"\W", "_", "_".join(["k_sprung", *words]))
+    return one(name, {"ft": ft, "pose": pose, "numbers": sym.p, "arm": length}, {"out": out})

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from engine.parts import closing
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element
-from engine.system.structure import GROUND
+from engine.system.structure import GROUND, Joint
 
 if TYPE_CHECKING:
     from engine.parts.stepping import Stepping
@@ -32,6 +33,10 @@ class Columns:
         self.inward = [self._column(i) for i in range(n)]
         self.outward = [self._response(i, Z, N) for i in range(n)]
         self.found = {e.joint.child: self._found(e, N.part(6 * e.joint.child, 6)) for e in stepping.parts if not e.joint.cut}
+        joints = stepping.shares.joints if stepping.shares else []
+        self.transmitted = {j.child: self._transmitted(j, N) for j in joints if not j.cut}
+        self.branch: list[int] = []
+        self.own: dict[str, Block] = {}
         self.rubbing = {e.joint.name: e for e in stepping.parts}
         tape.zero(self.effort)
         for column, row in enumerate(stepping.active):
@@ -71,6 +76,13 @@ class Columns:
             one.copy(self.stepping.own(self.qdd, j).part(j.free.index(f), 1), self.held.part(e.eta[0] + f, 1))
         return one.code
 
+    def _transmitted(self, j: Joint, N: Block) -> tuple[list[int], Block]:
+        """Calls by which what a joint transmits to its outboard part is found, and where it then is."""
+        one, ft = Tape(), self.tape.scratch_block(6)
+        part, pose = closing.outboard(j.forward), self.stepping.moving[j.child].pose
+        self.scene.call(one, part, N=N.part(6 * j.child, 6), pose=pose, out=ft)
+        return one.code, ft
+
     def _of_row(self, column: int, row: int) -> None:
         """The column of the multiplier of a row of a cut joint, and its own row of the constraint equations."""
         c = next(c for c in self.stepping.closed if c.joint.rows <= row < c.joint.rows + c.joint.kind.rows)
@@ -92,6 +104,7 @@ class Columns:
         e = self.rubbing.get(c.joint.name)
         if e:
             self.stepping.pin_of_cut(tape, e, c.row("gat", k), self.rows.part(e.n0, len(e.needs)))
+        self.own = {c.joint.name: c.row("gat", k)}
         self._keep(column)
 
     def _of_friction(self, e: Element, k: int) -> None:
@@ -108,6 +121,7 @@ class Columns:
             tape.zero(own)
             tape.call(Builtin.ALONG, [c.row("wat", k), self.scene.against, own], [6, 1])
             self.stepping.pin_of_cut(tape, e, own, self.rows.part(e.n0, len(e.needs)))
+            self.own = {j.name: own}
         elif k in j.free:
             own = self.stepping.own(self.effort, j).part(j.free.index(k), 1)
             tape.copy(self.scene.against, own)
@@ -119,6 +133,7 @@ class Columns:
 
     def _empty(self) -> None:
         """Nothing acts, nothing is found yet."""
+        self.own, self.branch = {}, []
         for block in (self.y, self.fq, self.forces, self.rows, *([self.held] if self.maps.held else [])):
             self.tape.zero(block)
 
@@ -132,6 +147,8 @@ class Columns:
             tape.code += self.outward[i]
         for i in branch:
             tape.code += self.found.get(i, [])
+            tape.code += self.transmitted[i][0] if i in self.transmitted else []
+        self.branch = branch
         for e in self.stepping.parts if self.maps.held else []:
             if e.joint.cut:
                 Z = [self.Z.part(6 * b, 6) if b in branch else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
@@ -150,6 +167,15 @@ class Columns:
         self.tape.copy(self.rows, self.maps.N(column))
         if self.maps.held:
             self.tape.copy(self.held, self.maps.Q(column))
+        if self.stepping.shares:
+            where, moving = self.stepping.where(), self.stepping.moving
+            self.stepping.shares.write(self.tape, where, moving, self._shared, self.maps.kappa(column))
+
+    def _shared(self, j: Joint) -> Block | None:
+        """What a joint transmits in the column."""
+        if j.cut:
+            return self.own.get(j.name)
+        return self.transmitted[j.child][1] if j.child in self.branch else None
 
     def _way(self, begin: list[int]) -> tuple[list[int], list[int]]:
         """Bodies from those given to the ground, outermost first, and all that move with the last of them."""

@@ -8,6 +8,7 @@ from functools import cache
 
 import casadi as ca
 
+from engine.contact import REGISTRY, ContactElement
 from engine.contact.base import COMPONENTS
 from engine.kernel.expressions import TOUCHING, angle, oriented, touches
 from engine.parts.body import POSE
@@ -15,8 +16,10 @@ from engine.parts.local import Numbers, PartSymbols
 from engine.parts.one import Part, one
 from engine.recursion.elements import Element, laws, wrench
 from engine.recursion.reactions import pin_axes
+from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.vectors import SX
 from engine.system.external import MODE
+from engine.system.leaves import Param
 from engine.system.structure import FrictionElement, Joint
 
 
@@ -51,10 +54,9 @@ def rubbing(e: Element) -> Rubbing:
 class _Rubbed(PartSymbols):
     """With the modes of the joint's pairs, and the states of its law."""
 
-    def __init__(self, which: Rubbing):
-        f = which.joint.friction
-        assert f is not None
-        super().__init__(len(f.numbers))
+    def __init__(self, which: Rubbing, more: int = 0):
+        f = _friction(which)
+        super().__init__(len(f.numbers) + more)
         self.modes = SX.sym("modes", MODE * len(f.sliders))
         self.eta_of = [e for s in f.sliders for e in s.eta] if f.bristles else []
         self.b = SX.sym("b", len(self.eta_of))
@@ -116,6 +118,21 @@ def drift(which: Rubbing) -> Part:
     return one(f"{which.name}_drift", {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}, {"out": out})
 
 
+@cache
+def pressed(which: Rubbing, soft: bool) -> Part:
+    """numbers (the stiffness of the joint last, if it says one: ``soft``), N, rates, modes, states → what friction of sliding changes in
+    the first of the joint's scaled reactions, and the derivative of that by N."""
+    joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
+    e = Element(joint, _contact(which), which.needs, 0, 0)
+    sym, nv = _Rubbed(which, int(soft)), which.joint.kind.nv
+    N, r = SX.sym("N", len(which.needs)), SX.sym("r", nv)
+    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    values = rubbed(sym, e, complete_wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g)
+    ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
+    name = f"{which.name}_pressed{'_soft' if soft else ''}"
+    return one(name, ins, {"more": ca.densify(values), "dN": ca.vec(ca.densify(ca.jacobian(values, N)))})
+
+
 TOUCH = 7
 """Numbers of a contact for columns: normal force, angle, elevation, normal (3), state."""
 
@@ -141,8 +158,10 @@ def contacts(which: Rubbing) -> Part:
     return one(f"{which.name}_contacts", ins, {"columns": columns, "four": four})
 
 
-def _contact(which: Rubbing):
-    from engine.contact import REGISTRY
-
+def _friction(which: Rubbing) -> FrictionElement:
     assert which.joint.friction is not None
-    return REGISTRY[which.joint.friction.contact]
+    return which.joint.friction
+
+
+def _contact(which: Rubbing) -> ContactElement:
+    return REGISTRY[_friction(which).contact]

@@ -7,14 +7,17 @@ from engine.parts.scene import Scene
 from engine.parts.stepping import coordinate_rates, element_places
 from engine.parts.tape import Block, Space
 from engine.recursion.elements import Element, elements
+from engine.recursion.redundancy import rubbing_on_loops
 from engine.system.structure import state_coordinates
 
 SLIDING = 3
 """Numbers of a ``tr_sliding`` and of a ``tr_hold``."""
 
 
-def write(s: Scene) -> None:
-    """All of them."""
+def write(s: Scene, redundant: bool = False) -> None:
+    """All of them; redundant: the one that only the redundant variant has too."""
+    if redundant:
+        _pressed(s)
     for alone in (False, True):
         _laws(s, alone)
         _held(s, alone)
@@ -59,6 +62,21 @@ def _held(s: Scene, alone: bool) -> None:
             continue
         N, u = Block(Space.N, e.n0, n), Block(Space.U, e.eta[0], e.joint.kind.nv)
         s.call(tape, friction.held(friction.rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
+
+
+def _pressed(s: Scene) -> None:
+    """What friction changes in the scaled reactions of joints on loops that rub."""
+    tape, at, dn = s.tape("pressed"), 0, 0
+    for e, _, count in rubbing_on_loops(s.system):
+        n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
+        places = _states(s, e)
+        if stiffness is not None:
+            places["numbers"] = s.numbers([*(x for _, x in e.friction.numbers), stiffness])
+        s.call(
+            tape, friction.pressed(friction.rubbing(e), stiffness is not None), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
+            more=Block(Space.OUT, at, count), dN=Block(Space.DN, dn, count * n), **places,
+        )  # fmt: skip
+        at, dn = at + count, dn + count * n
 
 
 def _closure(s: Scene) -> None:

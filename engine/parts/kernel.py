@@ -25,12 +25,14 @@ from engine.kernel.output_unit import post_of, wants_of
 from engine.kernel.programs import awaited, side_by_side
 from engine.kernel.source import coordinate_kinds, element_table, row_kinds
 from engine.parts import functions
-from engine.parts.rows import Rows, write_contacts
+from engine.parts.probing import Probe
+from engine.parts.rows import Rows, write_contacts, write_shares
 from engine.parts.scene import Scene
-from engine.parts.stepping import Stepping
+from engine.parts.stepping import Maps, Stepping
 from engine.parts.tape import BUILTINS
 from engine.recursion.direct import direct_operators
 from engine.recursion.elements import Element
+from engine.recursion.redundancy import rows_of, rubbing_on_loops, rubs
 from engine.system.pace import frequencies
 from engine.system.structure import System
 
@@ -136,35 +138,55 @@ def parts_kernel(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> PartsKernel:
     """The kernel of a tree, its tables made for this scene and these columns. redundant: the variant that only loops ask for."""
-    assert not redundant
     started = time.perf_counter()
     keep: list[Any] = []
     with direct_operators():
-        active = list(range(system.rows))
-        table, sizes, rubbing = _kernel_table(system, parameters, quadratures, active, keep)
+        active, coupled = _structure(system, parameters) if system.cuts else ([], False)
+        rows = list(range(system.rows)) if redundant else active
+        table, sizes, _ = _kernel_table(system, parameters, quadratures, rows, redundant, keep)
+        table.coupled = sizes["coupled"] = int(coupled)
         outputs = _outputs_table(system, chosen, keep)
-    facts = {"operations": {}, "active_rows": [], "loop_rows": [], "rubbing": rubbing}
-    key = kernel_key(system, parameters, chosen, quadratures, False)
-    structure, tables = (system, parameters, quadratures, False), {"kernel": table, "outputs": outputs}
+    facts = {"operations": {}, "active_rows": rows, "loop_rows": rows_of(system), "rubbing": [j.name for j in system.frictional]}
+    key = kernel_key(system, parameters, chosen, quadratures, redundant)
+    structure, tables = (system, parameters, quadratures, redundant), {"kernel": table, "outputs": outputs}
     return PartsKernel({}, sizes, facts, time.perf_counter() - started, cache.cache_folder(), key, structure, tables, keep)
 
 
+def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
+    """Rows of cut joints that are not empty by structure, and whether the multipliers of the others are pulled along by theirs."""
+    keep: list[Any] = []
+    rubbing = rubs(system)
+    table, _, maps = _kernel_table(system, parameters, False, list(range(system.rows)), rubbing, keep)
+
+    def call(name: str, *arrays: np.ndarray) -> None:
+        places = [*([table.scene] if name == "prepare" else []), *(a.ctypes.data for a in arrays)]
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(places))(getattr(table, name))(*places)
+
+    probe = Probe(system, table, maps, call)
+    active = probe.active()
+    return active, rubbing and probe.coupled(active)
+
+
 def _kernel_table(
-    system: System, parameters: int, quadratures: bool, active: Sequence[int], keep: list[Any]
-) -> tuple[Any, dict[str, int], list[str]]:
+    system: System, parameters: int, quadratures: bool, active: Sequence[int], redundant: bool, keep: list[Any]
+) -> tuple[Any, dict[str, int], Maps]:
     s = Scene(system)
-    stepping = Stepping(s, quadratures, active)
-    functions.write(s)
+    redundant = redundant and bool(system.frictional)
+    stepping = Stepping(s, quadratures, active, redundant)
+    functions.write(s, redundant)
     scene = _scene_table(s, keep)
     qkind, vkind, quat = coordinate_kinds(system)
-    elements, sliders, dn = element_table(_Told(stepping.parts, {}))  # type: ignore[arg-type]
+    turned = {e.joint.name: (at, n) for e, at, n in (rubbing_on_loops(system) if redundant else [])}
+    more = [(n, n * len(e.needs)) for e in stepping.parts for _, n in [turned.get(e.joint.name, (0, 0))]]
+    elements, sliders, dn = element_table(_Told(stepping.parts, turned))  # type: ignore[arg-type]
     paces = frequencies(system)
     each = len(system.frictional) + 3
     counts = {"nquad": each, "naudit": 0, "ntaken": each - 2} if quadratures else {"nquad": 0, "naudit": 2, "ntaken": 1}
     m = stepping.maps
     sizes = dict.fromkeys(KERNEL.integers, 0) | counts | {
         "abi": number(), "nq": system.nq, "nv": system.nv, "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
-        "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
+        "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active),
+        "nkappa": m.nkappa, "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)), "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
         "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "ndn": dn, "sets": int(any(e.sets for e in stepping.parts)),
     }  # fmt: skip
@@ -175,19 +197,19 @@ def _kernel_table(
         setattr(table, name, array.ctypes.data)
     for name, record, rows in (("element", ELEMENT, elements), ("pair", PAIR, sliders), ("pace", PACE, paces)):
         setattr(table, name, _records(record, rows, keep))
-    return table, sizes, [j.name for j in system.frictional]
+    return table, sizes, m
 
 
 def _outputs_table(system: System, chosen: list[Column], keep: list[Any]) -> Any:
     s = Scene(system)
     Rows(s, s.tape("eval")).write(chosen)
-    contacts = write_contacts(s)
+    contacts, shares = write_contacts(s), write_shares(s)
     scene = _scene_table(s, keep)
     post = post_of(chosen)
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
-    names = ("prepare", "eval", "contacts") if contacts else ("prepare", "eval")
+    names = ["prepare", "eval", *(["contacts"] if contacts else []), *(["kappa"] if shares else [])]
     return OUTPUTS.ctype(
-        abi=number(), nout=len(chosen), ncontacts=contacts, nc=s.nc, nkappa=0, npost=len(post), energy=energy,
+        abi=number(), nout=len(chosen), ncontacts=contacts, nc=s.nc, nkappa=shares, npost=len(post), energy=energy,
         wants=wants_of(chosen, any(c.key[0] in SOLVED for c in chosen)), post=_records(POST, post, keep),
         scene=ctypes.addressof(scene), **_functions(names),
     )  # fmt: skip

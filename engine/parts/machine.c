@@ -142,7 +142,9 @@ void tr_parts_held_alone(const double *n, const double *u, const double *x, cons
   of_friction(scene_of(c), &scene_of(c)->held_alone, n, u, x, c, hold, 0, 0);
 }
 
-void tr_parts_pressed(const double *n, const double *r, const double *x, const double *c, double *more, double *dn) {}
+void tr_parts_pressed(const double *n, const double *r, const double *x, const double *c, double *more, double *dn) {
+  of_friction(scene_of(c), &scene_of(c)->pressed, n, r, x, c, more, dn, 0);
+}
 
 void tr_parts_qdot(const double *y, const double *v, const double *c, double *dq) {
   const tr_scene *s = scene_of(c);
@@ -165,4 +167,8 @@ void tr_parts_eval(const double *x, const double *y, const double *c, const doub
 
 void tr_parts_contacts(const double *x, const double *y, const double *c, const double *z, const double *a, double *out) {
   of_row(&scene_of(c)->contacts, x, y, c, z, a, 0, out);
+}
+
+void tr_parts_kappa(const double *x, const double *y, const double *c, const double *z, const double *a, double *out) {
+  of_row(&scene_of(c)->kappa, x, y, c, z, a, 0, out);
 }

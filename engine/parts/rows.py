@@ -12,6 +12,7 @@ from engine.kernel.columns import Column
 from engine.kernel.powers import names_of_powers
 from engine.parts import closing, friction, small
 from engine.parts.scene import Closed, Moving, Scene
+from engine.parts.shares import Shares
 from engine.parts.stepping import element_places
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -121,13 +122,14 @@ class Rows:
 
     # -- joints -------------------------------------------------------------------------------------------------------------
 
-    def _joint(self, name: str) -> tuple[Joint, Moving | Closed]:
+    def joint(self, name: str) -> tuple[Joint, Moving | Closed]:
+        """A joint, and its blocks."""
         j, moving = self.joints[name], self.moving()
         return j, self._closed[name] if j.cut else moving[j.child]
 
     def on_outboard(self, j: Joint) -> Block:
         """Force and torque that a joint transmits to its outboard part, at its point there (6)."""
-        m = self._joint(j.name)[1]
+        m = self.joint(j.name)[1]
         if isinstance(m, Moving):
             N = self.reactions()[j.child]
             make = lambda out: self.scene.call(self.tape, closing.outboard(j.forward), N=N, pose=m.pose, out=out)  # noqa: E731
@@ -141,13 +143,13 @@ class Rows:
         return self.once(("outboard", j.name), 6, transmitted)
 
     def _q(self, name: str, i: int) -> Block:
-        return self._joint(name)[1].q.part(i, 1)
+        return self.joint(name)[1].q.part(i, 1)
 
     def _qd(self, name: str, k: int) -> Block:
-        return self._joint(name)[1].v.part(k, 1)
+        return self.joint(name)[1].v.part(k, 1)
 
     def _qdd(self, name: str, k: int) -> Block:
-        j, m = self._joint(name)
+        j, m = self.joint(name)
         if isinstance(m, Moving):
             return Block(Space.A, j.v0 + j.free.index(k), 1) if k in j.free else m.known.part(k, 1)
         Z = [self.accelerations()[b] if b != GROUND else self.scene.base for b in (j.inb, j.out)]
@@ -160,13 +162,13 @@ class Rows:
         return self.once(("qdd", name), j.kind.nv, relative).part(k, 1)
 
     def _reaction(self, name: str, which: str, k: int) -> Block:
-        j, m = self._joint(name)
+        j, m = self.joint(name)
         ft, part = self.on_outboard(j), closing.reaction(j.pin_out)
         whole = self.once(("reaction", name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         return whole.part(k + (0 if which == "f" else 3), 1)
 
     def _drive(self, name: str, k: int) -> Block:
-        j, m = self._joint(name)
+        j, m = self.joint(name)
         assert isinstance(m, Moving)
         N = self.reactions()[j.child]
         return self.once(("drive", name, k), 1, lambda out: self.scene.drive_effort(self.tape, j, k, m, N, out))
@@ -186,7 +188,7 @@ class Rows:
 
     def touching(self, e: Element) -> tuple[Block, Block]:
         """Contacts of a joint: their columns (``friction.TOUCH`` each), and a ``tr_contact`` each."""
-        j, m = self._joint(e.joint.name)
+        j, m = self.joint(e.joint.name)
         count = e.contact.count
         ft, part = self.on_outboard(j), closing.pin(j.kind_name, j.pin_out, COMPONENTS)
         pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
@@ -239,6 +241,17 @@ class Rows:
 
     def _last(self, name: str) -> Block:
         return Block(Space.EXTRA, EXTRA.at("last") + LAST.at(name), 1)
+
+
+def write_shares(scene: Scene) -> int:
+    """The tape of the scaled reactions; how many there are."""
+    tape, shares = scene.tape("kappa"), Shares(scene)
+    if shares.size:
+        rows = Rows(scene, tape)
+        where = {j.name: rows.joint(j.name)[1] for j in shares.joints}
+        transmitted = {j.name: rows.on_outboard(j) for j in shares.joints}
+        shares.write(tape, where, rows.moving(), lambda j: transmitted[j.name], Block(Space.OUT, 0, shares.size))
+    return shares.size
 
 
 def write_contacts(scene: Scene) -> int:

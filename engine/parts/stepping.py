@@ -9,7 +9,8 @@ from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
 from engine.parts import closing, friction, small
 from engine.parts.columns import Columns
-from engine.parts.scene import Closed, Scene
+from engine.parts.scene import Closed, Moving, Scene
+from engine.parts.shares import Shares
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, any_sets, elements
 from engine.system.structure import GROUND, Joint, state_coordinates
@@ -25,6 +26,7 @@ class Maps:
     nn: int
     nrates: int
     held: bool
+    nkappa: int
 
     @property
     def columns(self) -> int:
@@ -34,7 +36,7 @@ class Maps:
     def at(self, name: str) -> int:
         """Where S, Se, g0, N, rates, Q and the end are; N and Q have a column without multipliers first."""
         sizes = {"S": self.active**2, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * (1 + self.columns),
-                 "rates": self.nrates, "Q": self.ne * (1 + self.columns) if self.held else 0, "end": 0}  # fmt: skip
+                 "rates": self.nrates, "Q": self.ne * (1 + self.columns) if self.held else 0, "kappa": self.nkappa * (1 + self.columns), "end": 0}  # fmt: skip
         return sum(list(sizes.values())[: list(sizes).index(name)])
 
     def N(self, column: int) -> Block:
@@ -45,18 +47,24 @@ class Maps:
         """Accelerations of the freedoms of frictional joints, likewise."""
         return Block(Space.MAPS, self.at("Q") + self.ne * (1 + column), self.ne if self.held else 0)
 
+    def kappa(self, column: int) -> Block:
+        """Scaled reactions, likewise."""
+        return Block(Space.MAPS, self.at("kappa") + self.nkappa * (1 + column), self.nkappa)
+
 
 class Stepping:
     """Writes stage 1 and stage 2. quadratures: whether each power is integrated, or the sums for the audit; active: rows of cut joints
     that have a multiplier."""
 
-    def __init__(self, scene: Scene, quadratures: bool, active: Sequence[int] = ()):
+    def __init__(self, scene: Scene, quadratures: bool, active: Sequence[int] = (), redundant: bool = False):
         self.scene, self.system, self.quadratures = scene, scene.system, quadratures
         self.parts, self.active = elements(self.system), tuple(active)
         s = self.system
         states = len(s.bristles)
         nrates = sum(e.joint.kind.nv for e in self.parts) + (states if self.parts else 0)
-        self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.parts), nrates, any_sets(s))
+        self.shares = Shares(scene) if redundant else None
+        shared = self.shares.size if self.shares else 0
+        self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.parts), nrates, any_sets(s), shared)
         scene.multipliers = len(self.active)
         self.nw = 0
         n = len(s.bodies)
@@ -134,17 +142,31 @@ class Stepping:
             for k in range(nv if m.held else 0):
                 known = self.moving[j.child].known
                 tape.copy(self.own(qdd, j).part(j.free.index(k), 1) if k in j.free else known.part(k, 1), held.part(k, 1))
+        if self.shares:
+            ft = {j.name: self.transmitted(tape, j, N) for j in self.shares.joints}
+            self.shares.write(tape, self.where(), self.moving, lambda j: ft[j.name], m.kappa(-1))
         states = len(self.system.bristles)
         at = m.at("rates") + m.nrates - states
         tape.copy(Block(Space.Y, self.system.nq + self.system.nv, states), Block(Space.MAPS, at, states))
 
+    def where(self) -> dict[str, Moving | Closed]:
+        """Blocks of every joint."""
+        return {j.name: m for j, m in zip(self.system.tree, self.moving, strict=True)} | {c.joint.name: c for c in self.closed}
+
+    def transmitted(self, tape: Tape, j: Joint, N: Sequence[Block]) -> Block:
+        """What a joint transmits to its outboard part without multipliers (6), from N of the tree's."""
+        ft = tape.scratch_block(6)
+        if j.cut:
+            tape.zero(ft)
+            tape.call(Builtin.ALONG, [self.closing(j).blocks["wat"], self.closing(j).effort, ft], [6, j.kind.nv])
+        else:
+            self.scene.call(tape, closing.outboard(j.forward), N=N[j.child], pose=self.moving[j.child].pose, out=ft)
+        return ft
+
     def _known_of_cut(self, tape: Tape, e: Element, Z: list[Block], out: Block, held: Block) -> None:
         """What a cut joint's devices press, and the accelerations of its freedoms."""
         j, c = e.joint, self.closing(e.joint)
-        ft = tape.scratch_block(6)
-        tape.zero(ft)
-        tape.call(Builtin.ALONG, [c.blocks["wat"], c.effort, ft], [6, j.kind.nv])
-        self.pin_of_cut(tape, e, ft, out)
+        self.pin_of_cut(tape, e, self.transmitted(tape, j, []), out)
         if self.maps.held:
             tape.copy(c.blocks["bias"], held)
             self.along_cut(tape, c, [Z[b] if b != GROUND else self.scene.base for b in (j.inb, j.out)], held)
@@ -190,9 +212,7 @@ class Stepping:
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
         if e.joint.cut:
-            c, ft = self.closing(e.joint), tape.scratch_block(6)
-            tape.zero(ft)
-            tape.call(Builtin.ALONG, [c.blocks["wat"], c.effort, ft], [6, e.joint.kind.nv])
+            c, ft = self.closing(e.joint), self.transmitted(tape, e.joint, [])
             self.scene.add_wrenches(tape, c, "gat", "wat", {row: i for i, row in enumerate(self.active)}, ft, 1)
             self.pin_of_cut(tape, e, ft, rows)
         else:

@@ -37,7 +37,7 @@ class Tables:
         self.prepare = self.tape("prepare")
         self.zeros, self.ground = self.constant([0.0] * 18), self.constant(STILL)
         self.gravity = self.numbers(self.system.gravity)
-        self.base = self._c(6)
+        self.base = self.c_block(6)
         self.one, self.against = self.constant([1.0]), self.constant([-1.0])
         self.prepare.zero(self.base)
         for k in range(3):
@@ -55,7 +55,8 @@ class Tables:
         """A new tape."""
         return self.tapes.setdefault(name, Tape())
 
-    def _c(self, size: int) -> Block:
+    def c_block(self, size: int) -> Block:
+        """Constants that follow from parameters."""
         self.nc += size
         return Block(Space.C, self.nc - size, size)
 
@@ -69,7 +70,7 @@ class Tables:
         leaves = list(leaves)
         if not any(isinstance(x, Param) for x in leaves):
             return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
-        out, how = self._c(len(leaves)), []
+        out, how = self.c_block(len(leaves)), []
         for x in leaves:
             if isinstance(x, Param):
                 how.append(x.index)
@@ -102,12 +103,12 @@ class Tables:
         pitch = [] if j.pitch is None else [j.pitch]
         own = self.numbers([*j.inb_frame, *j.out_frame, *point, *pitch, body.mass, *body.center, *body.inertia])
         if body.per_mass:
-            moved = self._c(own.size)
+            moved = self.c_block(own.size)
             self.prepare.copy(own, moved)
             mass, inertia = own.part(own.size - BODY, 1), own.size - 6
             self.prepare.call(Builtin.SCALE, [own.part(inertia, 6), mass, moved.part(inertia, 6)], [6])
             own = moved
-        kept = self._c(part.constants)
+        kept = self.c_block(part.constants)
         self.call(self.prepare, part, f"{which.name}_prepare", numbers=own, constants=kept)
         self.which.append(which)
         self.parts.append(part)

@@ -39,8 +39,6 @@ class Model:
             raise SceneError(problems)
         self.columns: list[Column] = select(everything, wanted)
         self.build_seconds, self.kernel_kind = 0.0, kernel
-        if problems := kernel_problems(self.built.system, kernel):
-            raise SceneError(problems)
         self._load(redundant=False)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
@@ -76,14 +74,6 @@ def _maker(kind: str) -> Callable[..., Kernel]:
 
         return parts_kernel
     return kernel
-
-
-def kernel_problems(system: System, kernel: str) -> list[Problem]:
-    """What stands against evaluating a system by this kernel."""
-    if kernel == "parts" and system.cuts:
-        loops = ", ".join(j.name for j in system.cuts[:MOST])
-        return [Problem("kernel", f"parts do not close loops yet, and this scene has some (cut at {loops})", "leave kernel out")]
-    return []
 
 
 def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:

@@ -1,0 +1,72 @@
+"""Which rows of cut joints are empty by structure, and whether their multipliers are pulled along by others: found by evaluating a scene
+that has them all at random numbers. What vanishes by structure is a sum of zeros there; nothing else is."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine.parts.stepping import Maps
+from engine.recursion.redundancy import rows_of, rubbing_on_loops
+from engine.system.structure import System
+
+TRIALS = 3
+"""States looked at: at one of them a number may vanish by chance."""
+
+
+class Probe:
+    """Maps of a scene with all rows at random numbers. table: of its kernel; call: calls a function of it."""
+
+    def __init__(self, system: System, table: Any, maps: Maps, call: Callable[..., None]):
+        self.system, self.table, self.maps, self.call = system, table, maps, call
+        self.made = [self._at(trial) for trial in range(TRIALS)]
+
+    def _at(self, trial: int) -> tuple[np.ndarray, np.ndarray]:
+        """Maps, and ∂(what friction changes in the scaled reactions)/∂N of every joint, behind each other."""
+        rng, t, external = np.random.default_rng(trial), self.table, self.system.external
+        p, x = rng.uniform(0.5, 1.5, t.np + 1), rng.uniform(0.5, 1.5, t.nx + 1)
+        y = rng.normal(size=t.nq + t.nv + t.nb + 1)
+        quaternions = (ctypes.c_int * (t.nquat + 1)).from_address(t.quat)[: t.nquat]
+        for at in quaternions:
+            y[at : at + 4] /= np.linalg.norm(y[at : at + 4])
+        for k in range(len(self.system.sliders)):
+            x[external.mode(k)], x[external.mode(k) + 4] = 1.0, 0.0
+        c, w, dy = np.zeros(t.nc + 1), np.zeros(t.nw + 1), np.zeros(t.nq + t.nv + t.nb + t.naudit + t.nquad + 1)
+        maps, more, turns = np.zeros(t.nmaps + 1), np.zeros(t.nmore + 1), np.zeros(t.ndmore + 1)
+        self.call("prepare", p, c)
+        self.call("stage1", x, y, c, w, maps, dy)
+        if t.nmore:
+            self.call("pressed", rng.normal(size=t.nn + 1), rng.normal(size=t.nrates + 1), x, c, more, turns)
+        return maps, turns
+
+    def active(self) -> list[int]:
+        """Rows that are not empty by structure."""
+        a, e = self.maps.active, self.maps.ne
+        filled = np.zeros(a, bool)
+        for maps, _ in self.made:
+            S = maps[: a * a].reshape(a, a)
+            Se = maps[self.maps.at("Se") : self.maps.at("Se") + a * e].reshape(e, a)
+            filled |= S.any(0) | Se.any(0) | (maps[self.maps.at("g0") : self.maps.at("g0") + a] != 0.0)
+        return [int(k) for k in np.flatnonzero(filled)]
+
+    def coupled(self, active: list[int]) -> bool:
+        """Whether multipliers that the motion leaves open are pulled along by the others (``redundancy.inactive_rows_couple``)."""
+        inactive = [k for k in range(self.maps.active) if k not in active]
+        return bool(inactive) and any(self._couples(maps, turns, inactive) for maps, turns in self.made)
+
+    def _couples(self, maps: np.ndarray, turns: np.ndarray, inactive: list[int]) -> bool:
+        nk, columns = self.maps.nkappa, 1 + self.maps.columns
+        kappa = maps[self.maps.at("kappa") : self.maps.at("kappa") + nk * columns].reshape(columns, nk).T.copy()
+        N = maps[self.maps.at("N") : self.maps.at("N") + self.maps.nn * columns].reshape(columns, self.maps.nn).T
+        free = kappa[:, [1 + k for k in inactive]].copy()
+        at = 0
+        for e, first, count in rubbing_on_loops(self.system):
+            n = len(e.needs)
+            kappa[first : first + count] += turns[at : at + count * n].reshape(n, count).T @ N[e.n0 : e.n0 + n]
+            at += count * n
+        others = [k for k in range(columns) if k - 1 not in inactive]
+        assert nk == sum(n for _, n in rows_of(self.system))
+        return bool((np.abs(free.T) @ np.abs(kappa[:, others])).any())
