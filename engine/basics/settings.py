@@ -83,8 +83,8 @@ SETTINGS = (
         several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
     ),
     Setting(
-        "kernel", "", "What evaluates the scene: {kernels}; of parts (trees only) an unseen structure starts at once, for nothing "
-        "is compiled.", ("trunnion simulate", "engine.simulate"), "compiled", words="kernels", metavar="K",
+        "kernel", "", "What evaluates the scene: {kernels}; of parts an unseen structure starts at once, for nothing is "
+        "compiled.", ("trunnion simulate", "engine.simulate"), "compiled", words="kernels", metavar="K",
     ),
     Setting(
         "law", "", "Friction law of all joints: {laws}.",

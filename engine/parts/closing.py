@@ -24,10 +24,10 @@ from engine.system.structure import GROUND, Device, FrictionElement, Joint
 
 @cache
 def cut(kind: str, ground: str) -> Part:
-    """A cut joint: numbers (two frames, two points: 24), motions ``inb`` and ``out`` (that of the ``ground`` is not handed) → residuals
-    of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard part at its point),
-    its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force along each freedom
-    (win, wout, wat), its pose and its point on the outboard part."""
+    """A cut joint: numbers (two frames, two points: 24), motions ``inb`` and ``out`` (that of the ``ground`` is not handed) →
+    residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard part at
+    its point), its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force along
+    each freedom (win, wout, wat), its pose and its point on the outboard part."""
     n = Numbers()
     frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
@@ -37,7 +37,7 @@ def cut(kind: str, ground: str) -> Part:
     both = [unpack_motion(ca.vertsplit(motions[k])) if k in motions else GROUND_MOTION for k in ("inb", "out")]
     c = cutting.cut(sym, both, joint)
     wrenches = [cutting.axis_wrenches(c, k) for k in range(joint.kind.nv)]
-    outs = {
+    outs: dict[str, SX | list[SX]] = {
         "phi": [r.phi for r in c.rows], "rate": [r.rate for r in c.rows], "xi": [r.xi for r in c.rows],
         "gin": _beside([r.g_in for r in c.rows]), "gout": _beside([r.g_out for r in c.rows]),
         "gat": _beside([at_point(r.g_out, c.c_out) for r in c.rows]),
@@ -90,8 +90,8 @@ def reaction(pin_out: bool) -> Part:
 
 @cache
 def weighed(sign: int) -> Part:
-    """Force and torque on the outboard part (6), its point there (3), motion and numbers of one of the two bodies, half the trace of
-    its inertia → what its inertia makes of them (6), by which open reactions are chosen where nothing rubs."""
+    """Force and torque on the outboard part (6), its point there (3), motion and numbers of one of the two bodies, half the trace
+    of its inertia → what its inertia makes of them (6), by which open reactions are chosen where nothing rubs."""
     count = Numbers()
     body = a_body(count)
     sym, ft, point = PartSymbols(count.count), SX.sym("ft", 6), SX.sym("point", 3)
@@ -114,8 +114,9 @@ def arm(bodies: int) -> Part:
 
 @cache
 def sprung(kind: str, pin_out: bool, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Part:
-    """Force and torque on the outboard part (6), pose, numbers of its friction (named ``sizes``; none where it has no friction) and its
-    stiffness if it says one, arm → what its contacts carry as springs, by which open reactions are chosen where joints on loops rub."""
+    """Force and torque on the outboard part (6), pose, numbers of its friction (named ``sizes``; none where it has no friction) and
+    its stiffness if it says one, arm → what its contacts carry as springs, by which open reactions are chosen where joints on loops
+    rub."""
     ft, pose, Ein, Eout, s = _posed()
     n = Numbers()
     friction = FrictionElement("", "", False, tuple((name, n.one()) for name in sizes), ()) if sizes else None

@@ -1,5 +1,5 @@
-"""The columns of the affine maps: each multiplier's force inward along the path of its joint, and the accelerations and reactions it
-causes outward over the branch; the constraint equations of cut joints on the way.
+"""The columns of the affine maps: each multiplier's force inward along the path of its joint, and the accelerations and reactions
+it causes outward over the branch; the constraint equations of cut joints on the way.
 
 What is called for a body is the same for every column, and is written once: a column works on numbers that all columns share, and
 what it found is copied to its place at its end."""

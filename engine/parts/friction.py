@@ -120,8 +120,8 @@ def drift(which: Rubbing) -> Part:
 
 @cache
 def pressed(which: Rubbing, soft: bool) -> Part:
-    """numbers (the stiffness of the joint last, if it says one: ``soft``), N, rates, modes, states → what friction of sliding changes in
-    the first of the joint's scaled reactions, and the derivative of that by N."""
+    """numbers (the stiffness of the joint last, if it says one: ``soft``), N, rates, modes, states → what friction of sliding
+    changes in the first of the joint's scaled reactions, and the derivative of that by N."""
     joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
     e = Element(joint, _contact(which), which.needs, 0, 0)
     sym, nv = _Rubbed(which, int(soft)), which.joint.kind.nv

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from engine.parts import friction, small
+from engine.parts.places import coordinate_rates, element_places
+from engine.parts.rows import Rows
 from engine.parts.scene import Scene
-from engine.parts.stepping import coordinate_rates, element_places
+from engine.parts.shares import Shares
 from engine.parts.tape import Block, Space
 from engine.recursion.elements import Element, elements
 from engine.recursion.redundancy import rubbing_on_loops
@@ -72,10 +74,9 @@ def _pressed(s: Scene) -> None:
         places = _states(s, e)
         if stiffness is not None:
             places["numbers"] = s.numbers([*(x for _, x in e.friction.numbers), stiffness])
-        s.call(
-            tape, friction.pressed(friction.rubbing(e), stiffness is not None), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
-            more=Block(Space.OUT, at, count), dN=Block(Space.DN, dn, count * n), **places,
-        )  # fmt: skip
+        part, more = friction.pressed(friction.rubbing(e), stiffness is not None), Block(Space.OUT, at, count)
+        N, r, dN = Block(Space.N, e.n0, n), Block(Space.R, e.rate0, nv), Block(Space.DN, dn, count * n)
+        s.call(tape, part, N=N, r=r, more=more, dN=dN, **places)
         at, dn = at + count, dn + count * n
 
 
@@ -117,3 +118,25 @@ def _energy(s: Scene) -> None:
     moving = s.outward(tape, tape.scratch_block, forces=False)
     closed = s.closed(tape, moving, tape.scratch_block, forces=False)
     s.energies(tape, moving, closed, Block(Space.OUT, 0, 2))
+
+
+def write_shares(scene: Scene) -> int:
+    """The tape of the scaled reactions; how many there are."""
+    tape, shares = scene.tape("kappa"), Shares(scene)
+    if shares.size:
+        rows = Rows(scene, tape)
+        where = {j.name: rows.joint(j.name)[1] for j in shares.joints}
+        transmitted = {j.name: rows.on_outboard(j) for j in shares.joints}
+        shares.write(tape, where, rows.moving(), lambda j: transmitted[j.name], Block(Space.OUT, 0, shares.size))
+    return shares.size
+
+
+def write_contacts(scene: Scene) -> int:
+    """The tape of all contacts' forces; how many there are."""
+    tape = scene.tape("contacts")
+    rows, at = Rows(scene, tape), 0
+    for e in elements(scene.system):
+        four = rows.touching(e)[1]
+        tape.copy(four, Block(Space.OUT, at, four.size))
+        at += four.size
+    return at // 4

@@ -25,10 +25,12 @@ from engine.kernel.output_unit import post_of, wants_of
 from engine.kernel.programs import awaited, side_by_side
 from engine.kernel.source import coordinate_kinds, element_table, row_kinds
 from engine.parts import functions
+from engine.parts.functions import write_contacts, write_shares
+from engine.parts.maps import Maps
 from engine.parts.probing import Probe
-from engine.parts.rows import Rows, write_contacts, write_shares
+from engine.parts.rows import Rows
 from engine.parts.scene import Scene
-from engine.parts.stepping import Maps, Stepping
+from engine.parts.stepping import Stepping
 from engine.parts.tape import BUILTINS
 from engine.recursion.direct import direct_operators
 from engine.recursion.elements import Element
@@ -137,7 +139,7 @@ SOLVED = {"acceleration", "qdd", "reaction", "drive", "friction", "contact"}
 def parts_kernel(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> PartsKernel:
-    """The kernel of a tree, its tables made for this scene and these columns. redundant: the variant that only loops ask for."""
+    """A scene's kernel, its tables made for it and these columns. redundant: the variant with the scaled reactions."""
     started = time.perf_counter()
     keep: list[Any] = []
     with direct_operators():
@@ -185,13 +187,15 @@ def _kernel_table(
     m = stepping.maps
     sizes = dict.fromkeys(KERNEL.integers, 0) | counts | {
         "abi": number(), "nq": system.nq, "nv": system.nv, "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
-        "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active),
-        "nkappa": m.nkappa, "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)), "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
+        "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "nkappa": m.nkappa,
+        "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
+        "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
         "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "ndn": dn, "sets": int(any(e.sets for e in stepping.parts)),
     }  # fmt: skip
     table = KERNEL.ctype(**sizes, scene=ctypes.addressof(scene), **_functions(FUNCTIONS))
-    for name, values in {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}.items():
+    tables = {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
+    for name, values in tables.items():
         array = np.array([*values, 0], np.intc)
         keep.append(array)
         setattr(table, name, array.ctypes.data)

@@ -1,5 +1,5 @@
-"""Which rows of cut joints are empty by structure, and whether their multipliers are pulled along by others: found by evaluating a scene
-that has them all at random numbers. What vanishes by structure is a sum of zeros there; nothing else is."""
+"""Which rows of cut joints are empty by structure, and whether their multipliers are pulled along by others: found by evaluating a
+scene that has them all at random numbers. What vanishes by structure is a sum of zeros there; nothing else is."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.parts.stepping import Maps
+from engine.parts.maps import Maps
 from engine.recursion.redundancy import rows_of, rubbing_on_loops
 from engine.system.structure import System
 

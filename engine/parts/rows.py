@@ -11,9 +11,9 @@ from engine.friction import REGISTRY as LAWS
 from engine.kernel.columns import Column
 from engine.kernel.powers import names_of_powers
 from engine.parts import closing, friction, small
-from engine.parts.scene import Closed, Moving, Scene
-from engine.parts.shares import Shares
-from engine.parts.stepping import element_places
+from engine.parts.blocks import Closed, Moving
+from engine.parts.places import element_places
+from engine.parts.scene import Scene
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, elements
@@ -241,25 +241,3 @@ class Rows:
 
     def _last(self, name: str) -> Block:
         return Block(Space.EXTRA, EXTRA.at("last") + LAST.at(name), 1)
-
-
-def write_shares(scene: Scene) -> int:
-    """The tape of the scaled reactions; how many there are."""
-    tape, shares = scene.tape("kappa"), Shares(scene)
-    if shares.size:
-        rows = Rows(scene, tape)
-        where = {j.name: rows.joint(j.name)[1] for j in shares.joints}
-        transmitted = {j.name: rows.on_outboard(j) for j in shares.joints}
-        shares.write(tape, where, rows.moving(), lambda j: transmitted[j.name], Block(Space.OUT, 0, shares.size))
-    return shares.size
-
-
-def write_contacts(scene: Scene) -> int:
-    """The tape of all contacts' forces; how many there are."""
-    tape = scene.tape("contacts")
-    rows, at = Rows(scene, tape), 0
-    for e in elements(scene.system):
-        four = rows.touching(e)[1]
-        tape.copy(four, Block(Space.OUT, at, four.size))
-        at += four.size
-    return at // 4

@@ -2,51 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 from engine.kernel.classes import MOTION
 from engine.parts import closing, small
+from engine.parts.blocks import Closed, Moving, Place
 from engine.parts.body import POSE
 from engine.parts.tables import BODY, Tables
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.system.structure import GROUND, Device, Joint, Load, Signal, state_coordinates
-
-Place = Callable[[int], Block]
-"""Where a pass puts so many numbers."""
-
-
-@dataclass
-class Moving:
-    """Blocks of a body in a pass: coordinates and rates of its joint (all), accelerations of what is prescribed, its motion, the
-    joint's pose, what the part keeps; what acts on it and along its joint's freedoms."""
-
-    q: Block
-    v: Block
-    known: Block
-    motion: Block
-    pose: Block
-    work: Block
-    force: Block
-    effort: Block
-    bias: Block
-
-
-@dataclass
-class Closed:
-    """Blocks of a cut joint in a pass (``closing.cut``): coordinates, rates, accelerations' bias, pose, wrenches; and the forces of
-    its devices along its freedoms."""
-
-    joint: Joint
-    q: Block
-    v: Block
-    pose: Block
-    blocks: dict[str, Block]
-    effort: Block
-
-    def row(self, which: str, k: int) -> Block:
-        """Wrench k (6) of those called ``which``."""
-        return self.blocks[which].part(6 * k, 6)
 
 
 class Scene(Tables):
@@ -60,7 +24,8 @@ class Scene(Tables):
         bias = place(6 * (len(self.system.bodies) + 1))
         for i, j in enumerate(self.system.tree):
             q, v, known = self.rates_of(tape, j, place)
-            m = Moving(q, v, known, place(MOTION), place(POSE), place(self.parts[i].work), self.zeros, self.zeros, bias.part(6 * i, 6))
+            motion, pose, work = place(MOTION), place(POSE), place(self.parts[i].work)
+            m = Moving(q, v, known, motion, pose, work, self.zeros, self.zeros, bias.part(6 * i, 6))
             carrier = self.ground if self.parent(i) == GROUND else out[self.parent(i)].motion
             self.body_call(tape, i, "outward", q=q, v=v, known=known, carrier=carrier, work=m.work, motion=m.motion, pose=m.pose,
                            bias=m.bias)  # fmt: skip

@@ -1,11 +1,13 @@
-"""The scaled reactions of joints on loops, which decide what redundant loops leave open (``recursion.redundancy``), as calls of parts."""
+"""The scaled reactions of joints on loops, which decide what redundant loops leave open (``recursion.redundancy``), as calls of
+parts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from engine.parts import closing
-from engine.parts.scene import Closed, Moving, Scene
+from engine.parts.blocks import Closed, Moving
+from engine.parts.scene import Scene
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Tape
 from engine.recursion.redundancy import loop_joints, rows_of, rubs

@@ -3,58 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
 from engine.parts import closing, friction, small
+from engine.parts.blocks import Closed, Moving
 from engine.parts.columns import Columns
-from engine.parts.scene import Closed, Moving, Scene
+from engine.parts.maps import Maps
+from engine.parts.places import coordinate_rates, element_places
+from engine.parts.scene import Scene
 from engine.parts.shares import Shares
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, any_sets, elements
-from engine.system.structure import GROUND, Joint, state_coordinates
-
-
-@dataclass
-class Maps:
-    """How many numbers of each kind the maps block of a scene holds, and where each kind begins (``kernel.main_unit``). active: rows of
-    cut joints that have a multiplier."""
-
-    active: int
-    ne: int
-    nn: int
-    nrates: int
-    held: bool
-    nkappa: int
-
-    @property
-    def columns(self) -> int:
-        """Multipliers, those of friction last."""
-        return self.active + self.ne
-
-    def at(self, name: str) -> int:
-        """Where S, Se, g0, N, rates, Q and the end are; N and Q have a column without multipliers first."""
-        sizes = {"S": self.active**2, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * (1 + self.columns),
-                 "rates": self.nrates, "Q": self.ne * (1 + self.columns) if self.held else 0, "kappa": self.nkappa * (1 + self.columns), "end": 0}  # fmt: skip
-        return sum(list(sizes.values())[: list(sizes).index(name)])
-
-    def N(self, column: int) -> Block:
-        """Reaction components that multiplier ``column`` causes, −1: that there are without any."""
-        return Block(Space.MAPS, self.at("N") + self.nn * (1 + column), self.nn)
-
-    def Q(self, column: int) -> Block:
-        """Accelerations of the freedoms of frictional joints, likewise."""
-        return Block(Space.MAPS, self.at("Q") + self.ne * (1 + column), self.ne if self.held else 0)
-
-    def kappa(self, column: int) -> Block:
-        """Scaled reactions, likewise."""
-        return Block(Space.MAPS, self.at("kappa") + self.nkappa * (1 + column), self.nkappa)
+from engine.system.structure import GROUND, Joint
 
 
 class Stepping:
-    """Writes stage 1 and stage 2. quadratures: whether each power is integrated, or the sums for the audit; active: rows of cut joints
-    that have a multiplier."""
+    """Writes stage 1 and stage 2. quadratures: whether each power is integrated, or the sums for the audit; active: rows of cut
+    joints that have a multiplier; redundant: with the scaled reactions."""
 
     def __init__(self, scene: Scene, quadratures: bool, active: Sequence[int] = (), redundant: bool = False):
         self.scene, self.system, self.quadratures = scene, scene.system, quadratures
@@ -251,28 +217,3 @@ class Stepping:
             tape.copy(group[0], out)
             for x in group[1:]:
                 tape.call(Builtin.ADD, [x, out], [1])
-
-
-def element_places(s: Scene, e: Element) -> dict[str, Block]:
-    """Numbers, modes and (of a law with bristles) states of an element, as its parts are handed them while stepping."""
-    f, system = e.friction, s.system
-    modes = Block(Space.X, system.external.mode(f.sliders[0].flag), 0)
-    out = {"numbers": s.numbers([x for _, x in f.numbers]), "modes": modes}
-    if f.bristles:
-        out["b"] = Block(Space.Y, system.nq + system.nv + system.bristles.index(e.eta[0]), 0)
-    return out
-
-
-def coordinate_rates(s: Scene, tape: Tape, v: Block, out: Block) -> None:
-    """q̇ of all coordinates that are states."""
-    for j in s.system.tree:
-        states, own = state_coordinates(j), v.part(j.v0, len(j.free))
-        quaternion = j.kind.quaternion
-        plain = [i for i in states if quaternion < 0 or i < quaternion]
-        if plain:
-            rates = [next(k for k in range(j.kind.nv) if j.kind.coordinate_of(k) == i) for i in plain]
-            tape.call(Builtin.PICK, [own, out.part(j.q0, len(plain))], [len(plain), *[j.free.index(k) for k in rates]])
-        if quaternion >= 0:
-            at = j.q0 + states.index(quaternion)
-            spin = own.part(j.free.index(j.kind.nv - 3), 3)
-            s.call(tape, small.quaternion(), q=Block(Space.Y, at, 4), spin=spin, out=out.part(at, 4))

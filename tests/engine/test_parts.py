@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from engine.abi.kernels import KERNEL
-from engine.basics.problems import SceneError
 from engine.kernel import compiler
 from engine.kernel.library import kernel
 from engine.parts.kernel import parts_kernel
@@ -18,20 +17,32 @@ from engine.scene.model import Scene
 from engine.simulation.run import simulate
 from engine.system.build import Built, build
 from tests.engine.test_many_pairs import links
-from tests.reference.random_scenes import random_tree
+from tests.reference.random_scenes import random_loop, random_tree
 
 LAWS = ("coulomb", "regularized", "viscous", "lugre", "stribeck")
 TREES = (0, 1, 2, 3, 8, 11)
 """Seeds: between them every joint type both ways, drives, loads, springs between bodies, stops, and every law."""
+LOOPS = (0, 1, 3, 4, 8)
+"""Seeds of loops: with and without friction, devices at the joint where they are cut, rows that are empty by structure."""
+MODELS = ("n_four_bar", "andrews", "bricard", "spatial_slider_crank")
+RUNS = ("spherical_pendulum", "double_pendulum", "crank_slider_free", "bricard")
 ROUND_OFF = 1e-12
 """Of the largest number a function writes: the same sums in another order."""
+CANCELS = 1e-3
+"""Where less is left of numbers of the size of one, they have cancelled."""
 SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates", "nquad", "naudit", "ntaken", "nsliders", "nstops",
-         "ntables", "nquat", "nelements", "npaces", "ndn", "sets")  # fmt: skip
+         "ntables", "nquat", "nelements", "npaces", "ndn", "sets", "nkappa", "nmore", "ndmore", "loop_friction",
+         "coupled")  # fmt: skip
 
 
 def tree(seed: int) -> Scene:
     """A random tree with every law."""
     return random_tree(seed, laws=LAWS).scene
+
+
+def loop(seed: int) -> Scene:
+    """The same with a loop."""
+    return random_loop(seed, laws=LAWS).scene
 
 
 def called(table: Any, name: str, *arrays: np.ndarray) -> None:
@@ -57,7 +68,7 @@ class State:
         for k in range(len(system.sliders)):
             mode = system.external.mode(k)
             self.x[mode], self.x[mode + 4] = rng.integers(2), 0.0
-        self.z, self.v = rng.normal(size=system.neta + 4), rng.normal(size=system.nv + 4)
+        self.z, self.v = rng.normal(size=table.active + system.neta + 4), rng.normal(size=system.nv + 4)
         self.N, self.r = rng.normal(size=table.nn + 4), rng.normal(size=table.nrates + 4)
 
 
@@ -66,13 +77,19 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
     c, w = np.zeros(table.nc + 8), np.zeros(table.nw + 64)
     sizes = {"maps": table.nmaps + 8, "dy": len(s.y), "dq": table.nq + 4, "eta": table.neta + 4, "dN": table.ndn + 8,
              "sliding": 3 * table.nsliders + 4, "hold": 3 * table.nsliders + 4, "dhold": 6 * table.nsliders + 4, "energy": 4,
+             "closure": 2 * table.rows + 4, "more": table.nmore + 4, "dmore": table.ndmore + 8,
              "depths": table.nstops + 4, "eta alone": table.neta + 4, "hold alone": 3 * table.nsliders + 4}  # fmt: skip
     out = {name: np.zeros(size) for name, size in sizes.items()}
     called(table, "prepare", s.p, c)
     called(table, "stage1", s.x, s.y, c, w, out["maps"], out["dy"])
-    if table.neta:
+    if table.neta + table.active:
         out["dy"][:] = 0.0  # with multipliers stage 2 writes it
         called(table, "stage2", s.x, s.y, c, w, s.z, out["dy"])
+    if table.rows:
+        called(table, "closure", s.x, s.y, c[table.c_closure :], out["closure"])
+    if table.nmore:
+        called(table, "pressed", s.N, s.r, s.x, c[table.c_pressed :], out["more"], out["dmore"])
+    if table.neta:
         called(table, "laws", s.N, s.r, s.x, c[table.c_laws :], out["eta"], out["dN"], out["sliding"])
         called(table, "laws_alone", s.N, s.r, s.x, c[table.c_laws :], out["eta alone"], out["sliding"])
         called(table, "held", s.N, s.r, s.x, c[table.c_held :], out["hold"], out["dhold"])
@@ -84,28 +101,45 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
     return out
 
 
-@pytest.mark.parametrize("quadratures", [False, True])
-@pytest.mark.parametrize("seed", TREES)
-def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_parts(seed: int, quadratures: bool) -> None:
-    built = build(tree(seed))
-    one = kernel(built.system, len(built.parameters.values), [], quadratures)
+def agree(scene: Scene, quadratures: bool = False, redundant: bool = False) -> None:
+    """Every function of a scene's two kernels writes the same."""
+    built = build(scene)
+    one = kernel(built.system, len(built.parameters.values), [], quadratures, redundant)
     compiled = KERNEL.ctype.in_dll(one.libraries["kernel"], "trunnion_kernel")
-    other = parts_kernel(built.system, len(built.parameters.values), [], quadratures)
+    other = parts_kernel(built.system, len(built.parameters.values), [], quadratures, redundant)
     parts = other.tables["kernel"]
+    assert other.facts["active_rows"] == one.facts["active_rows"]
     assert {n: getattr(parts, n) for n in SIZES} == {n: getattr(compiled, n) for n in SIZES}
     for number in range(3):
         state = State(built, parts, number)
         expected, found = written(compiled, state), written(parts, state)
         for name, values in expected.items():
             n = min(len(values), len(found[name]))  # of the maps, behind which is room
-            most = ROUND_OFF * max(np.abs(values).max(), 1e-300)
+            most = ROUND_OFF * max(np.abs(values).max(), CANCELS)
             np.testing.assert_allclose(found[name][:n], values[:n], rtol=0.0, atol=most, err_msg=name)
 
 
+@pytest.mark.parametrize("quadratures", [False, True])
+@pytest.mark.parametrize("seed", TREES)
+def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_parts(seed: int, quadratures: bool) -> None:
+    agree(tree(seed), quadratures)
+
+
+@pytest.mark.parametrize("redundant", [False, True])
+@pytest.mark.parametrize("seed", LOOPS)
+def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bool) -> None:
+    agree(loop(seed), redundant=redundant)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_rows_that_are_empty_by_structure_are_found_by_evaluation(name: str) -> None:
+    agree(load_scene(name))
+
+
 @pytest.mark.parametrize("how", [{"method": "auto"}, {"method": "rosenbrock"}], ids=["auto", "rosenbrock"])
-@pytest.mark.parametrize("scene", ["spherical_pendulum", "double_pendulum", 2, 3])
-def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | int, how: dict) -> None:
-    given = load_scene(scene) if isinstance(scene, str) else tree(scene)
+@pytest.mark.parametrize("scene", [*RUNS, (tree, 2), (tree, 3), (loop, 1)])
+def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple, how: dict) -> None:
+    given = load_scene(scene) if isinstance(scene, str) else scene[0](scene[1])
     one, other = (simulate(given, until=1.0, every=0.1, rtol=1e-8, kernel=k, **how) for k in ("compiled", "parts"))
     assert one.settings["kernel"] == "compiled"
     assert other.settings["kernel"] == "parts"
@@ -124,8 +158,3 @@ def test_nothing_is_compiled_for_an_unseen_structure(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(compiler, "build_library", none)
     for count in (2, 7, 20):
         assert simulate(links(count, 0, "revolute", apart=False), until=0.1, kernel="parts").outcome.ok
-
-
-def test_loops_are_refused_with_the_joint_at_which_they_are_cut() -> None:
-    with pytest.raises(SceneError, match=r"kernel: parts do not close loops yet.*crank_pin"):
-        simulate("crank_slider", kernel="parts")

@@ -1,0 +1,34 @@
+"""Places that several tapes hand to parts: of an element, of the rates of coordinates."""
+
+from __future__ import annotations
+
+from engine.parts import small
+from engine.parts.scene import Scene
+from engine.parts.tape import Block, Builtin, Space, Tape
+from engine.recursion.elements import Element
+from engine.system.structure import state_coordinates
+
+
+def element_places(s: Scene, e: Element) -> dict[str, Block]:
+    """Numbers, modes and (of a law with bristles) states of an element, as its parts are handed them while stepping."""
+    f, system = e.friction, s.system
+    modes = Block(Space.X, system.external.mode(f.sliders[0].flag), 0)
+    out = {"numbers": s.numbers([x for _, x in f.numbers]), "modes": modes}
+    if f.bristles:
+        out["b"] = Block(Space.Y, system.nq + system.nv + system.bristles.index(e.eta[0]), 0)
+    return out
+
+
+def coordinate_rates(s: Scene, tape: Tape, v: Block, out: Block) -> None:
+    """q̇ of all coordinates that are states."""
+    for j in s.system.tree:
+        states, own = state_coordinates(j), v.part(j.v0, len(j.free))
+        quaternion = j.kind.quaternion
+        plain = [i for i in states if quaternion < 0 or i < quaternion]
+        if plain:
+            rates = [next(k for k in range(j.kind.nv) if j.kind.coordinate_of(k) == i) for i in plain]
+            tape.call(Builtin.PICK, [own, out.part(j.q0, len(plain))], [len(plain), *[j.free.index(k) for k in rates]])
+        if quaternion >= 0:
+            at = j.q0 + states.index(quaternion)
+            spin = own.part(j.free.index(j.kind.nv - 3), 3)
+            s.call(tape, small.quaternion(), q=Block(Space.Y, at, 4), spin=spin, out=out.part(at, 4))
