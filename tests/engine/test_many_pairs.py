@@ -122,7 +122,7 @@ def test_a_stewart_platform_moves_until_it_rests_on_any_legs(legs: int) -> None:
 def test_a_leg_that_is_let_go_sets_off_where_the_stiff_methods_dense_output_has_it_go_back() -> None:
     """From rest it gains speed with the square of time, less at first than the dense output of a long step is off by: the run took
     44,000 steps of 1e-9 s, each ended by a stop that was none."""
-    r = simulate(stewart(4), until=0.15, every=0.15, method="rosenbrock", rtol=1e-5, outputs=["energy.kinetic"])
+    r = simulate(stewart(4), until=0.3, every=0.3, method="rosenbrock", rtol=1e-5, outputs=["energy.kinetic"])
     assert r.outcome.ok
     assert r.stats.steps <= 100
-    assert [(e.joint, e.kind) for e in r.events if e.time > 0.137] == [("leg0", "slip"), ("u3", "reversal")]
+    assert [(e.joint, e.kind) for e in r.events if 0.137 < e.time < 0.15] == [("leg0", "slip"), ("u3", "reversal")]
