@@ -1,5 +1,5 @@
 """Which rows of cut joints are empty by structure, and whether their multipliers are pulled along by others: found by evaluating a
-scene that has them all at random numbers. What vanishes by structure is a sum of zeros there; nothing else is."""
+scene that has them all at random numbers. What vanishes by structure does so there, at every one."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from engine.parts.maps import Maps
 from engine.recursion.redundancy import rows_of, rubbing_on_loops
 from engine.system.structure import System
 
+ROUND_OFF = 1e-12
+"""What is left of sums that vanish, of numbers of the size of one; their terms need not be zeros where axes are oblique."""
 TRIALS = 3
 """States looked at: at one of them a number may vanish by chance."""
 
@@ -49,7 +51,9 @@ class Probe:
         for maps, _ in self.made:
             S = maps[: a * a].reshape(a, a)
             Se = maps[self.maps.at("Se") : self.maps.at("Se") + a * e].reshape(e, a)
-            filled |= S.any(0) | Se.any(0) | (maps[self.maps.at("g0") : self.maps.at("g0") + a] != 0.0)
+            g0 = maps[self.maps.at("g0") : self.maps.at("g0") + a]
+            row = np.concatenate([np.abs(S), np.abs(Se), np.abs(g0)[None]]).max(0)
+            filled |= row > ROUND_OFF
         return [int(k) for k in np.flatnonzero(filled)]
 
     def coupled(self, active: list[int]) -> bool:
@@ -69,4 +73,5 @@ class Probe:
             at += count * n
         others = [k for k in range(columns) if k - 1 not in inactive]
         assert nk == sum(n for _, n in rows_of(self.system))
-        return bool((np.abs(free.T) @ np.abs(kappa[:, others])).any())
+        sizes = np.linalg.norm(free, axis=0)[:, None] * np.linalg.norm(kappa[:, others], axis=0)
+        return bool((np.abs(free.T @ kappa[:, others]) > ROUND_OFF * sizes.max()).any())
