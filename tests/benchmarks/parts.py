@@ -12,7 +12,6 @@ from engine.scene import model as sm
 from engine.scene.library import model_names
 from engine.simulation.block import Settings
 from engine.simulation.run import Model, run, simulate
-from engine.system.build import build
 from tests.benchmarks.timing import pin
 
 BRIEF = {"until": 1e-9, "every": 1e-9, "kernel": "parts"}
@@ -50,13 +49,11 @@ def stepping(scene: sm.Scene, kernel: str) -> float:
 
 
 def main() -> None:
-    """Print a line for each tree among the bundled models, and for chains."""
+    """Print a line for each of the bundled models, and for chains."""
     pin()
     print("to the first rows, all columns; stepping on parts over the compiled kernel's")
     for name in model_names():
         scene = load_scene(name)
-        if build(scene).system.cuts:
-            continue
         simulate(scene, **BRIEF)
         first = quickest(lambda scene=scene: simulate(scene, **BRIEF), 5, time.perf_counter)
         print(f"{name:24s} {first:6.3f} s   {stepping(scene, 'parts') / stepping(scene, 'compiled'):.2f}")
