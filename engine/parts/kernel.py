@@ -103,11 +103,8 @@ def _compiled(texts: list[str]) -> list[ctypes.CDLL]:
 def _addresses(s: Scene) -> Any:
     """The functions that tapes call, in the order of their numbers: the machine's own, then those of the parts."""
     own = (ctypes.c_void_p * BUILTINS).in_dll(machine(), "tr_machine_parts")
-    found: list[int] = [0] * len(s.functions)
-    libraries = _compiled(list(s.texts.values()))
-    for name, at in s.functions.items():
-        library = next(x for x in libraries if hasattr(x, name))
-        found[at - BUILTINS] = ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+    libraries = dict(zip(s.texts, _compiled(list(s.texts.values())), strict=True))
+    found = [ctypes.cast(getattr(libraries[s.texts_of[n]], n), ctypes.c_void_p).value for n in s.functions]
     return (ctypes.c_void_p * (BUILTINS + len(found)))(*own, *found)
 
 

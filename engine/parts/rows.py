@@ -42,11 +42,8 @@ class Rows:
 
     def write(self, chosen: list[Column]) -> None:
         """Put all columns in their order."""
-        found = [self.value(c.key) for c in chosen]
-        for space in sorted({b.space for b in found}):
-            mine = [(i, b.at) for i, b in enumerate(found) if b.space == space]
-            for i, at in mine:
-                self.tape.copy(Block(space, at, 1), Block(Space.OUT, i, 1))
+        for i, c in enumerate(chosen):
+            self.tape.copy(self.value(c.key), Block(Space.OUT, i, 1))
 
     # -- passes -------------------------------------------------------------------------------------------------------------
 

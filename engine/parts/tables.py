@@ -28,6 +28,8 @@ class Tables:
     functions: dict[str, int] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
     """Text of each part, by the first of its functions."""
+    texts_of: dict[str, str] = field(default_factory=dict)
+    """By which of these the text of a function is found."""
     tapes: dict[str, Tape] = field(default_factory=dict)
     nc: int = POINTER
     multipliers: int = 0
@@ -83,9 +85,10 @@ class Tables:
     def function(self, part: Part | BodyPart, name: str) -> int:
         """Number of a part's function."""
         if name not in self.functions:
-            self.texts.setdefault(next(iter(part.places)), part.text)
+            first = next(iter(part.places))
+            self.texts[first] = part.text
             for n in part.places:
-                self.functions[n] = BUILTINS + len(self.functions)
+                self.functions[n], self.texts_of[n] = BUILTINS + len(self.functions), first
         return self.functions[name]
 
     def call(self, tape: Tape, part: Part | BodyPart, name: str = "", /, **places: Block) -> None:
