@@ -27,6 +27,7 @@ TR_OFTEN
 #include "events.c"
 #include "audit.c"
 #include "margin.c"
+#include "turns.c"
 #include "search.c"
 #include "record.c"
 #include "start.c"

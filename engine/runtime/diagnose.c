@@ -113,8 +113,9 @@ static int tr_lets_spin(tr_sim *s) {
   return 0;
 }
 
-/* The speed that does not count, m/s: the tolerance of velocities, once the run has made a step. At the start they are as given. */
-static double tr_no_speed(const tr_sim *s) { return s->stats.steps ? s->set.rtol * tr_speed_unit(s) : 0.0; }
+/* The speed that does not count, m/s: the tolerance of velocities, or what may stop at once at any, once the run has made a step. At the start
+ * they are as given. */
+static double tr_no_speed(const tr_sim *s) { return s->stats.steps ? fmax(s->set.rtol, CAPTURE_SPEED) * tr_speed_unit(s) : 0.0; }
 
 /* The slowest of the pairs whose speed does not count, of those that slide; −1: there is none. Maps in place. */
 static int tr_slowest(const tr_sim *s) {

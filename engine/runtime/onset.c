@@ -13,7 +13,8 @@
 #define STILL_FROZEN 1e-6 /* of that length: a direction is frozen when it is so long, whatever unit vector and levers it was made of */
 #define FAINT 1e-7     /* of length · rate², and */
 #define FAINT_RATIO 1e-5 /* of what friction itself accelerates: less has no direction; friction keeps the one it had while holding */
-#define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen */
+#define ONSET_SPEED 0.1 /* of rtol · speed unit: below it the direction stays frozen, */
+#define ONSET_LEAST 1e-9 /* and below so much of the unit: what is slower has the direction of round-off in loops */
 #define SAME_DIRECTION 1e-9 /* of a unit vector: that of a motion along a line, found again but for round-off */
 #define TURN_TRIED 1e-6     /* rad: for the derivative by differences, half of a double's digits */
 #define TURN_FOUND 1e-12    /* rad between direction and acceleration: found */
@@ -49,7 +50,7 @@ static double tr_faint(const tr_sim *s, int i) {
 }
 
 /* Speed up to which the direction of a pair in its first step from rest stays frozen. */
-static double tr_onset_speed(const tr_sim *s) { return fmax(ONSET_SPEED * s->set.rtol, REST_SPEED) * tr_speed_unit(s); }
+static double tr_onset_speed(const tr_sim *s) { return fmax(ONSET_SPEED * s->set.rtol, ONSET_LEAST) * tr_speed_unit(s); }
 
 /* Whether the direction of pair i, with this surface speed, is to stay frozen. */
 static int tr_keeps_direction(const tr_sim *s, int i, double speed) {

@@ -15,8 +15,6 @@
 #define DIP 0.05        /* of what a sliding speed varies over the stages: by so much it may fall between them, to rest and up again */
 #define TURN_DIP 0.5    /* the same where it falls at the start and rises at the end: it may come so far below the stages, the two next to its
                          least being up to half a step apart */
-#define ALL_BUT_STOPPED 0.01 /* of its speed at the step's start: what is left of it turns by the step's error */
-#define LINE_TURNS 0.98 /* cosine of eleven degrees: by no more does a line that the loops leave turn within a step */
 #define BY_CONE 0.25    /* of s²/|ω|²: a ball that is as near to its cone as this may have roots beside the one that is followed */
 #define SWING 0.5       /* of what a margin varies over the stages: by so much it may rise between them (a quarter period between two) */
 #define CONE_SWING 2.0  /* the same of a ball that turns about its contact: where it is slow its axis swings round in a part of a step */
@@ -85,60 +83,12 @@ static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb,
 /* What an event search in a step has found. */
 enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
 
-/* Whether pair i, of several components, slides the other way than at the start of the step: its direction was frozen there, and its
- * friction has jumped where the two came to be at a right angle. Maps in place. */
-static int tr_turned_back(const tr_sim *s, int i) {
-  const tr_pair *pair = tr_pair_of(s, i);
-  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
-  double along = 0.0;
-  if (!tr_is_set(s, i) || pair->nrates == 1 || !tr_slides(s, i)) return 0;
-  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j];
-  return along < 0.0 && tr_pair_speed(s, i) > TOL_SPEED * tr_speed_unit(s);
-}
-
-/* Speeds of pairs of several components at the start of the step just made; 0 of all others. */
-static void tr_speeds_at_start(tr_sim *s, double *was) {
-  for (int i = 0; i < s->k->nsliders; ++i)
-    was[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
-}
-
-/* A pair of several components, other than ``which``, that has all but stopped since the step's start, where its speed was `was`: its
- * friction turns on its way to rest and takes others beyond their modes. -1: there is none. Along a line nothing turns. Maps in place. */
-static int tr_stops_beside(tr_sim *s, int which, const double *was) {
-  for (int i = 0; i < s->k->nsliders; ++i) {
-    if (i == which || !(was[i] > NEAR_MISS * tr_speed_unit(s)) || tr_frozen_length(s, i) > TR_LINE) continue;
-    if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_stops_on_line(s, i)) return i;
-  }
-  return -1;
-}
-
-/* Speed of pair i along the direction in which it slid at the step's start, m/s. Maps in place. */
-static double tr_speed_along(const tr_sim *s, int i) {
-  const tr_pair *pair = tr_pair_of(s, i);
-  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
-  double along = 0.0, size = 0.0;
-  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j], size += dir[j] * dir[j] * arm[j] * arm[j];
-  return along / sqrt(size);
-}
-
-/* The pair that comes to the end of its sliding where another one, `which`, seems to leave its mode: its friction jumps there, and takes that one
- * along. On a line it has across it what the step leaves the loops open by, to which its friction turns already. `which` where there is none. Maps
- * in place. */
-static int tr_stops_first(tr_sim *s, int which) {
-  if (which < s->k->nsliders && tr_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
-  for (int i = 0; i < s->k->nsliders; ++i) {
-    if (i == which || !tr_is_set(s, i) || tr_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
-    const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = NEAR_MISS * tr_speed_unit(s);
-    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_stops_on_line(s, i))) return i;
-  }
-  return which;
-}
-
 /* Whether what was found at θ is an event. A pair of several components that has merely turned fast asks for a smaller step, whatever its
  * friction, which has jumped there, has done to others: these have not come to the end of their modes. So does one that all but stops. */
 static int tr_event_at(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
+  if (tr_turns_beyond(s, *which)) return TR_TOO_LARGE;
   int turned = -1;
   double *y = TR_A(s, yout), was[s->k->nsliders + 1];
   tr_speeds_at_start(s, was);

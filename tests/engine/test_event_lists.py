@@ -50,6 +50,14 @@ def run(seed: int, method: str, rtol: float) -> Result:
         (34, 1.0, [("rk8", 1e-7), ("rk5", 1e-8)]),
         # where a pair on a line turns round, and its friction with it, no ball beside it comes to its cone
         (27, 0.4, [("rk5", 1e-8)]),
+        # what starts to slide keeps its direction while that would be one of round-off: it turned round and on, and into a tangle
+        (24, 1.0, [("rk8", 1e-12)]),
+        (100, 1.0, [("rk8", 1e-12)]),
+        # and where it then answers fast, the stages of a step that is too long have no ball beside it fold (without end)
+        (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
+        (128, 0.17, [("rk5", 1e-6)]),
+        # where friction grows without bound on the last of a way to rest, the pair stops at any tolerance, and nothing folds
+        (54, 1.0, [("auto", 1e-7), ("rk8", 1e-9), ("rk5", 1e-6)]),
     ],
 )
 def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, settings: list[tuple[str, float]]) -> None:
@@ -57,7 +65,8 @@ def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, set
     exact = run(seed, "rk8", 1e-10)
     until = exact.settings["until"]
     for method, rtol in settings:
-        assert difference(run(seed, method, rtol), exact, rtol, until, part * until) == "", (method, rtol)
+        known = max(rtol, exact.settings["rtol"])
+        assert difference(run(seed, method, rtol), exact, known, until, part * until) == "", (method, rtol)
 
 
 def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_every_setting() -> None:

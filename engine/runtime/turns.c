@@ -1,0 +1,68 @@
+/* Pairs of several components that turn inside a step: their friction turns with them and takes others beyond their modes, which is no event of
+ * those. */
+#include "modes.h"
+
+#define ALL_BUT_STOPPED 0.01 /* of its speed at the step's start: what is left of it turns by the step's error */
+#define LINE_TURNS 0.98 /* cosine of eleven degrees: by no more does a line that the loops leave turn within a step */
+
+/* Whether pair i, of several components, slides the other way than at the start of the step: its direction was frozen there, and its
+ * friction has jumped where the two came to be at a right angle. Maps in place. */
+static int tr_turned_back(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
+  double along = 0.0;
+  if (!tr_is_set(s, i) || pair->nrates == 1 || !tr_slides(s, i)) return 0;
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j];
+  return along < 0.0 && tr_pair_speed(s, i) > TOL_SPEED * tr_speed_unit(s);
+}
+
+/* Speeds of pairs of several components at the start of the step just made; 0 of all others. */
+static void tr_speeds_at_start(tr_sim *s, double *was) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    was[i] = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
+}
+
+/* A pair of several components, other than ``which``, that has all but stopped since the step's start, where its speed was `was`: its
+ * friction turns on its way to rest and takes others beyond their modes. -1: there is none. Along a line nothing turns. Maps in place. */
+static int tr_stops_beside(tr_sim *s, int which, const double *was) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !(was[i] > NEAR_MISS * tr_speed_unit(s)) || tr_frozen_length(s, i) > TR_LINE) continue;
+    if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_stops_on_line(s, i)) return i;
+  }
+  return -1;
+}
+
+/* Speed of pair i along the direction in which it slid at the step's start, m/s. Maps in place. */
+static double tr_speed_along(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
+  double along = 0.0, size = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j], size += dir[j] * dir[j] * arm[j] * arm[j];
+  return along / sqrt(size);
+}
+
+/* The pair that comes to the end of its sliding where another one, `which`, seems to leave its mode: its friction jumps there, and takes that one
+ * along. On a line it has across it what the step leaves the loops open by, to which its friction turns already. `which` where there is none. Maps
+ * in place. */
+static int tr_stops_first(tr_sim *s, int which) {
+  if (which < s->k->nsliders && tr_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !tr_is_set(s, i) || tr_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
+    const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = NEAR_MISS * tr_speed_unit(s);
+    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_stops_on_line(s, i))) return i;
+  }
+  return which;
+}
+
+/* Whether a pair of several components other than ``which`` has turned by more than a right angle where the step was to end: stages of an explicit
+ * step that is too long for how fast its direction answers to friction went to and fro, and what they have others do at an earlier time is no event. */
+static int tr_turns_beyond(tr_sim *s, int which) {
+  if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_moving_ball(s, which))) return 0;
+  tr_maps_at(s, s->step.t0 + s->step.size, TR_A(s, ynew));
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !tr_turned_back(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s) || tr_stops_on_line(s, i)) continue;
+    s->friction.missed = i;
+    return 1;
+  }
+  return 0;
+}
