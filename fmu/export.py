@@ -95,7 +95,7 @@ def _check(flavour: str, target: Path, step: float, before: Sequence[Problem]) -
 
 def started(scene: Scene, outputs: Names | None) -> tuple[Model, Result]:
     """The compiled model and the first millionth of its run; SimulationError when the scene cannot start."""
-    model = Model(scene, outputs)
+    model = Model(scene, outputs, "compiled")
     sim = scene.simulation
     glimpse = 1e-6 * float(sim.until)
     result = run(model, glimpse, glimpse, Settings(rtol=float(sim.rtol), method=sim.method))

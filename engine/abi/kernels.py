@@ -67,6 +67,11 @@ tr_tape eval
 tr_tape contacts
 tr_tape kappa
 tr_tape pressed
+tr_tape begin
+tr_tape narrow
+tr_tape respond
+tr_tape answer
+tr_tape derive
 const double *constants
 void (**part)(double *const *places, const int *numbers) : functions by their number in the code
 """)
@@ -96,6 +101,7 @@ int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints
 int npaces : loads that come and go
+int nbodies : bodies
 int ndn : numbers of the law's derivative
 int nkappa : scaled reactions (redundant variant)
 int nmore : how many of them friction changes
@@ -130,6 +136,11 @@ void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: not known
+void (*begin)({STATE}, double *w, double *maps, double *dy) : of a tree of parts that rubs: motion and rates; else 0
+void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with ∂law/∂N
+void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : with frictions −e
+void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : with given frictions −η, apart
+void (*derive)({STATE}, double *w, const double *z, double *dy) : ẏ behind the coordinates' rates, after it
 """)
 
 OUTPUTS = Record("tr_outputs", "The unit of columns. a: accelerations of the free rates (nv) at this state.", f"""

@@ -84,7 +84,8 @@ SETTINGS = (
     ),
     Setting(
         "kernel", "", "What evaluates the scene: {kernels}; of parts an unseen structure starts at once, for nothing is "
-        "compiled.", ("trunnion simulate", "engine.simulate"), "compiled", words="kernels", metavar="K",
+        "compiled. auto: parts for trees with many frictions.",
+        ("trunnion simulate", "engine.simulate"), "auto", words="kernels", metavar="K",
     ),
     Setting(
         "law", "", "Friction law of all joints: {laws}.",

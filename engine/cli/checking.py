@@ -99,6 +99,7 @@ def _bare(line: str) -> str:
 def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
     """(report as plain data, all columns) of a scene; its kernel is built, so that the first run finds it ready."""
     from engine.kernel.columns import columns
+    from engine.simulation.choosing import kernel_of
     from engine.simulation.run import Model
 
     model = Model(scene)
@@ -112,6 +113,7 @@ def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
         "freedoms": {"tree": system.nv, "constraint_rows": system.rows, "driven": _driven(system)},
         "loops": len(cut), "cut": cut, "states": {"coordinates": system.nq, "rates": system.nv},
         "parameters": len(model.built.parameters.values), "inputs": list(system.inputs),
+        "kernel": dict(zip(("kind", "why"), kernel_of(system), strict=True)),
         "columns": {"available": len(every), "chosen": len(model.columns)},
         "start": _start(model),
     }  # fmt: skip
@@ -211,6 +213,7 @@ def report_lines(r: dict[str, Any]) -> list[str]:
         + (f", {free['driven']} driven" if free["driven"] else ""),
         f"states: {r['states']['coordinates']} coordinates, {r['states']['rates']} rates; {r['parameters']} parameters"
         + (f"; inputs {', '.join(r['inputs'])}" if r["inputs"] else ""),
+        f"kernel: {r['kernel']['kind']} ({r['kernel']['why']})",
         f"columns: {r['columns']['chosen']} of {r['columns']['available']} (list them with --outputs)",
         *(f"note: {n}" for n in start["notes"]),
     ]  # fmt: skip

@@ -145,7 +145,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(n * len(e.needs) for e in main.elements for _, n in [main.turned.get(e.joint.name, (0, 0))]),
-        "npaces": len(paces),
+        "npaces": len(paces), "nbodies": len(system.bodies),
         "sets": int(any(e.sets for e in main.elements)),
         "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD", "c_energy": "K_C_ENERGY",
         "c_pressed": "K_C_PRESSED",
@@ -156,8 +156,9 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}
+    names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "derive"), "0")
     return PREAMBLE + main.text + text + KERNEL.initialiser(
-        "trunnion_kernel", **sizes, **names, scene="0", prepare="k_prepare_all", energy="0" if main.looped else "k_energy",
+        "trunnion_kernel", **sizes, **names, prepare="k_prepare_all", energy="0" if main.looped else "k_energy",
         **functions,
     )
 

@@ -3,7 +3,8 @@
 Its functions, in the order in which their inputs become known: ``prepare`` (numbers → constants), ``outward`` (motion), ``inward``
 (reduction), ``column`` (the reduction of one force column of the affine maps), ``accelerations`` (with the known forces) and
 ``response`` (of a force column), ``weigh`` (what the body needs of its joint, by itself), ``carry``
-(a reaction handed inward) and ``moved`` (its acceleration from that of its joint)."""
+(a reaction handed inward) and ``moved`` (its acceleration from that of its joint). Where friction is found along the recursion
+(``articulated.py``) also ``narrow``, ``pull`` and ``push``."""
 
 from __future__ import annotations
 
@@ -16,6 +17,7 @@ import casadi as ca
 from engine.joints import REGISTRY
 from engine.kernel.classes import HANDED, MOTION, pack_handed, pack_motion, unpack_handed, unpack_motion
 from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.parts.articulated import NARROW, narrowed
 from engine.parts.local import Numbers, PartSymbols, a_body, a_joint
 from engine.parts.one import SIGNATURE
 from engine.recursion.kinematics import Motion, Step, walk
@@ -26,24 +28,27 @@ from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
 POSE = 21
 """Numbers of a joint's pose: its inboard and outboard frame in the world (9 each, column-major) and s = p_out − p_in (3)."""
 PLACES = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort", "up",
-          "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq")  # fmt: skip
+          "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq", *NARROW)  # fmt: skip
 """What the functions are handed, in the order of their one argument."""
-FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved")
+FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved", "narrow", "pull",
+             "push")  # fmt: skip
 AT = {name: f"a[{i}]" for i, name in enumerate(PLACES)}
 
 
 @dataclass(frozen=True)
 class Carried:
-    """Which part: joint type, which way it is walked, freedoms whose motion is prescribed."""
+    """Which part: joint type, which way it is walked, freedoms whose motion is prescribed; rubbed: friction is found along the
+    recursion."""
 
     kind: str
     forward: bool
     driven: tuple[int, ...]
+    rubbed: bool = False
 
     @property
     def name(self) -> str:
         """Of its functions in C."""
-        return f"p_{self.kind}_{'out' if self.forward else 'in'}{''.join(map(str, ('', *self.driven)))}"
+        return f"p_{self.kind}_{'out' if self.forward else 'in'}{''.join(map(str, self.driven))}{'_rubbed' * self.rubbed}"
 
     @property
     def free(self) -> int:
@@ -61,6 +66,7 @@ class BodyPart:
     constants: int
     work: int
     kept: int
+    slim: int
 
 
 @cache
@@ -90,8 +96,11 @@ def body_part(which: Carried) -> BodyPart:
         Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
     ]  # fmt: skip
     more = [_column(art, step), _outward(art, step, 4), _outward(art, step, 5), *_balance(mass, motion, step)]
+    more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, FUNCTIONS.index("narrow")) if which.rubbed else []
     code = _emitted(which, [*ins, *[i for found, _ in more for i in found]], [*outs, *[o for _, found in more for o in found]])
-    return BodyPart(*_with_own_places(which, code.text), count.count, *code.kept[:3])
+    text, places = _with_own_places(which, code.text)
+    constants, work, kept = code.kept[:3]
+    return BodyPart(text, places, count.count, constants, work, kept, sum(code.kept[FUNCTIONS.index("narrow") :]))
 
 
 def _pose(step: Step) -> list[SX]:
@@ -134,20 +143,24 @@ def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], 
 
 def _with_own_places(which: Carried, text: str) -> tuple[str, dict[str, tuple[str, ...]]]:
     """The text with the places of each function numbered by themselves, and which these are."""
-    places, out = {}, []
-    for piece in re.split(r"(?=^void )", text, flags=re.MULTILINE):
-        found = re.match(rf"void {which.name}_(\w+)\(", piece)
-        if found:
-            used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]\[", piece)})
-            piece = re.sub(r"\ba\[(\d+)\]\[", lambda m, used=used: f"a[{used.index(int(m.group(1)))}][", piece)
-            places[f"{which.name}_{found.group(1)}"] = tuple(PLACES[i] for i in used)
-        out.append(piece)
+    places, out, pieces = {}, [], ""
+    for function in re.split(r"(?<=\n}\n)", text):
+        pieces += function
+        found = re.search(rf"^void {which.name}_(\w+)\(", function, re.MULTILINE)
+        if not found:
+            continue  # a piece of the one that follows
+        used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]\[", pieces)})
+        number = {str(i): n for n, i in enumerate(used)}
+        out.append(re.sub(r"\ba\[(\d+)\]\[", lambda m, number=number: f"a[{number[m.group(1)]}][", pieces))  # type: ignore[misc]
+        places[f"{which.name}_{found.group(1)}"] = tuple(PLACES[i] for i in used)
+        pieces = ""
     return "".join(out), places
 
 
 def _emitted(which: Carried, ins: list[Input], outs: list[Output]) -> Code:
-    keep = {"prepare": AT["constants"], "outward": AT["work"], "inward": AT["kept"]}
-    stages = [Stage(f"{which.name}_{f}", SIGNATURE, keep.get(f, "")) for f in FUNCTIONS]
+    keep = {"prepare": AT["constants"], "outward": AT["work"], "inward": AT["kept"], "narrow": AT["slim"]}
+    functions = FUNCTIONS if which.rubbed else FUNCTIONS[: FUNCTIONS.index("narrow")]
+    stages = [Stage(f"{which.name}_{f}", SIGNATURE, keep.get(f, "")) for f in functions]
     return emit([i for i in ins if i.symbol.numel()], [o for o in outs if _length(o)], stages)
 
 

@@ -10,10 +10,12 @@ import casadi as ca
 
 from engine.contact import REGISTRY, ContactElement
 from engine.contact.base import COMPONENTS
+from engine.joints import REGISTRY as REGISTRY_OF_JOINTS
 from engine.kernel.expressions import TOUCHING, angle, oriented, touches
 from engine.parts.body import POSE
 from engine.parts.local import Numbers, PartSymbols
 from engine.parts.one import Part, one
+from engine.parts.small import pinned_by
 from engine.recursion.elements import Element, laws, wrench
 from engine.recursion.reactions import pin_axes
 from engine.recursion.springs import complete_wrench, rubbed
@@ -105,6 +107,17 @@ def held(which: Rubbing, alone: bool) -> Part:
     ins = {"numbers": sym.p, "N": N, "u": u, "modes": sym.modes, "b": sym.b}
     outs = {"hold": values} | ({} if alone else {"dN": ca.vertcat(*rows)})
     return one(f"{which.name}_held{'_alone' if alone else ''}", ins, outs)
+
+
+@cache
+def grip(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...], free: tuple[int, ...]) -> Part:
+    """Pose of a joint, ∂law/∂N (a row a freedom) → ∂law/∂N ∂N/∂(reaction on the child) of the free freedoms (n×6)."""
+    reaction = SX.sym("N", 6)
+    pose, rows = pinned_by(kind, forward, pin_out, needs, reaction)
+    dN = SX.sym("dN", REGISTRY_OF_JOINTS[kind].nv, len(needs))
+    out = ca.sparsify(dN[list(free), :] @ ca.jacobian(rows, reaction)) if free else SX(0, 6)
+    words = [kind, "out" if forward else "in", "pin_out" if pin_out else "pin_in", *map(str, free), *needs]
+    return one("_".join(["g", *words]), {"pose": pose, "dN": ca.vec(dN)}, {"out": out})
 
 
 @cache

@@ -28,6 +28,7 @@ from engine.parts import functions
 from engine.parts.functions import write_contacts, write_shares
 from engine.parts.maps import Maps
 from engine.parts.probing import Probe
+from engine.parts.recursive import Recursive
 from engine.parts.rows import Rows
 from engine.parts.scene import Scene
 from engine.parts.stepping import Stepping
@@ -41,6 +42,8 @@ from engine.system.structure import System
 MACHINE = Path(__file__).with_name("machine.c")
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip
+RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
+"""Of trees with friction, too."""
 
 
 @dataclass
@@ -169,9 +172,12 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 def _kernel_table(
     system: System, parameters: int, quadratures: bool, active: Sequence[int], redundant: bool, keep: list[Any]
 ) -> tuple[Any, dict[str, int], Maps]:
-    s = Scene(system)
+    rubbed = bool(system.frictional) and not system.cuts
+    s = Scene(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)
     stepping = Stepping(s, quadratures, active, redundant)
+    if rubbed:
+        Recursive(stepping)
     functions.write(s, redundant)
     scene = _scene_table(s, keep)
     qkind, vkind, quat = coordinate_kinds(system)
@@ -188,9 +194,11 @@ def _kernel_table(
         "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
         "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
         "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
-        "nelements": len(elements), "npaces": len(paces), "ndn": dn, "sets": int(any(e.sets for e in stepping.parts)),
+        "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
+        "sets": int(any(e.sets for e in stepping.parts)),
     }  # fmt: skip
-    table = KERNEL.ctype(**sizes, scene=ctypes.addressof(scene), **_functions(FUNCTIONS))
+    names = [*FUNCTIONS, *(RECURSIVE if rubbed else ())]
+    table = KERNEL.ctype(**sizes, scene=ctypes.addressof(scene), **_functions(names))
     tables = {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
     for name, values in tables.items():
         array = np.array([*values, 0], np.intc)

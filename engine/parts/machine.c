@@ -153,6 +153,41 @@ void tr_parts_qdot(const double *y, const double *v, const double *c, double *dq
   walk(s, &s->qdot, base);
 }
 
+void tr_parts_begin(const double *x, const double *y, const double *c, double *w, double *maps, double *dy) {
+  const tr_scene *s = scene_of(c);
+  double t[s->begin.scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [MAPS] = maps, [DY] = dy, [T] = t);
+  walk(s, &s->begin, base);
+}
+
+void tr_parts_narrow(const double *c, double *w, const double *moves, const double *dn, double *pivots) {
+  const tr_scene *s = scene_of(c);
+  double t[s->narrow.scratch + 1];
+  BASES([C] = (double *)c, [W] = w, [U] = (double *)moves, [DN] = (double *)dn, [OUT] = pivots, [T] = t);
+  walk(s, &s->narrow, base);
+}
+
+void tr_parts_respond(const double *c, double *w, const double *less, double *n, double *borne, double *acc) {
+  const tr_scene *s = scene_of(c);
+  double t[s->respond.scratch + 1];
+  BASES([C] = (double *)c, [W] = w, [U] = (double *)less, [N] = n, [OUT] = borne, [A] = acc, [T] = t);
+  walk(s, &s->respond, base);
+}
+
+void tr_parts_answer(const double *c, double *w, const double *less, double *n, double *acc) {
+  const tr_scene *s = scene_of(c);
+  double t[s->answer.scratch + 1];
+  BASES([C] = (double *)c, [W] = w, [U] = (double *)less, [N] = n, [A] = acc, [T] = t);
+  walk(s, &s->answer, base);
+}
+
+void tr_parts_derive(const double *x, const double *y, const double *c, double *w, const double *z, double *dy) {
+  const tr_scene *s = scene_of(c);
+  double t[s->derive.scratch + 1];
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [Z] = (double *)z, [DY] = dy, [T] = t);
+  walk(s, &s->derive, base);
+}
+
 static void of_row(const tr_tape *tape, const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra,
                    double *out) {
   const tr_scene *s = scene_of(c);

@@ -118,16 +118,21 @@ def energies() -> Part:
     return one("b_energies", {"numbers": sym.p, "g": g, "motion": motion}, {"out": [kinetic, potential]}, ["out"])
 
 
+def pinned_by(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...], N: SX) -> tuple[SX, SX]:
+    """Symbols of a joint's pose, and the needed components of f_c, m_c as they follow from the reaction N (6) on its child."""
+    pose, none = SX.sym("pose", POSE), zeros(3)
+    Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
+    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, False, 0, forward)
+    return pose, pin_wrench(Step(joint, Ein, Eout, s, [], none, none, none, [], []), joint, N, needs)
+
+
 @cache
 def pin(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...]) -> Part:
     """Reaction N on the child (6), pose → the needed components of f_c, m_c."""
-    N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
-    Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
-    none = zeros(3)
-    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, False, 0, forward)
-    step = Step(joint, Ein, Eout, s, [], none, none, none, [], [])
+    N = SX.sym("N", 6)
+    pose, out = pinned_by(kind, forward, pin_out, needs, N)
     words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", "pin_out" if pin_out else "pin_in", *needs]
-    return one("_".join(["r", *words]), {"N": N, "pose": pose}, {"out": pin_wrench(step, joint, N, needs)})
+    return one("_".join(["r", *words]), {"N": N, "pose": pose}, {"out": out})
 
 
 @cache

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
 from engine.parts import closing, friction, small
-from engine.parts.blocks import Closed, Moving
+from engine.parts.blocks import Closed, Moving, Place
 from engine.parts.columns import Columns
 from engine.parts.maps import Maps
 from engine.parts.places import coordinate_rates, element_places
@@ -33,13 +33,12 @@ class Stepping:
         self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.parts), nrates, any_sets(s), shared)
         scene.multipliers = len(self.active)
         self.nw = 0
-        n = len(s.bodies)
         tape = scene.tape("stage1")
         self.moving = scene.outward(tape, self._w)
+        self.begun = Tape([*tape.code], tape.scratch)
         self.closed = scene.closed(tape, self.moving, self._w)
         self.kept = [self._w(p.kept) for p in scene.parts]
-        self.y, self.F = self._w(s.nv), [self._w(6) for _ in range(n)]
-        self._inward(tape)
+        self.y, self.F = self.write_inward(tape, [m.effort for m in self.moving], self._w)
         solved = self.maps.columns > 0
         if solved:
             self.columns = self._w(s.nv * self.maps.columns)
@@ -67,17 +66,24 @@ class Stepping:
         """A tree joint's part of numbers of all free rates."""
         return block.part(j.v0, len(j.free))
 
-    def _inward(self, tape: Tape) -> None:
+    def w_block(self, size: int) -> Block:
+        """Numbers that other functions of the kernel are handed, too."""
+        return self._w(size)
+
+    def write_inward(self, tape: Tape, efforts: Sequence[Block], place: Place | None = None) -> tuple[Block, list[Block]]:
+        """The pass inward with these forces along the joints' freedoms: y (nv) and the forces on each body (6)."""
         s, n = self.scene, len(self.system.bodies)
+        y, F = (place or tape.scratch_block)(self.system.nv), [(place or tape.scratch_block)(6) for _ in range(n)]
         handed = [tape.scratch_block(HANDED) for _ in range(n + 1)]
         for h in handed:
             tape.zero(h)
         for i in reversed(range(n)):
             m, j = self.moving[i], self.system.tree[i]
-            s.body_call(tape, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i], force=m.force, effort=m.effort,
-                        up=handed[s.parent(i)], y=self.own(self.y, j), F=self.F[i], known=m.known)  # fmt: skip
+            s.body_call(tape, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i], force=m.force, effort=efforts[i],
+                        up=handed[s.parent(i)], y=self.own(y, j), F=F[i], known=m.known)  # fmt: skip
+        return y, F
 
-    def _accelerate(
+    def accelerate(
         self, tape: Tape, y: Block, F: list[Block], function: str, bodies: Iterable[int], base: Block
     ) -> tuple[Block, list[Block], list[Block]]:
         """The pass outward from accelerations y: q̈ (nv), Ż and N of each body."""
@@ -95,11 +101,11 @@ class Stepping:
     def _known(self, tape: Tape) -> None:
         """N0, rates and Q0."""
         bodies = range(len(self.system.bodies))
-        qdd, Z, N = self._accelerate(tape, self.y, self.F, "accelerations", bodies, self.scene.base)
+        qdd, Z, N = self.accelerate(tape, self.y, self.F, "accelerations", bodies, self.scene.base)
         m = self.maps
+        self.write_rates(tape)
         for e in self.parts:
             j, nv, own = e.joint, e.joint.kind.nv, m.N(-1).part(e.n0, len(e.needs))
-            tape.copy(self.motion_of(j)[1].part(0, nv), Block(Space.MAPS, m.at("rates") + e.rate0, nv))
             held = m.Q(-1).part(e.eta[0], nv) if m.held else self.scene.zeros
             if j.cut:
                 self._known_of_cut(tape, e, Z, own, held)
@@ -111,7 +117,13 @@ class Stepping:
         if self.shares:
             ft = {j.name: self.transmitted(tape, j, N) for j in self.shares.joints}
             self.shares.write(tape, self.where(), self.moving, lambda j: ft[j.name], m.kappa(-1))
-        states = len(self.system.bristles)
+
+    def write_rates(self, tape: Tape) -> None:
+        """Rates of the freedoms of frictional joints and states of their laws."""
+        m, states = self.maps, len(self.system.bristles)
+        for e in self.parts:
+            nv = e.joint.kind.nv
+            tape.copy(self.motion_of(e.joint)[1].part(0, nv), Block(Space.MAPS, m.at("rates") + e.rate0, nv))
         at = m.at("rates") + m.nrates - states
         tape.copy(Block(Space.Y, self.system.nq + self.system.nv, states), Block(Space.MAPS, at, states))
 
@@ -157,14 +169,20 @@ class Stepping:
 
     def _derivative(self, tape: Tape) -> None:
         system, s = self.system, self.scene
-        nq, nv, nb = system.nq, system.nv, len(system.bristles)
+        nq, nv = system.nq, system.nv
         coordinate_rates(s, tape, Block(Space.Y, nq, nv), Block(Space.DY, 0, nq))
         y, count = self.y, self.maps.columns
         if count:
             y = tape.scratch_block(nv)
             tape.call(Builtin.COMBINE, [self.y, self.columns, Block(Space.Z, 0, count), y], [nv, count, nv])
         every = range(len(system.bodies))
-        qdd, Z, _ = self._accelerate(tape, y, [s.zeros for _ in every], "accelerations", every, s.base)
+        qdd, Z, _ = self.accelerate(tape, y, [s.zeros for _ in every], "accelerations", every, s.base)
+        self.write_derivative(tape, qdd, Z)
+
+    def write_derivative(self, tape: Tape, qdd: Block, Z: list[Block]) -> None:
+        """ẏ behind the coordinate rates, from accelerations."""
+        system, s = self.system, self.scene
+        nq, nv, nb = system.nq, system.nv, len(system.bristles)
         tape.copy(qdd, Block(Space.DY, nq, nv))
         rows = {row: i for i, row in enumerate(self.active)}
         N = s.balance(tape, self.moving, Z, self.closed, rows) if nb or any(j.driven for j in system.tree) else []

@@ -32,6 +32,8 @@ class Tables:
     """By which of these the text of a function is found."""
     tapes: dict[str, Tape] = field(default_factory=dict)
     nc: int = POINTER
+    rubbed: bool = False
+    """Friction is found along the recursion."""
     multipliers: int = 0
     """Multipliers of rows of cut joints in front of those of friction."""
 
@@ -100,7 +102,7 @@ class Tables:
 
     def _body(self, j: Joint) -> None:
         body = self.system.bodies[j.child]
-        which = Carried(j.kind_name, j.forward, j.driven)
+        which = Carried(j.kind_name, j.forward, j.driven, self.rubbed)
         part = body_part(which)
         point = j.inb_point if j.forward else j.out_point
         pitch = [] if j.pitch is None else [j.pitch]

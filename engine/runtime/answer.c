@@ -27,10 +27,11 @@ static inline void tr_begin_sum(int m, const double *first, double *out, double 
 }
 
 /* Adds the sizes of what the laws' answers are made of, once. */
-static void tr_size_laws(const tr_sim *s, tr_answer *it) {
+static void tr_size_laws(tr_sim *s, tr_answer *it) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
   if (it->sized) return;
+  tr_form_maps(s);
   tr_begin_sum(k->nn, map_N0(k, maps), it->N, it->N_size);
   tr_sum_up(k->nn, k->active, map_Nl(k, maps), z, it->N, it->N_size);
   tr_sum_up(k->nn, k->neta, map_Ne(k, maps), z + k->active, it->N, it->N_size);
@@ -48,6 +49,23 @@ static void tr_end_rates(const tr_sim *s, const tr_answer *it) {
       it->acc[pair->eta0 + j] += now, it->acc_size[pair->eta0 + j] += fabs(now);
     }
   }
+}
+
+/* The same of an answer that was found without maps: by the recursion with these frictions as forces. What accelerations are made of is
+ * known from those without any friction. */
+static void tr_form_answer_along(const tr_sim *s, tr_answer *it, int accelerates) {
+  const tr_kernel *k = s->k;
+  const double *eta = TR_A(s, z);
+  double less[k->neta];
+  it->sized = 0;
+  if (accelerates) {
+    memset(less, 0, sizeof less);
+    k->answer(TR_A(s, c), TR_A(s, w), less, it->N, it->acc_size);
+  }
+  for (int i = 0; i < k->neta; ++i) less[i] = -eta[i];
+  k->answer(TR_A(s, c), TR_A(s, w), less, it->N, it->acc);
+  k->laws_alone(it->N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, it->law, (double *)it->sliding);
+  for (int i = 0; i < k->neta && accelerates; ++i) it->acc_size[i] = fabs(it->acc_size[i]) + fabs(it->acc[i] - it->acc_size[i]);
 }
 
 /* Fills the answer. `accelerates`: its accelerations are asked for, of pairs that rest or are about to start. */

@@ -4,7 +4,7 @@
 #include "modes.h"
 #include "linalg.h"
 #include "least.c"
-#include "multipliers.c"
+#include "recursive.c"
 #include "rhs.c"
 #include "explicit.c"
 #include "singular.c"

@@ -27,7 +27,7 @@ static void tr_rates_of_state(tr_sim *s, int i, double *rates) {
   const double *from = TR_A(s, y) + s->k->nq + pair->v0;
   if (pair->v0 < 0) {
     tr_set_time(s, s->clock.t);
-    s->k->stage1(TR_A(s, x), TR_A(s, y), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, ytmp));
+    tr_maps_of(s, TR_A(s, y));
     from = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   }
   memcpy(rates, from, sizeof(double) * pair->nrates);
@@ -95,6 +95,10 @@ static void tr_note_modes(tr_sim *s) {
     s->friction.still += stuck;
   }
   if (!s->friction.still) return;
+  if (tr_hold_apart(s)) {
+    memset(TR_A(s, share), 0, sizeof(double) * e), memset(TR_A(s, impend), 0, sizeof(double) * k->nrates);
+    return;
+  }
   tr_without_loops(s, 1);
   for (int i = 0; i < e; ++i)
     if (row[i] == TR_ROW_STILL && tr_is_prescribed(s, i)) row[i] = TR_ROW_FREE;
@@ -103,6 +107,7 @@ static void tr_note_modes(tr_sim *s) {
 
 /* The equations of friction in the modes in force, at the state whose maps are in place, made ready for tr_newton. */
 static void tr_ready_equations(tr_sim *s) {
+  s->step.along = 0;
   if (s->k->sets) tr_note_modes(s);
   tr_without_loops(s, s->friction.still);
 }
@@ -112,14 +117,16 @@ static double tr_freedom_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;
   const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + k->active;
+  if (s->step.along) return TR_A(s, acc)[i];
   double acc = Q0[i];
   for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j];
   return acc;
 }
 
 /* The same from the maps as they are, λ included: also where nothing is held. size: the sum of the sizes of what it is made of. */
-static double tr_acceleration_sum(const tr_sim *s, int i, double *size) {
+static double tr_acceleration_sum(tr_sim *s, int i, double *size) {
   const tr_kernel *k = s->k;
+  tr_form_maps(s);
   const double *z = TR_A(s, z), *maps = TR_A(s, maps), *Ql = map_Ql(k, maps) + i, *Qe = map_Qe(k, maps) + i;
   double acc = map_Q0(k, maps)[i];
   *size = fabs(acc);
@@ -129,8 +136,9 @@ static double tr_acceleration_sum(const tr_sim *s, int i, double *size) {
 }
 
 /* The sum alone. */
-static double tr_acceleration_now(const tr_sim *s, int i) {
+static double tr_acceleration_now(tr_sim *s, int i) {
   double size;
+  if (s->step.along) return TR_A(s, acc)[i];
   return tr_acceleration_sum(s, i, &size);
 }
 
@@ -139,6 +147,7 @@ static double tr_acceleration_now(const tr_sim *s, int i) {
 static double tr_unrest(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;
+  tr_form_all(s);
   const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + k->active;
   double acc = Q0[i], size = fabs(Q0[i]);
   for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j], size += fabs(Qe[i + j * e] * eta[j]);
@@ -160,6 +169,11 @@ static int tr_solve_modes(tr_sim *s) {
   int a = k->active;
   if (tr_is_spent(s) || tr_gives_up(s, (double)(a + 1) * k->neta * (a + k->nn + k->neta))) return 0;
   tr_note_modes(s);
+  if (tr_recurs(s) && tr_newton_along(s, 0)) {
+    tr_holding(s);
+    return 1;
+  }
+  tr_form_maps(s);
   if (!tr_multipliers(s)) return 0;
   if (!s->friction.still) {
     double lam0[a + 1];

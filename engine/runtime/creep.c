@@ -60,7 +60,8 @@ static void tr_creep_freedoms(const tr_sim *s, tr_creeping *c) {
 }
 
 /* w₀: what the pairs accelerate without their own friction, that of the others as it is in place. */
-static void tr_creep_without(const tr_sim *s, tr_creeping *c) {
+static void tr_creep_without(tr_sim *s, tr_creeping *c) {
+  tr_form_all(s);
   const int e = s->k->neta;
   const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + s->k->active;
   double others[e];

@@ -70,17 +70,16 @@ static double tr_norm2(tr_sim *s, const double *e, const double *y, const double
   return sum + turns;
 }
 
-/* Put η where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two
- * leads. old: η at the start and at the last stage and the one before it, e each. */
-TR_INLINE void tr_lead_on(tr_sim *s, const double *node, int i, double *old) {
-  const int e = s->k->neta;
+/* Put x (e numbers) where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two
+ * leads. old: x at the start and at the last stage and the one before it, e each. */
+TR_INLINE void tr_lead_on(int e, double *x, const double *node, int i, double *old) {
   const double c = node[i], b = node[i - 1], a = i > 1 ? node[i - 2] : 0.0;
-  double *eta = TR_A(s, z) + s->k->active, *start = old, *now = old + e, *before = now + e;
-  tr_copy(e, i > 1 ? now : eta, before), tr_copy(e, eta, now);
-  if (i == 1) tr_copy(e, eta, start);
+  double *start = old, *now = old + e, *before = now + e;
+  tr_copy(e, i > 1 ? now : x, before), tr_copy(e, x, now);
+  if (i == 1) tr_copy(e, x, start);
   for (int j = 0; i > 1 && j < e; ++j) {
     double first = (now[j] - start[j]) / b, second = a > 0.0 && a != b ? (first - (before[j] - start[j]) / a) / (b - a) : 0.0;
-    eta[j] = start[j] + c * (first + (c - b) * second);
+    x[j] = start[j] + c * (first + (c - b) * second);
   }
 }
 
@@ -89,11 +88,12 @@ TR_INLINE void tr_lead_on(tr_sim *s, const double *node, int i, double *old) {
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), nv = n / 4;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
-  int e = s->k->neta;
-  double old[3 * e + 1];
+  const int e = s->k->neta, loads = s->k->begin ? s->k->nn : 0;
+  double old[3 * e + 1], loaded[3 * loads + 1];
   for (int i = 1; i < m->stages; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
-    if (e) tr_lead_on(s, m->c, i, old);
+    if (e) tr_lead_on(e, TR_A(s, z) + s->k->active, m->c, i, old);
+    if (loads) tr_lead_on(loads, TR_A(s, NN), m->c, i, loaded);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);

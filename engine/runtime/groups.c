@@ -120,7 +120,8 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, con
 }
 
 /* Acceleration of multiplier c[i]'s freedom without friction of the n multipliers c. */
-static double tr_unheld(const tr_sim *s, int n, const int *c, int i) {
+static double tr_unheld(tr_sim *s, int n, const int *c, int i) {
+  tr_form_all(s);
   int e = s->k->neta;
   const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + s->k->active;
   double acc = Q0[c[i]];
@@ -222,6 +223,7 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
 
 /* Redundant rest conditions: several stuck pairs that one freedom would move together. */
 static void tr_group(tr_sim *s) {
+  tr_form_all(s);
   const tr_kernel *k = s->k;
   int e = k->neta, *row = tr_row_kinds(s), left[e + 1], c[e + 1];
   const double *Qe = TR_A(s, Q) + e;

@@ -111,11 +111,19 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   if (k->nmore) tr_keep_open(s, V, Q, &least);
 }
 
+/* The maps of the state that was evaluated last, where that went without them (``recursive.c``). */
+static void tr_form_maps(tr_sim *s) {
+  if (s->step.mapped || !s->k->begin) return;
+  s->step.mapped = TR_MAPS_RAW;
+  s->k->stage1(TR_A(s, x), TR_A(s, yeval), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval));
+}
+
 /* q̈ of the sliding freedoms = Q0' + Qe' η with λ eliminated. */
 static void tr_held_maps(tr_sim *s, const double *lam0) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *Ql = map_Ql(k, maps), *T = TR_A(s, T);
   int a = k->active, e = k->neta;
+  s->step.mapped = TR_MAPS_HELD;
   double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
   memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
   memcpy(Qe, map_Qe(k, maps), sizeof(double) * e * e);
@@ -137,6 +145,8 @@ static void tr_held_maps(tr_sim *s, const double *lam0) {
 /* N' = N0' + Ne' η with λ eliminated; T = S⁺ Se. */
 static void tr_eliminate(tr_sim *s, double *lam0) {
   const tr_kernel *k = s->k;
+  tr_form_maps(s);
+  s->step.mapped = TR_MAPS_OF_LOADS, s->step.along = 0;
   const double *maps = TR_A(s, maps);
   int a = k->active, e = k->neta, n = k->nn;
   double *T = TR_A(s, T), *N0 = TR_A(s, Np), *Ne = N0 + n;

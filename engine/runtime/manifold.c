@@ -43,6 +43,7 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
   for (int i = 0; i < e; ++i) big = fmax(big, fabs(deta[i]));
   double up = big > 0.0 ? 1.0 / big : 0.0;
   memset(z, 0, sizeof z);
+  tr_form_maps(s);
   k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
   double base[n];
   memcpy(base, f, sizeof(double) * n);

@@ -19,9 +19,12 @@ static inline void tr_affine(int m, int n, const double *b, const double *A, con
   }
 }
 
+static void tr_form_all(tr_sim *s);
+
 /* The law at these frictions: N, law(N), its derivative and the sliding speeds, with λ eliminated (after tr_eliminate). */
 static void tr_law(tr_sim *s, const double *eta) {
   const tr_kernel *k = s->k;
+  tr_form_all(s);
   const double *N0 = TR_A(s, Np);
   double *N = TR_A(s, NN);
   tr_affine(k->nn, k->neta, N0, N0 + k->nn, eta, N);

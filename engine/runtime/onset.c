@@ -41,7 +41,8 @@ static int tr_starts_sliding(const tr_sim *s, int i) {
 }
 
 /* Surface acceleration of pair i too small to have a direction, at the solution in place. */
-static double tr_faint(const tr_sim *s, int i) {
+static double tr_faint(tr_sim *s, int i) {
+  tr_form_all(s);
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active, *Qe = TR_A(s, Q) + s->k->neta, *arm = TR_A(s, arm);
   double own = 0.0;

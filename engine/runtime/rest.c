@@ -43,7 +43,8 @@ static double tr_fastest(const tr_sim *s, const int *rest, int n) {
 
 /* Impulses of friction (deta, all multipliers) that stop the pairs `rest`: those of least norm where they depend on each other, none
  * along freedoms whose motion is prescribed. 0 when there are none. After tr_held_maps. */
-static int tr_stopping_impulses(const tr_sim *s, const int *rest, int n, double *deta) {
+static int tr_stopping_impulses(tr_sim *s, const int *rest, int n, double *deta) {
+  tr_form_all(s);
   const tr_kernel *k = s->k;
   int e = k->neta, c[e + 1], count = 0;
   const double *Qe = TR_A(s, Q) + e, *rates = map_rates(k, TR_A(s, maps));

@@ -88,8 +88,12 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_signa
 /* Make t the moment of the block's own signals. */
 static inline void tr_set_time(tr_sim *s, double t) { tr_signals_at(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
-/* Put the maps of the state y in place, at the moment whose signals are. */
-static void tr_maps_of(tr_sim *s, const double *y) { s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy)); }
+/* Put the maps of the state y in place, at the moment whose signals are; of a tree of parts they are formed when they are asked for. */
+static void tr_maps_of(tr_sim *s, const double *y) {
+  s->step.along = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW;
+  if (s->k->begin) tr_begin_along(s, y, TR_A(s, dyeval));
+  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+}
 
 /* The same at time t. */
 static void tr_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t), tr_maps_of(s, y); }
@@ -143,7 +147,13 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   double *w = TR_A(s, w), *maps = TR_A(s, maps);
   s->stats.rhs_evaluations++;
   tr_set_time(s, t);
+  if (tr_recurs(s) && tr_rhs_along(s, y, dy)) {
+    if (s->step.watch) tr_watch(s);
+    if (s->friction.still) tr_keep_still(s, dy);
+    return 1;
+  }
   k->stage1(x, y, c, w, maps, dy);
+  s->step.mapped = TR_MAPS_RAW, s->step.loaded = 1, s->step.along = 0;
   if (k->active + k->neta == 0) return 1;
   if (!tr_multipliers(s)) {
     s->step.trouble = tr_finite(k->nmaps, maps) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;

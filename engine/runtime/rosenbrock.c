@@ -29,6 +29,7 @@ static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double
 /* dz/d[y, t] (nz × (ny+1)) from the residual rows of the Jacobian: R_z dz = −R_y, with S factorised and dlaw/dN in place. choice: what
  * decides where redundant loops leave λ open, its rows behind R (0: the basic solution). */
 static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const tr_choice *choice, double *dz) {
+  tr_form_all(s);
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny + k->nquad, open = choice ? tr_open_count(s) : 0;
   const double *T = TR_A(s, T), *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);

@@ -42,6 +42,7 @@ static void tr_law_on_branches(tr_sim *s, const int *rest, int n) {
 /* What the turning of directions with accelerations adds to the Jacobian J (e×e) of the laws; size: of the accelerations of the pairs `rest`. Along
  * the direction friction is taken as it is, not as its law has it (as in ``creep.c``: else steps go to and fro where friction all but stops a pair). */
 static void tr_onset_slopes(tr_sim *s, const int *rest, int n, const double *size, double *J) {
+  tr_form_all(s);
   const tr_kernel *k = s->k;
   const int e = k->neta;
   const double *Qe = TR_A(s, Q) + e, *arm = TR_A(s, arm), *eta = TR_A(s, z) + k->active, length = tr_onset_length(s);

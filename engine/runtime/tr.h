@@ -19,6 +19,9 @@ typedef struct tr_clock {
   int status;              /* TR_OK while the run goes on */
 } tr_clock;
 
+/* Maps of a state: none yet (``recursive.c``); those of the kernel; from these those of loads, and of what may be held, without loops. */
+enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD };
+
 /* The step that is being made, and what steps remember from one to the next. */
 typedef struct tr_stepping {
   double h;            /* size the next trial step is to have, s; 0: to be found */
@@ -34,6 +37,9 @@ typedef struct tr_stepping {
   double margin;       /* of the state in `y`: how far the worst pair or stop is beyond its mode (``tr_beyond``); not a number: not known */
   double margin_end;   /* the same at the end of the last step that was made, or where modes were last decided */
   int far_known;       /* how far pairs are beyond their modes is known at the start of the step (``margin.c``) */
+  int mapped;          /* which maps of the state that was evaluated last are in place: TR_MAPS_… */
+  int along;           /* the multipliers in z were found without them, and `acc` and NN belong to them */
+  int loaded;          /* NN are the loads of a state that was evaluated */
   int watch;           /* the right-hand side notes how near pairs come to the end of their modes */
   int trouble;         /* why the last evaluation or projection failed: a status */
   int stiff_count, nonstiff_count, kink_count; /* steps in a row that speak for one method or the other (``tr_choose``) */
@@ -164,6 +170,8 @@ typedef struct tr_places {
   int wrap;         /* tr_memory of each column treated afterwards */
   int Q, rowk, lead, share; /* freedoms at rest: q̈ = Q0 + Qe η; how each is found (int); tr_leader each; shares */
   int bound, line;  /* int a pair: its class (``bound.c``), the multiplier it is named by and 1; 0: none; rates of the class */
+  int yeval, dyeval; /* friction along the recursion (``recursive.c``): the state evaluated last; */
+  int moves, dlaw, pivots, less, borne, acc; /* what of it the kernel is handed and hands back */
   int limit, dlimit; /* the law in that motion, and its derivative */
   int impend;       /* balls of such groups: unit axis of their turning in that motion, in the places of their rates */
   int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */

@@ -8,6 +8,7 @@
 #define LOOP_OPENS 1e-4
 #define FAINT_OPENING 1e-7 /* of length · rate² (rate²): a row of nothing else has no size of its own to be measured by */
 #define REST_MOVES 1e-4
+#define STANDS 1e-11       /* of the speed unit times the rate: no acceleration at all (as TOL_RESOLVE), where nothing is there to cancel */
 #define LAW_MISSED 1e-6    /* of what a law's answer is made of: near a ball's cone half of the digits are left */
 #define CONE_BROKEN 1e-7   /* of the friction ratio; pairs are let go at 1e-10 */
 #define BRANCH_MISSED 1e-6 /* of a kink's speed, of (sine)² of a ball's tilt */
@@ -68,7 +69,7 @@ static int tr_loops_open(const tr_sim *s, const double *maps, const double *z) {
 }
 
 /* Friction of pair i against its law, of which it is a part of element el's. */
-static int tr_law_missed(const tr_sim *s, int i, tr_answer *it) {
+static int tr_law_missed(tr_sim *s, int i, tr_answer *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
@@ -118,7 +119,7 @@ static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hol
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
-    if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e])) broken = TR_BREAKS_REST;
+    if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e] + STANDS * tr_speed_unit(s) * s->set.rate / TR_A(s, arm)[e])) broken = TR_BREAKS_REST;
   const double crawl = pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED * tr_speed_unit(s) : tr_creep(s);
   if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl)) broken = TR_BREAKS_REST;
   double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);
@@ -180,6 +181,12 @@ static int tr_broken(tr_sim *s, const double *y, const int *rest, int n) {
   double acc[2 * e], N[2 * m], law[e], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
   tr_answer it = {acc, acc + e, N, N + m, law, dn, sliding, 0};
+  if (!s->step.mapped && !(s->moreau.h > 0.0)) { /* what seems broken is looked at once more with the maps */
+    tr_form_answer_along(s, &it, rest || tr_any_stuck(s));
+    if (!tr_pairs_broken(s, &it, rest, n)) return broken;
+    tr_form_maps(s);
+  }
+  tr_form_maps(s);
   tr_form_answer(s, &it, rest || s->moreau.h > 0.0 || tr_any_stuck(s));
   return broken | tr_pairs_broken(s, &it, rest, n);
 }

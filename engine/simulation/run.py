@@ -19,6 +19,7 @@ from engine.scene.overrides import Given, scene_given
 from engine.scene.suggest import shown
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
+from engine.simulation.choosing import kernel_of
 from engine.simulation.result import Result
 from engine.simulation.settings import KERNELS, Run, described, settings_given
 from engine.simulation.stepping import OneRun, Progress
@@ -38,7 +39,8 @@ class Model:
         if problems := pattern_problems(everything, wanted):
             raise SceneError(problems)
         self.columns: list[Column] = select(everything, wanted)
-        self.build_seconds, self.kernel_kind = 0.0, kernel
+        self.build_seconds = 0.0
+        self.kernel_kind = kernel_of(self.built.system)[0] if kernel == KERNELS[0] else kernel
         self._load(redundant=False)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 

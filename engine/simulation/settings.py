@@ -16,8 +16,8 @@ from engine.scene.given import Amounts
 from engine.scene.model import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
-KERNELS = ("compiled", "parts")
-"""What evaluates a scene, the usual one first."""
+KERNELS = ("auto", "compiled", "parts")
+"""What evaluates a scene, the usual one first: by the structure (``choosing``)."""
 
 
 @dataclass(frozen=True)

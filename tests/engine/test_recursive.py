@@ -1,0 +1,101 @@
+"""Friction along the recursion is friction from maps: every evaluation, every run; its pivots tell the determinant's sign."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.parts.kernel import parts_kernel
+from engine.recursion.elements import elements
+from engine.scene.model import Scene
+from engine.simulation.block import Settings
+from engine.simulation.choosing import MANY, kernel_of
+from engine.simulation.run import Model, simulate
+from engine.system.build import build
+from tests.benchmarks.parts import chain
+from tests.engine.test_many_pairs import links
+from tests.engine.test_parts import State, called, tree
+
+TREES = (8, 9, 10, 15, 20, 25, 27)
+"""Seeds with friction in every joint type that has one, both ways, a driven one, and every law."""
+SAME = 1e-11
+"""Of the largest number: what Newton's method leaves (1e-15 of the largest friction), in accelerations of the lightest body."""
+
+
+def blocks(scene: Scene) -> list:
+    """A scene's blocks on parts and compiled, assembled."""
+    out = []
+    for kind in ("parts", "compiled"):
+        model = Model(scene, ("*.q[*]",), kind)
+        model.block.configure(Settings())
+        model.block.assemble(0.0)
+        out.append((model, model.block))
+    return out
+
+
+def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """ẏ and multipliers of both at a state, with the modes that its start decides there."""
+    found = []
+    for _, block in pairs:
+        block.y[: len(y)] = y
+        block.start(0.0, 1.0, 1.0, np.zeros(block.width))
+        found.append(block.evaluate())
+    return found
+
+
+@pytest.mark.parametrize("resting", [False, True])
+@pytest.mark.parametrize("seed", TREES)
+def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: bool) -> None:
+    """resting: every second rate is none, so that pairs stick where they can."""
+    pairs = blocks(tree(seed))
+    y, nq = pairs[0][1].y.copy(), pairs[0][0].kernel.sizes["nq"]
+    nv = pairs[0][0].kernel.sizes["nv"]
+    rng = np.random.default_rng(seed)
+    for _ in range(4):
+        y[nq : nq + nv] = rng.normal(size=nv) * (np.arange(nv) % 2 if resting else 1.0)
+        one, other = evaluated(pairs, y)
+        for found, expected in zip(one, other, strict=True):
+            assert np.abs(found - expected).max() <= SAME * max(np.abs(expected).max(), 1.0)
+
+
+@pytest.mark.parametrize("seed", TREES)
+def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(seed: int) -> None:
+    """det(E − law′ Ne), whose sign says which roots are followed."""
+    built = build(tree(seed))
+    made = parts_kernel(built.system, len(built.parameters.values), [], False)
+    table = made.tables["kernel"]
+    s, rng = State(built, table, seed), np.random.default_rng(seed)
+    c, w, maps, dy = (np.zeros(n + 64) for n in (table.nc, table.nw, table.nmaps, len(s.y)))
+    called(table, "prepare", s.p, c)
+    called(table, "stage1", s.x, s.y, c, w, maps, dy)
+    dn, moves = 0.1 * rng.normal(size=table.ndn + 8), np.ones(table.neta + 8)
+    with_it, without = np.zeros(table.nbodies + 1), np.zeros(table.nbodies + 1)
+    called(table, "narrow", c, w, moves, dn, with_it)
+    called(table, "narrow", c, w, moves, np.zeros_like(dn), without)
+    at = table.active * (table.active + table.neta + 1) + table.nn * (1 + table.active)
+    by_friction = maps[at : at + table.nn * table.neta].reshape(table.neta, table.nn).T
+    slopes, dn0 = np.zeros((table.neta, table.nn)), 0
+    for e in elements(built.system):
+        size = len(e.eta) * len(e.needs)
+        free = [k in e.joint.free for k in range(e.joint.kind.nv)]
+        block = dn[dn0 : dn0 + size].reshape(len(e.needs), len(e.eta)).T * np.array(free)[:, None]
+        slopes[e.eta[0] : e.eta[0] + len(e.eta), e.n0 : e.n0 + len(e.needs)] = block
+        dn0 += size
+    exact = np.linalg.det(np.eye(table.neta) - slopes @ by_friction)
+    ratio = np.prod(with_it[: table.nbodies] / without[: table.nbodies])
+    assert ratio == pytest.approx(exact, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("scene", [chain(5), links(4, 1, "spherical", apart=False), links(6, 2, "revolute", apart=False)])
+def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
+    one, other = (simulate(scene, until=0.4, every=0.1, rtol=1e-8, outputs=("*.q[*]",), kernel=k) for k in ("parts", "compiled"))
+    assert one.outcome.name == other.outcome.name == "done"
+    assert [(e.kind, e.joint) for e in one.events] == [(e.kind, e.joint) for e in other.events]
+    assert [e.time for e in one.events] == pytest.approx([e.time for e in other.events], abs=100 * 1e-8 * 0.4)
+
+
+def test_the_kernel_is_chosen_by_the_structure_alone_and_told() -> None:
+    few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
+    assert [kernel_of(build(s).system)[0] for s in (few, many)] == ["compiled", "parts"]
+    for scene, kind in ((few, "compiled"), (many, "parts")):
+        assert simulate(scene, until=0.01, outputs=("j0.q[1]",)).settings["kernel"] == kind
