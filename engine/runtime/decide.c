@@ -7,7 +7,7 @@
 
 #define DECIDE_MAX 40      /* pairs turned from one start: a search that has not ended by then goes round in circles */
 #define ENUMERATE_MAX 8    /* pairs whose combinations (3 each, 2 of several components) are all tried when the search fails, */
-#define MANY_WORK 3e9      /* multiplications (half a second) for the search by turns among more of them, where what was foreseen does not hold */
+#define MANY_WORK 6e8      /* multiplications (half a second) for the search by turns among more of them, where what was foreseen does not hold */
 #define ENUMERATE_WORK 100000 /* as long as they take no more iterations of Newton's method than this (a fifth of a second) */
 #define ONSET_SWEEPS 20    /* over the directions of several pairs that start to slide together */
 #define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are all tried to say whether there is one answer */
@@ -116,6 +116,7 @@ static int tr_settle_from(tr_sim *s, const int *rest, int n) {
 }
 
 #include "together.c"
+#include "at_once.c"
 
 /* Of the pairs at rest those that are decided by themselves: one of each class. Their number. */
 static int tr_decided_apart(const tr_sim *s, const int *rest, int n, int *apart) {
@@ -210,7 +211,7 @@ static int tr_decide_by_turns(tr_sim *s, const int *rest, int n, int released, c
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
   double *eta = TR_A(s, z) + s->k->active;
-  if (tr_settle_together(s, rest, n)) return 1;
+  if (tr_settle_at_once(s, rest, n) || tr_settle_together(s, rest, n)) return 1;
   s->friction.work = s->stats.newton_iterations + s->stats.creeps + (long)(MANY_WORK / pow(s->k->neta, 3.0));
   int found = tr_settle_from(s, rest, n);
   if (!found) {
@@ -236,7 +237,7 @@ static int tr_decide(tr_sim *s, const int *rest, int n, int released) {
   }
   s->friction.kept = TR_KEEPS_NONE;
   if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
-  return tr_decide_by_turns(s, rest, n, released, old) || tr_enumerate(s, rest, n, 1) > 0;
+  return tr_decide_by_turns(s, rest, n, released, old) || tr_settle_at_once(s, rest, n) || tr_enumerate(s, rest, n, 1) > 0;
 }
 
 /* Note when other modes of these pairs, `most` of them at most, would have done as well: then the motion is not determined by the law. */

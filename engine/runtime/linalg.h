@@ -3,6 +3,7 @@
 #define TR_LINALG_H
 #include <math.h>
 #include <string.h>
+#include "vec.h"
 
 /* Compiled for the size it is called with: a constant size leaves no loop. */
 #define TR_SIZED static inline __attribute__((always_inline))
@@ -116,6 +117,67 @@ TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
   return 1;
 }
 
+#define TR_LU_WIDE 4   /* columns whose multiples are taken from a column at once: it is read and written a quarter of the times */
+#define TR_LU_LARGE 16 /* so large a matrix is worth that */
+
+/* Columns k to `end` of a matrix whose columns before are done: their pivots, and what they take from each other; rows are exchanged in these alone. */
+static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
+  for (int c = k; c < end; ++c) {
+    double *column = A + (size_t)c * n;
+    int m = c;
+    for (int i = c + 1; i < n; ++i)
+      if (fabs(column[i]) > fabs(column[m])) m = i;
+    perm[c] = m;
+    if (!(fabs(column[m]) > TR_NO_PIVOT)) return 0;
+    for (int j = k; j < end && m != c; ++j) {
+      double *other = A + (size_t)j * n, a = other[c];
+      other[c] = other[m], other[m] = a;
+    }
+    const double inv = 1.0 / column[c];
+    for (int i = c + 1; i < n; ++i) column[i] *= inv;
+    for (int j = c + 1; j < end; ++j) {
+      double *other = A + (size_t)j * n;
+      const double a = other[c];
+      for (int i = c + 1; i < n; ++i) other[i] = tr_less(other[i], column[i], a);
+    }
+  }
+  return 1;
+}
+
+/* What columns k to k + 4 take from another one, `to`, in the order in which they would one by one. */
+static inline void tr_lu_take(int n, int k, const double *A, double *to) {
+  const double *L0 = A + (size_t)k * n, *L1 = L0 + n, *L2 = L1 + n, *L3 = L2 + n, a = to[k], b = to[k + 1] = tr_less(to[k + 1], L0[k + 1], a);
+  const double c = to[k + 2] = tr_less(tr_less(to[k + 2], L0[k + 2], a), L1[k + 2], b);
+  const double d = to[k + 3] = tr_less(tr_less(tr_less(to[k + 3], L0[k + 3], a), L1[k + 3], b), L2[k + 3], c);
+  int i = k + TR_LU_WIDE;
+  for (; i + 4 <= n; i += 4) {
+    tr_vec sum = *(tr_vec *)(to + i);
+    sum -= *(const tr_vec *)(L0 + i) * a;
+    sum -= *(const tr_vec *)(L1 + i) * b;
+    sum -= *(const tr_vec *)(L2 + i) * c;
+    *(tr_vec *)(to + i) = sum - *(const tr_vec *)(L3 + i) * d;
+  }
+  for (; i < n; ++i) to[i] = tr_less(tr_less(tr_less(tr_less(to[i], L0[i], a), L1[i], b), L2[i], c), L3[i], d);
+}
+
+/* The same of a large matrix, four columns at a time. */
+static int tr_lu_large(int n, double *A, int *perm) {
+  for (int k = 0; k < n; k += TR_LU_WIDE) {
+    const int end = k + TR_LU_WIDE < n ? k + TR_LU_WIDE : n;
+    if (!tr_lu_panel(n, k, end, A, perm)) return 0;
+    for (int j = 0; j < n; ++j) {
+      double *to = A + (size_t)j * n;
+      if (j >= k && j < end) continue;
+      for (int c = k; c < end; ++c) {
+        const double a = to[c];
+        to[c] = to[perm[c]], to[perm[c]] = a;
+      }
+      if (j >= end) tr_lu_take(n, k, A, to);
+    }
+  }
+  return 1;
+}
+
 /* The same; the sizes that small mechanisms have, of friction and of the stiff method, are compiled by themselves. */
 static int tr_lu(int n, double *A, int *perm) {
   switch (n) {
@@ -124,7 +186,7 @@ static int tr_lu(int n, double *A, int *perm) {
     case 4: return tr_lu_sized(4, A, perm);
     case 6: return tr_lu_sized(6, A, perm);
     case 8: return tr_lu_sized(8, A, perm);
-    default: return tr_lu_sized(n, A, perm);
+    default: return n < TR_LU_LARGE ? tr_lu_sized(n, A, perm) : tr_lu_large(n, A, perm);
   }
 }
 

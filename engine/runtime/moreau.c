@@ -44,7 +44,7 @@ static int tr_settle_as_moving(tr_sim *s, const int *rest, int n) {
 
 /* Modes and friction of a step over h of the pairs `rest` (n), whose directions are not frozen. */
 static int tr_moreau_decides(tr_sim *s, const int *rest, int n, double h) {
-  if (tr_are_many(s, rest, n)) return tr_settle_together(s, rest, n);
+  if (tr_are_many(s, rest, n)) return tr_settle_at_once(s, rest, n) || tr_settle_together(s, rest, n);
   return tr_settle_from(s, rest, n) || tr_settle_as_moving(s, rest, n) || (h <= s->moreau.decides && tr_decide(s, rest, n, -1));
 }
 
