@@ -5,6 +5,7 @@
 #include "modes.h"
 
 #define MOREAU_EVENTS 40   /* events in as many first steps (``tr_moreau_step``): they accumulate */
+#define MOREAU_PAIRS 8     /* pairs of which so many events are: of more of them there are as many more in any case */
 #define MOREAU_STAY 400    /* steps before locating events is tried again */
 #define LEAST_IMPULSE 1e-3 /* of rtol / rate: in so short a time nothing but an impact changes a speed by more than the tolerance */
 #define HALF_OF_IT 0.5     /* of the change over a step: by so much its halves do not differ where speeds change with time */
@@ -210,7 +211,7 @@ static void tr_hand_over(tr_sim *s) {
     if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_AUTO_TIGHT, s->step.have_k1 = s->step.have_jac = 0;
     return;
   }
-  if (s->stats.events - s->moreau.burst_events < MOREAU_EVENTS) return;
+  if (s->stats.events - s->moreau.burst_events < MOREAU_EVENTS * ((s->k->nsliders + MOREAU_PAIRS - 1) / MOREAU_PAIRS)) return;
   if (s->clock.t - s->moreau.burst_t < MOREAU_EVENTS * tr_moreau_step(s)) {
     s->step.method = TR_AUTO_ACCUMULATING, s->moreau.steps = s->moreau.calm = s->step.aside = 0;
     s->step.h = tr_moreau_step(s), s->step.err_old = 0.0;

@@ -32,7 +32,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(bound, pairs); TR_PLACE(past, PAST * pairs); TR_PLACE(ends, pairs); TR_PLACE(line, e); TR_PLACE(impend, k->nrates); TR_PLACE(limit, e); TR_PLACE(dlimit, k->ndn);
   TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs); TR_PLACE(far, 3 * (pairs + k->nstops));
   const int along = k->begin != 0;
-  TR_PLACE(yeval, along * n); TR_PLACE(dyeval, along * n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
+  TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
   TR_PLACE(pivots, along * k->nbodies); TR_PLACE(less, along * e); TR_PLACE(borne, along * e); TR_PLACE(acc, along * e);
   TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
   int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa + k->nmore) * (ny + 1 + nz);

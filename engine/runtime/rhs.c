@@ -88,11 +88,12 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_signa
 /* Make t the moment of the block's own signals. */
 static inline void tr_set_time(tr_sim *s, double t) { tr_signals_at(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
-/* Put the maps of the state y in place, at the moment whose signals are; of a tree of parts they are formed when they are asked for. */
+/* Put the maps of the state y in place, at the moment whose signals are; of a tree of parts they are formed when they are
+ * asked for. What is known of ẏ stays: a large tree puts its own there. */
 static void tr_maps_of(tr_sim *s, const double *y) {
   s->step.along = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW;
   if (s->k->begin) tr_begin_along(s, y, TR_A(s, dyeval));
-  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dy));
+  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval));
 }
 
 /* The same at time t. */
