@@ -2,14 +2,9 @@
 #include "modes.h"
 
 #define ANOTHER_ROOT 0.1     /* of the friction: by less it changes over a first step, by more where roots are many */
-#define CHATTER_MAX 12       /* events in a row at one time: after that a step is made without looking for more */
-#define GROW_FIXED 2.0       /* where fixed steps have been made in parts, the parts grow by this */
-#define LEAST_PART 1e-4      /* of a fixed step in which friction cannot be followed (sliding of several components that ends inside
-                                it): it is made in parts not smaller than this */
 #define RESUMED_MOST 2       /* of the pairs: so many failures are passed at one time, the last half of them by impacts alone */
 #define STALL_TIME 1e-9         /* of 1/rate: what so many trial steps must get on by; steps at round-off of the time end sooner */
 #define STALL_TRIALS 20000      /* a second of work at most; onsets and captures take a hundred */
-#define LEFT_OVER 1e-10         /* of what is left to the limit: no step leaves so little */
 
 /* The time up to which the next step may reach: the target, or a break of the signals in front of it. */
 static double tr_limit_time(const tr_sim *s, double target) {
@@ -76,103 +71,6 @@ static void tr_step_aside(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_chooses(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* Why the last trial step towards ynew was refused. */
-static int tr_fault(const tr_sim *s, double err, const double *ynew) {
-  if (err == err) return TR_FAIL_STEP;
-  if (s->step.trouble != TR_OK) return s->step.trouble;
-  return s->k->neta && tr_finite(s->ny + s->k->nquad, ynew) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
-}
-
-/* A trial step: how long it is, whether it reaches the limit of the call, and what came of it. */
-typedef struct tr_trial {
-  double h, end;   /* its length and the time of its end, s */
-  int last;        /* it ends at the limit */
-  double err;      /* its error, 1 at the tolerance; not a number: it is of no use */
-  int found, which; /* what a search for events found in it, of which pair or stop, and where */
-  double theta;
-} tr_trial;
-
-/* The length of the next trial step: two equal ones rather than a long one and a sliver in front of the limit. */
-TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
-  const double fixed = s->set.hfixed, left = limit - s->clock.t;
-  tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
-  trial.h = fixed > 0.0 && !s->k->sets ? fixed : fmin(s->step.h, fixed > 0.0 ? fixed : s->set.hmax);
-  trial.last = trial.h >= left * (1.0 - LEFT_OVER);
-  if (trial.last) trial.h = left;
-  else if (trial.h > 0.5 * left && fixed <= 0.0) trial.h = 0.5 * left;
-  trial.end = trial.last ? limit : s->clock.t + trial.h;
-  return trial;
-}
-
-/* What becomes of a trial step within the tolerance: it is brought back onto the manifold, evaluated at its end and searched for events. */
-TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
-  const int n = tr_width(s), live = s->ny + s->k->nquad;
-  double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
-  s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
-  tr_copy(n, TR_A(s, y), TR_A(s, yold));
-  if (m->kind == TR_IMPLICIT && s->k->naudit) tr_works_middle(s, m->rosenbrock);
-  if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
-    trial->err = NAN;
-  else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
-    s->step.margin_end = NAN;
-    tr_note_end(s);
-    const int broken = tr_broken(s, ynew, 0, 0);
-    tr_audit_look(s);
-    if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
-    if (broken && trial->found == TR_NO_EVENT) {
-      if (tr_another_end(s, broken, trial->end, ynew, slope)) tr_audit_look(s);
-      else trial->err = NAN;
-    }
-  }
-  if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
-}
-
-/* Make the trial step. TR_OK, or TR_NEED_JACOBIAN. */
-TR_INLINE int tr_try(tr_sim *s, const tr_method *m, tr_trial *trial) {
-  tr_moment_of(s)->inside = s->clock.t + 0.5 * trial->h;
-  s->step.watch = s->set.locate && s->k->nsliders > 0;
-  s->step.trouble = TR_OK;
-  trial->err = m->kind == TR_IMPLICIT ? tr_step_rosenbrock(s, m->rosenbrock, trial->h) : tr_step_explicit(s, m->explicit, trial->h);
-  if (s->clock.status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
-  if (trial->err <= 1.0) tr_examine(s, m, trial);
-  s->step.watch = 0;
-  return TR_OK;
-}
-
-/* An accepted trial step waits to be completed. `most`: by how much the next one may be longer. */
-TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, double most) {
-  const tr_kernel *k = s->k;
-  const int event = trial->found == TR_FOUND;
-  tr_waiting *wait = &s->pending;
-  s->stats.steps++;
-  wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
-  wait->captured = 0;
-  wait->theta = trial->theta, wait->which = trial->which, wait->h = trial->h, wait->cut = trial->last;
-  wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
-  wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);
-  if (event) {
-    tr_sharpen_pending(s);
-    return;
-  }
-  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
-  if (k->sets) s->friction.capture = tr_ends_sliding(s);
-  if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
-  if (m->kind == TR_IMPLICIT && k->naudit) tr_works_dense(s);
-  tr_audit_step(s, trial->end, TR_A(s, ynew));
-}
-
-/* Go back to the start of the step after a refused trial, for a smaller one: TR_OK, or why there is none. */
-TR_INLINE int tr_refuse(tr_sim *s, const tr_method *m, const tr_trial *trial) {
-  const double err = trial->err;
-  s->stats.rejected++;
-  tr_copy(s->k->active + s->k->neta, TR_A(s, zold), TR_A(s, z));
-  tr_forget_extremes(s);
-  s->step.h = err == err ? trial->h * tr_factor_of(err, m->order, RETRY_MOST) : SHRINK_MOST * trial->h;
-  const int parts = s->set.hfixed > 0.0 && (!s->k->sets || s->step.h < LEAST_PART * s->set.hfixed);
-  const int lost = s->step.h <= s->set.hmin + TIME_ROUND_OFF * fabs(s->clock.t);
-  return parts || lost ? tr_fault(s, err, TR_A(s, ynew)) : TR_OK;
-}
-
 /* Make one acceptable trial step towards `limit`; the result waits as `pending`. */
 static int tr_attempt(tr_sim *s, double limit) {
   if (tr_method_of(s)->kind == TR_IMPULSES) return tr_attempt_moreau(s, limit);
@@ -185,16 +83,21 @@ static int tr_attempt(tr_sim *s, double limit) {
     s->pending.kind = TR_STEP_TO_EVENT;
     return TR_OK;
   }
+  tr_trial trial = tr_trial_towards(s, limit);
   for (double most = GROW_MOST;; most = 1.0) { /* a step after a refused one does not grow */
-    tr_trial trial = tr_trial_towards(s, limit);
     code = tr_try(s, m, &trial);
     if (code != TR_OK) return code;
-    if (trial.err <= 1.0) {
+    if (trial.err <= 1.0 && !tr_is_cut(s, &trial)) {
       tr_accept(s, m, &trial, most);
       return TR_OK;
     }
+    if (trial.err <= 1.0) {
+      tr_step_to_event(s, &trial);
+      continue;
+    }
     code = tr_refuse(s, m, &trial);
     if (code != TR_OK) return code;
+    trial = tr_trial_towards(s, limit);
   }
 }
 

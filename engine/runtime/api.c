@@ -53,6 +53,7 @@ TR_RARE
 TR_OFTEN
 #include "before.c"
 #include "finish.c"
+#include "trial.c"
 #include "advance.c"
 
 TR_RARE

@@ -58,6 +58,10 @@ def run(seed: int, method: str, rtol: float) -> Result:
         (128, 0.17, [("rk5", 1e-6)]),
         # where friction grows without bound on the last of a way to rest, the pair stops at any tolerance, and nothing folds
         (54, 1.0, [("auto", 1e-7), ("rk8", 1e-9), ("rk5", 1e-6)]),
+        # what is found inside a long step is known less well than its end: times were off by 180 to 250 x rtol x duration
+        (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
+        (6, 1.0, [("rk5", 1e-9), ("rosenbrock", 1e-9)]),
+        (92, 1.0, [("rk8", 1e-9), ("auto", 1e-9)]),
     ],
 )
 def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, settings: list[tuple[str, float]]) -> None:
