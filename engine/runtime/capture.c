@@ -94,6 +94,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   tr_mode modes[s->k->nsliders + 1];
   double change[nv + 1], unit[nv + 1];
   const double margin = s->events.margin;
+  const int unsure = s->events.unsure;
   int events = s->events.count;
   long refused = s->stats.refused;
   tr_keep_modes(s, modes);
@@ -106,7 +107,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
     has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
   }
   tr_put_modes(s, modes);
-  s->events.count = events, s->events.margin = margin, s->stats.refused = refused;
+  s->events.count = events, s->events.margin = margin, s->events.unsure = unsure, s->stats.refused = refused;
   tr_note_modes(s);
   return has;
 }

@@ -5,6 +5,10 @@
 #define CLOSE_STEP 1e-3 /* of θ: the first step of the secants that find an event again, */
 #define CLOSE_TIMES 8   /* which are so many at most, */
 #define CLOSE_FAR 0.25  /* of the step: what the step's error can move it by; farther on it is another event */
+#define LET_GO_AS_ONE 1.0 /* × the tolerance, of 1/rate: pairs that are let go within that are let go at once; far below what times may be off by */
+#define LET_GO_FIRST 1e-4 /* of that: so soon it is looked first, */
+#define LET_GO_GROWS 10.0 /* then so many times later */
+#define LET_GO_NEAR 1e-4 /* of the friction ratio: what is farther from that is not looked at */
 #define CLOSE_ENOUGH 10.0 /* down to so many tolerances of the event */
 
 /* Sliding speed of a pair that moves on a line, m/s, along the direction it had (`change`: its rate of change), at the state just solved. */
@@ -77,11 +81,42 @@ static void tr_close_event(tr_sim *s, int i) {
   s->pending.theta = was, s->pending.t = s->step.t0 + was * s->step.size;
 }
 
+/* Stuck pairs that are asked for more than they can hold at θ, a tolerance or more; loops closed. −1: no answer there. */
+static int tr_let_go_at(tr_sim *s, int i, double theta) {
+  int count = 0;
+  const double worst = tr_closed_violation(s, i, theta);
+  if (worst != worst) return -1;
+  for (int j = 0; j < s->k->nsliders; ++j) count += tr_is_set(s, j) && tr_is_stuck(s, j) && tr_violation(s, j, 0) > 0.0;
+  return count;
+}
+
+/* Pairs that would be let go so soon after pair i that no times are told from each other are let go with it, at the time of the last: in what is
+ * symmetric they are let go at once, and the step's error parts them. */
+static void tr_let_go_as_one(tr_sim *s, int i) {
+  int near = 0;
+  const int nz = s->k->active + s->k->neta;
+  double z[nz + 1];
+  if (s->friction.shares) return; /* followed to and fro they may be shared otherwise */
+  tr_copy(nz, TR_A(s, z), z);
+  const double most = LET_GO_AS_ONE * s->set.rtol / s->set.rate / s->step.size;
+  const int now = tr_let_go_at(s, i, s->pending.theta);
+  for (int j = 0; j < s->k->nsliders; ++j)
+    near += j != i && tr_is_set(s, j) && tr_is_stuck(s, j) && tr_violation(s, j, 0) > -LET_GO_NEAR / TOL_RELEASE && tr_violation(s, j, 0) <= 0.0;
+  for (double part = LET_GO_FIRST; near && now >= 0 && part <= 1.0; part *= LET_GO_GROWS) {
+    const double theta = s->pending.theta + part * most;
+    if (theta > 1.0 || tr_let_go_at(s, i, theta) <= now) continue;
+    s->pending.theta = theta, s->pending.t = s->step.t0 + theta * s->step.size;
+    return;
+  }
+  tr_copy(nz, z, TR_A(s, z));
+}
+
 /* The pending step's event moved to its sharpened time, so that rows up to it are its own. */
 static void tr_sharpen_pending(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
   const int i = s->pending.which;
   if (s->k->active && i < s->k->nsliders && tr_is_set(s, i) && (tr_is_stuck(s, i) || tr_moving_ball(s, i))) tr_close_event(s, i);
+  if (i < s->k->nsliders && tr_is_set(s, i) && tr_is_stuck(s, i)) tr_let_go_as_one(s, i);
   if (!tr_needs_sharpening(s, s->pending.which)) return;
   tr_dense_state(s, s->pending.theta, ye);
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return;

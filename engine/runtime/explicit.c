@@ -70,6 +70,19 @@ static double tr_norm2(tr_sim *s, const double *e, const double *y, const double
   return sum + turns;
 }
 
+/* Errors of the speeds of pairs whose rates are states, by the errors e of a trial step, `part` of which count (``margin.c``). */
+static void tr_note_strays(tr_sim *s, const double *e, double part) {
+  for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    double sum = 0.0;
+    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) {
+      const double d = TR_A(s, arm)[pair->eta0 + j] * e[s->k->nq + pair->v0 + j];
+      sum += d * d;
+    }
+    TR_A(s, stray)[i] = pair->v0 < 0 || tr_is_stuck(s, i) ? 0.0 : part * sqrt(sum);
+  }
+}
+
 /* Put x (e numbers) where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two
  * leads. old: x at the start and at the last stage and the one before it, e each. */
 TR_INLINE void tr_lead_on(int e, double *x, const double *node, int i, double *old) {
@@ -102,10 +115,12 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   double work = tr_work_unit(s, h, y);
   m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
   double first = tr_norm2(s, tmp, y, ynew, work);
+  tr_note_strays(s, tmp, 1.0);
   if (m->errors == 1) return sqrt(first);
   double *other = TR_A(s, yout); /* two estimators together are of a higher order than either */
   m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
   double den = first + SECOND_WEIGHT * tr_norm2(s, other, y, ynew, work);
+  if (den > 0.0) tr_note_strays(s, tmp, sqrt(first / den));
   return den > 0.0 ? first / sqrt(den) : (first == 0.0 ? 0.0 : NAN);
 }
 

@@ -30,7 +30,8 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(kap, o ? o->nkappa * (2 + rows) : 0); TR_PLACE(gram, tr_least_size(rows));
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(rowk, e); TR_PLACE(lead, 2 * e); TR_PLACE(share, e);
   TR_PLACE(bound, pairs); TR_PLACE(past, PAST * pairs); TR_PLACE(ends, pairs); TR_PLACE(line, e); TR_PLACE(impend, k->nrates); TR_PLACE(limit, e); TR_PLACE(dlimit, k->ndn);
-  TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs); TR_PLACE(far, 3 * (pairs + k->nstops));
+  TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(arm, e); TR_PLACE(vmin, pairs); TR_PLACE(stray, 2 * pairs);
+  TR_PLACE(far, 3 * (pairs + k->nstops));
   const int along = k->begin != 0;
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
   TR_PLACE(pivots, along * k->nbodies); TR_PLACE(less, along * e); TR_PLACE(borne, along * e); TR_PLACE(acc, along * e);

@@ -5,6 +5,7 @@
 
 #define OWN_ERROR 10.0   /* × the tolerance: what a run's states may be off by, in their units (as LAW_PART of the audit) */
 #define SLOW 0.01        /* of its unit in the whole run: what crosses slower is moved by one tolerance by more than times may be off */
+#define STRAYS_LEAST 1e-3 /* of the run's own error: no speed is known better, whatever the errors of steps say (others stray as well) */
 #define CLEAR 1.0        /* the largest margin: a pair without load, a threshold that is gone far beyond */
 #define LET_GO_WITH 1e-6 /* of the friction ratio: pairs that carry the same share as the one that is let go go with it, not by chance */
 #define ENOUGH 0.01      /* of the friction ratio: an estimate of a margin that is larger will do */
@@ -12,6 +13,12 @@
 
 /* What the run's states may be off by, relative to their units. */
 static double tr_own_error(const tr_sim *s) { return OWN_ERROR * tr_audit_tolerance(s); }
+
+/* The step just accepted adds to what the speeds of pairs may be off by: errors of steps have either sign. */
+static void tr_strays(tr_sim *s) {
+  double *trial = TR_A(s, stray), *sum = trial + s->k->nsliders;
+  for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) sum[i] = hypot(sum[i], trial[i]);
+}
 
 /* How far pairs and stops are beyond their modes (``tr_violation``): as last looked at, at the start and at the end of the step. */
 enum { TR_NOW, TR_AT_START, TR_AT_END };
@@ -31,6 +38,15 @@ static double tr_own_speed(const tr_sim *s, int i) {
   return most * s->set.rate;
 }
 
+/* Part of the run's own error by which what decides the event of `which` may be off: of the end of sliding what the errors of its steps in that
+ * speed come to, where they are known. What moves little beside others, in steps that are short for other reasons, is known much better. */
+static double tr_stray_part(const tr_sim *s, int which) {
+  if (which >= s->k->nsliders || !tr_is_set(s, which) || tr_is_stuck(s, which) || tr_moving_ball(s, which)) return 1.0;
+  if (tr_pair_of(s, which)->v0 < 0) return 1.0;
+  const double off = OWN_ERROR * TR_A(s, stray)[s->k->nsliders + which] / tr_own_speed(s, which);
+  return fmin(1.0, fmax(off / tr_own_error(s), STRAYS_LEAST));
+}
+
 /* What one tolerance of the event of `which` is in the unit that its margin has: friction ratio, speed unit, length, sine². */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
@@ -40,21 +56,23 @@ static double tr_margin_unit(const tr_sim *s, int which) {
 }
 
 /* The crossing that cuts the step short decides what is told next: from how far `which` was beyond its mode at the step's start, is where it was
- * to end, and from their parabola through nothing in between. Its margin is by how much it goes beyond at most. */
+ * to end, and from their parabola through nothing in between. Its margin is by how much it goes beyond at most: not where that is bent by less
+ * than a tolerance of the event. */
 static void tr_crosses(tr_sim *s, int which) {
   const double at = s->pending.theta, left = 1.0 - at, unit = tr_margin_unit(s, which);
   const double start = tr_far(s, TR_AT_START)[which] * unit, end = tr_far(s, TR_AT_END)[which] * unit;
   const int before = s->step.far_known && at > LEAST_STRETCH && start < 0.0, beyond = left > LEAST_STRETCH && end == end;
-  s->events.margin = CLEAR, s->events.slow = 0;
+  s->events.margin = CLEAR, s->events.unsure = 0;
   if (s->pending.captured || !(before || beyond)) return;
   const double first = before ? -start / at : end / left, second = beyond ? end / left : first;
   const double slope = first + (second - first) * at, bend = 2.0 * (second - first);
-  if (bend < 0.0) s->events.margin = fmin(CLEAR, fmax(0.5 * slope * slope / -bend, end));
-  s->events.slow = fabs(slope) / s->step.size * fmax(s->clock.stop - s->clock.start, 1.0 / s->set.rate) < SLOW;
+  if (bend < -unit) s->events.margin = fmin(CLEAR, fmax(0.5 * slope * slope / -bend, end));
+  const double part = tr_stray_part(s, which), gone = fabs(slope) / s->step.size * fmax(s->clock.stop - s->clock.start, 1.0 / s->set.rate);
+  s->events.unsure = s->events.margin < part * tr_own_error(s) || gone < SLOW * part;
 }
 
 /* Nothing close decides what is told next. */
-static void tr_is_clear(tr_sim *s) { s->events.margin = CLEAR, s->events.slow = 0; }
+static void tr_is_clear(tr_sim *s) { s->events.margin = CLEAR, s->events.unsure = 0; }
 
 /* Margin of pair i, which starts to slide where it could rest: the friction that rest would take over what it can hold, less 1. Its response
  * with the loops closed in place, and what it can hold. */
@@ -111,4 +129,6 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
 }
 
 /* What is told next hangs on this as well: on the least of all margins of its instant. */
-static void tr_hangs_on(tr_sim *s, double margin) { s->events.margin = fmin(s->events.margin, margin); }
+static void tr_hangs_on(tr_sim *s, double margin) {
+  s->events.margin = fmin(s->events.margin, margin), s->events.unsure |= margin < tr_own_error(s);
+}

@@ -17,7 +17,7 @@ static void tr_log(tr_sim *s, double t, int kind, int index, const tr_contact *b
   memset(last, 0, sizeof *last);
   e->time = t, e->kind = kind, e->index = index, e->contacts = n;
   e->margin = tr_method_of(s)->kind == TR_IMPULSES ? NAN : s->events.margin;
-  e->marginal = last->marginal = e->margin < tr_own_error(s) || (e->margin == e->margin && s->events.slow);
+  e->marginal = last->marginal = e->margin == e->margin && s->events.unsure;
   const int stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
   last->time = t, last->kind = kind, last->element = stop ? 0.0 : 1.0 + tr_pair_of(s, index)->element;
   for (int i = 0; i < n && i < TR_EVENT_CONTACTS; ++i) {

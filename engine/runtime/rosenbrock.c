@@ -160,6 +160,7 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
     if (!tr_stiff_stage(s, m, st, h, shift)) return NAN;
   tr_stages_sum(n / 4, m->stages, m->b, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (s->set.hfixed > 0.0) return 0.0;
+  tr_note_strays(s, K + m->stages * n, 1.0);
   return sqrt(tr_norm2(s, K + m->stages * n, y, ynew, tr_work_unit(s, h, y)));
 }
 

@@ -26,10 +26,11 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
     int kind = tr_is_set(s, i) ? tr_change(s, i, modes + i) : 0;
     const tr_contact *p = before + pair->contact0, *q = after + pair->contact0;
     double most = 0.0, margin = s->events.margin;
+    const int unsure = s->events.unsure;
     for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j) most = fmax(most, tr_turn_of(p + j, q + j));
     if (most > TURN_NOTED) kind = TR_EV_TURN, tr_hangs_on(s, most - TURN_NOTED);
     if (kind) tr_log(s, t, kind, i, p, q, contacts ? pair->ncontacts : 0);
-    s->events.margin = margin;
+    s->events.margin = margin, s->events.unsure = unsure;
   }
 }
 

@@ -7,7 +7,7 @@ static int tr_start_sets(tr_sim *s, double *y) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1];
   tr_set_arms(s);
-  memset(TR_A(s, vmin), 0, sizeof(double) * k->nsliders);
+  memset(TR_A(s, vmin), 0, sizeof(double) * k->nsliders), memset(TR_A(s, stray), 0, sizeof(double) * 2 * k->nsliders);
   for (int i = 0; i < k->nsliders; ++i)
     if (tr_is_set(s, i)) tr_mode_of(s, i)->flag = tr_pair_speed(s, i) > REST_SPEED * tr_speed_unit(s) ? TR_SLIPS : TR_STUCK;
   int n = tr_at_rest(s, -1, rest);

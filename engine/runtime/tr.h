@@ -118,7 +118,7 @@ typedef struct tr_events {
   int chatter;         /* events in a row at (nearly) the same time */
   double chatter_t;    /* that time, s */
   double margin;       /* of what is told next (``margin.c``), */
-  int slow;            /* and whether what decides it crosses so slowly that its time is not known */
+  int unsure;          /* whether that is below the run's own error, or what decides it crosses so slowly that its time is not known */
   tr_last last;
 } tr_events;
 
@@ -177,6 +177,7 @@ typedef struct tr_places {
   int hold, dhold;  /* what is held: tr_hold a pair, derivative of the capacity */
   int past, ends;   /* speeds of pairs at the ends of the last steps; int a pair: it stops with the one whose last stretch is made (``capture.c``) */
   int arm, vmin;    /* levers of the multipliers; speed at which capture was last tried in vain */
+  int stray;        /* errors of pairs' speeds, m/s, as steps estimate them: of the last trial step, and of all of them (``margin.c``) */
   int far;          /* how far pairs and stops are beyond their modes: now, at the start and at the end of the step */
   int con;          /* contacts at the last accepted state */
   int jac, jw, jp, W, wperm, jch; /* the stiff method: Jacobian, multiplier part, its point, matrix and order; of the choice of reactions */

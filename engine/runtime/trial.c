@@ -82,6 +82,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   const int event = trial->found == TR_FOUND;
   tr_waiting *wait = &s->pending;
   s->stats.steps++;
+  tr_strays(s);
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
   wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
@@ -112,6 +113,8 @@ TR_INLINE int tr_refuse(tr_sim *s, const tr_method *m, const tr_trial *trial) {
 
 /* Whether a trial step is to be made anew up to the event that was found in it. */
 TR_INLINE int tr_is_cut(const tr_sim *s, const tr_trial *trial) {
+  if (trial->which < 0 || trial->which >= s->k->nsliders || !tr_is_set(s, trial->which)) return 0;
+  if (tr_is_stuck(s, trial->which) && s->friction.shares) return 0; /* Newton's method may come to loads that are shared otherwise */
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }
 

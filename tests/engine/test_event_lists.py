@@ -57,7 +57,7 @@ def run(seed: int, method: str, rtol: float) -> Result:
         (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
         (128, 0.17, [("rk5", 1e-6)]),
         # where friction grows without bound on the last of a way to rest, the pair stops at any tolerance, and nothing folds
-        (54, 1.0, [("auto", 1e-7), ("rk8", 1e-9), ("rk5", 1e-6)]),
+        (54, 1.0, [("auto", 1e-5), ("rk8", 1e-9), ("rk5", 1e-6)]),
         # what is found inside a long step is known less well than its end: times were off by 180 to 250 x rtol x duration
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
         (6, 1.0, [("rk5", 1e-9), ("rosenbrock", 1e-9)]),
@@ -75,7 +75,8 @@ def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, set
 
 def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_every_setting() -> None:
     """All of its pairs turn round within 3e-5 s, and come to rest at one time. At loose tolerances a ball that all but stops was
-    stopped on the way, and at the end one stopped before the others: 47 events became 59 to 845. Legs 2 and 3 mirror each other."""
+    stopped on the way, and at the end one stopped before the others: 47 events became 59 to 845. Legs 2 and 3 mirror each other.
+    What moves little beside others is known better than they: 10 to 18 events were marked, most of axes that hardly turn."""
     exact: Counter[tuple[str, int, str]] = Counter()
     for method, rtol in (("rk8", 1e-9), ("rk8", 1e-7), ("rk8", 1e-5), ("rk5", 1e-5)):
         r = simulate(stewart(6), until=0.3, every=0.01, method=method, rtol=rtol, outputs=PLATFORM)
@@ -84,6 +85,8 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
         assert r.outcome.ok
         assert events == exact, (method, rtol)
         assert len({e.time for e in r.events if e.time > 0.115}) == 1, (method, rtol)
+        assert len({e.time for e in r.events if e.kind == "slip"}) == 1, (method, rtol)
+        assert rtol < 1e-7 or not any(e.marginal for e in r.events), (method, rtol)
         turns = [e.time for e in r.events if e.joint in ("leg2", "leg3") and e.kind == "reversal"]
         assert turns[0] == turns[1], (method, rtol)
 
