@@ -46,6 +46,23 @@ static int tr_stumbling_pair(tr_sim *s) {
   return found;
 }
 
+/* The pair to blame at the state in place. Of pairs that the loops move as one freedom it is the weakest, also where the root that was followed has
+ * gone: at its friction, the last there was. Without whose friction there is an answer is a matter of how loads are split there. */
+static int tr_pair_to_blame(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  tr_mode modes[k->nsliders + 1];
+  tr_keep_modes(s, modes);
+  if (tr_solve_modes(s)) return tr_weakest_pair(s);
+  const int stumbles = tr_stumbling_pair(s);
+  if (stumbles < 0 || !k->active) return stumbles;
+  tr_put_modes(s, modes);
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+  tr_note_modes(s);
+  tr_without_loops(s, 1);
+  const int weakest = tr_weakest_pair(s), line = tr_line_of(s, stumbles), other = weakest < 0 ? -1 : tr_line_of(s, weakest);
+  return line >= 0 && other >= 0 && tr_are_one(s, line, other) ? weakest : stumbles;
+}
+
 /* Stop the pair at once by an impulse of its own friction (the tangential impact of a jam: no other impulse but those of the joints'
  * reactions) and decide anew. y: the state, replaced. 1 when there is an answer then: it sticks, or slips anew from rest. */
 static int tr_impact(tr_sim *s, double *y, int pair) {
@@ -74,7 +91,7 @@ static int tr_blame(tr_sim *s, const double *y, int *pair) {
   tr_keep_modes(s, modes);
   memcpy(copy, y, sizeof copy);
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta)); /* the root that was followed, not what was tried since */
-  *pair = tr_solve_modes(s) ? tr_weakest_pair(s) : tr_stumbling_pair(s);
+  *pair = tr_pair_to_blame(s);
   int why = TR_WHY_UNKNOWN;
   if (*pair >= 0) why = tr_is_driven(s, *pair) || tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
   tr_put_modes(s, modes);

@@ -75,6 +75,7 @@ def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radiu
     for method, rtol in product(("rk5", "rk8", "rosenbrock"), TOLERANCES):
         r, off = run(method, rtol, mu, radius, push), 100 * rtol + CROSSING[method]
         assert r.outcome.name == exact.outcome.name == "jammed", (method, rtol)
+        assert r.outcome.joint == exact.outcome.joint, (method, rtol)
         assert r.outcome.time == pytest.approx(exact.outcome.time, abs=off), (method, rtol)
         assert [e.kind for e in r.events] == [e.kind for e in exact.events], (method, rtol)
         assert [e.time for e in r.events] == pytest.approx([e.time for e in exact.events], abs=off), (method, rtol)
