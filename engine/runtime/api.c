@@ -42,6 +42,7 @@ TR_RARE
 #include "closing.c"
 #include "assemble.c"
 #include "diagnose.c"
+#include "certify.c"
 #include "fold.c"
 #include "limit.c"
 TR_OFTEN

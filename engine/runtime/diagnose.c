@@ -1,10 +1,8 @@
 /* Why friction has no answer, and what may be done: which pair is to blame, and whether it jams (its sliding stops at once, and from
- * rest there is an answer) or is inconsistent (not even then). Numbers that certify an answer: contraction and count of roots. */
+ * rest there is an answer) or is inconsistent (not even then). */
 #include "modes.h"
 
-#define SAME_ROOT 1e-7     /* of its friction: two roots that differ by less are one, found twice */
 #define BLAME_MORE 1.01    /* times the share of the one before: where pairs that move together share the blame the first has it */
-#define SAME_AS_NONE 1e-14 /* of the reactions: the same for a root that is zero but for round-off */
 
 /* The pair whose equation is nearest to having no root where the equations still have one: the largest component of the direction the
  * Jacobian nearly annihilates. */
@@ -189,72 +187,4 @@ static int tr_through_jam(tr_sim *s) {
   s->step.have_k1 = s->step.have_jac = 0;
   s->step.h = s->set.hfixed;
   return 1;
-}
-
-/* Factor by which the fixed-point iteration η ← law(N(η)) contracts at the solution in place: the spectral radius of dlaw/dN · dN/dη,
- * by power iteration. Rows of pairs held at rest do not take part. */
-static double tr_contraction(tr_sim *s) {
-  const tr_kernel *k = s->k;
-  int e = k->neta;
-  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = 0.0;
-  if (!e) return 0.0;
-  tr_law(s, TR_A(s, z) + k->active);
-  tr_law_jacobian(s);
-  for (int i = 0; i < e; ++i) v[i] = 1.0 + 0.1 * i;
-  for (int it = 0; it < 24; ++it) {
-    double len = 0.0, was = 0.0;
-    for (int i = 0; i < e; ++i) {
-      u[i] = v[i];
-      for (int j = 0; j < e; ++j) u[i] -= J[i + j * e] * v[j];
-      if (tr_row_kinds(s)[i] != TR_ROW_LAW && s->friction.still) u[i] = 0.0;
-      len += u[i] * u[i], was += v[i] * v[i];
-    }
-    if (!(len > 0.0) || !(was > 0.0)) return 0.0;
-    size = sqrt(len / was);
-    for (int i = 0; i < e; ++i) v[i] = u[i] / sqrt(len);
-  }
-  return size;
-}
-
-/* Note the numbers that certify the solution in place. */
-static void tr_certify(tr_sim *s) {
-  s->audit.contraction = fmax(s->audit.contraction, tr_contraction(s));
-  s->audit.complement = fmax(s->audit.complement, tr_complement(s));
-}
-
-/* What certifies the run up to now. */
-void tr_certify_run(tr_sim *s, tr_certificate *out) {
-  s->step.watch = 0;
-  if (s->k->neta && tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
-  *out = (tr_certificate){.contraction = s->audit.contraction, .complement = s->audit.complement, .open_time = s->audit.open_t,
-                          .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
-}
-
-/* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state
- * cannot be evaluated. */
-int tr_roots(tr_sim *s) {
-  const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, count = 0, most = 8;
-  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1], scale = NO_LOAD;
-  unsigned seed = 12345u;
-  if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
-  s->step.watch = 0;
-  tr_maps_at(s, s->clock.t, TR_A(s, y));
-  tr_ready_equations(s);
-  for (int i = 0; i < k->nn; ++i) scale = fmax(scale, fabs(TR_A(s, Np)[i]));
-  for (int start = 0; start < 64 && count < most; ++start) {
-    double reach = start == 0 ? 0.0 : scale * pow(10.0, (start % 8) - 4.0);
-    for (int i = 0; i < e; ++i) eta[i] = reach * tr_next_number(&seed);
-    if (!tr_newton(s, eta)) continue;
-    int known = 0;
-    for (int q = 0; q < count && !known; ++q) {
-      double gap = 0.0, size = 0.0;
-      for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
-      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* one may be zero but for round-off */
-    }
-    if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
-  }
-  memcpy(TR_A(s, z), z, sizeof(double) * (a + e));
-  return count;
 }

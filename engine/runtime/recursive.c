@@ -32,8 +32,8 @@ static void tr_form_all(tr_sim *s) {
 
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.still ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
-/* Inertias with the law's derivative as it is in `dn` (rows of what no law tells zeroed) and the modes in force. 0 where the determinant of
- * Newton's matrix, 1 where nothing rubs, is not positive: every pivot is that without friction times a factor. */
+/* Inertias with the law's derivative as it is in `dn` (rows of what no law tells zeroed) and the modes in force. The sign of the determinant of
+ * Newton's matrix, which is 1 where nothing rubs: every pivot is that without friction times a factor. 0: it has none. */
 static int tr_narrow(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *moves = TR_A(s, moves), *D = TR_A(s, dlaw), *pivot = TR_A(s, pivots);
@@ -51,7 +51,7 @@ static int tr_narrow(tr_sim *s) {
     if (!(fabs(pivot[i]) > 0.0)) return 0;
     if (pivot[i] < 0.0) sense = -sense;
   }
-  return sense > 0;
+  return sense;
 }
 
 /* η and N that follow from the laws as they are linear about N with the derivative in place; law: η that they say at N. */
@@ -94,14 +94,15 @@ static int tr_loads_of(tr_sim *s, double *eta) {
   double law[s->k->neta];
   memset(TR_A(s, dn), 0, sizeof(double) * s->k->ndn);
   memcpy(law, eta, sizeof law);
-  if (!tr_narrow(s)) return 0;
+  if (tr_narrow(s) <= 0) return 0;
   tr_respond(s, law, TR_A(s, NN), eta);
   return 1;
 }
 
 /* Newton's iteration at the state that has begun. near: from the loads in place, those of a state near by, as long as it closes in on a root
- * at once; else from those that the frictions in z cause here, as it goes with maps. */
-static int tr_iterate_along(tr_sim *s, int near) {
+ * at once; else from those that the frictions in z cause here, as it goes with maps. Roots with a determinant of less than `least` (0, or −1: any)
+ * are not followed. */
+static int tr_iterate_along(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
   double *eta = TR_A(s, z), *N = TR_A(s, NN), old[e], step, size, last = INFINITY;
@@ -111,7 +112,8 @@ static int tr_iterate_along(tr_sim *s, int near) {
     if (tr_gives_up(s, (double)PASS_WORK * e)) return 0;
     if (fresh) k->laws(N, rates, x, c, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
     else k->laws_alone(N, rates, x, c, TR_A(s, law), TR_A(s, sliding));
-    if (fresh && !tr_narrow(s)) return 0;
+    const int sense = fresh ? tr_narrow(s) : 1;
+    if (!sense || sense < least) return 0;
     memcpy(old, eta, sizeof old);
     tr_respond(s, TR_A(s, law), N, eta);
     tr_compare(s, old, eta, &step, &size);
@@ -142,7 +144,7 @@ static int tr_newton_along(tr_sim *s, int near) {
   double kept[k->neta], loads[k->nn + 1];
   memcpy(kept, TR_A(s, z), sizeof kept), memcpy(loads, TR_A(s, NN), sizeof(double) * k->nn);
   for (near = near && s->step.loaded && !tr_any_ball(s); near >= 0; --near) {
-    s->step.along = s->step.loaded = tr_iterate_along(s, near);
+    s->step.along = s->step.loaded = tr_iterate_along(s, near, 0);
     if (s->step.along) return 1;
     memcpy(TR_A(s, z), kept, sizeof kept), memcpy(TR_A(s, NN), loads, sizeof(double) * k->nn);
   }

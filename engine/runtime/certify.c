@@ -1,0 +1,91 @@
+/* Numbers that certify an answer: how far fixed-point iteration contracts there, what is left of the equations, how many roots they have. */
+#include "modes.h"
+
+#define SAME_ROOT 1e-7     /* of its friction: two roots that differ by less are one, found twice */
+#define SAME_AS_NONE 1e-14 /* of the reactions: the same for a root that is zero but for round-off */
+
+/* Factor by which the fixed-point iteration η ← law(N(η)) contracts at the solution in place: the spectral radius of dlaw/dN · dN/dη,
+ * by power iteration. Rows of pairs held at rest do not take part. */
+static double tr_contraction(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = 0.0;
+  if (!e) return 0.0;
+  tr_law(s, TR_A(s, z) + k->active);
+  tr_law_jacobian(s);
+  for (int i = 0; i < e; ++i) v[i] = 1.0 + 0.1 * i;
+  for (int it = 0; it < 24; ++it) {
+    double len = 0.0, was = 0.0;
+    for (int i = 0; i < e; ++i) {
+      u[i] = v[i];
+      for (int j = 0; j < e; ++j) u[i] -= J[i + j * e] * v[j];
+      if (tr_row_kinds(s)[i] != TR_ROW_LAW && s->friction.still) u[i] = 0.0;
+      len += u[i] * u[i], was += v[i] * v[i];
+    }
+    if (!(len > 0.0) || !(was > 0.0)) return 0.0;
+    size = sqrt(len / was);
+    for (int i = 0; i < e; ++i) v[i] = u[i] / sqrt(len);
+  }
+  return size;
+}
+
+/* Note the numbers that certify the solution in place. */
+static void tr_certify(tr_sim *s) {
+  s->audit.contraction = fmax(s->audit.contraction, tr_contraction(s));
+  s->audit.complement = fmax(s->audit.complement, tr_complement(s));
+}
+
+/* What certifies the run up to now. */
+void tr_certify_run(tr_sim *s, tr_certificate *out) {
+  s->step.watch = 0;
+  if (s->k->neta && tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
+  *out = (tr_certificate){.contraction = s->audit.contraction, .complement = s->audit.complement, .open_time = s->audit.open_t,
+                          .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
+}
+
+/* A root from the frictions in z, at the state whose equations are ready. */
+static int tr_root_from(tr_sim *s) { return tr_recurs(s) ? tr_iterate_along(s, 0, -1) : tr_newton(s, TR_A(s, z) + s->k->active); }
+
+/* The largest load without any friction, N, which is how far apart starts are. */
+static double tr_load_without(tr_sim *s) {
+  const double *N = TR_A(s, Np);
+  double most = NO_LOAD;
+  if (tr_recurs(s)) {
+    memset(TR_A(s, z), 0, sizeof(double) * s->k->neta);
+    if (!tr_loads_of(s, TR_A(s, z))) return most;
+    N = TR_A(s, NN);
+  }
+  for (int i = 0; i < s->k->nn; ++i) most = fmax(most, fabs(N[i]));
+  return most;
+}
+
+/* Number of roots of the complement equations at the block's state in the modes in force, found from many starts; −1 when the state
+ * cannot be evaluated. */
+int tr_roots(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, count = 0, most = 8;
+  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1];
+  unsigned seed = 12345u;
+  if (!e) return 1;
+  memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
+  s->step.watch = 0;
+  tr_maps_at(s, s->clock.t, TR_A(s, y));
+  if (k->sets) tr_note_modes(s);
+  if (!tr_recurs(s)) tr_without_loops(s, s->friction.still);
+  const double scale = tr_load_without(s);
+  for (int start = 0; start < 64 && count < most; ++start) {
+    double reach = start == 0 ? 0.0 : scale * pow(10.0, (start % 8) - 4.0);
+    for (int i = 0; i < e; ++i) eta[i] = reach * tr_next_number(&seed);
+    if (!tr_root_from(s)) continue;
+    int known = 0;
+    for (int q = 0; q < count && !known; ++q) {
+      double gap = 0.0, size = 0.0;
+      for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
+      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* one may be zero but for round-off */
+    }
+    if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
+  }
+  memcpy(TR_A(s, z), z, sizeof(double) * (a + e));
+  s->step.along = s->step.loaded = 0;
+  return count;
+}
