@@ -89,11 +89,12 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_signa
 static inline void tr_set_time(tr_sim *s, double t) { tr_signals_at(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
 /* Put the maps of the state y in place, at the moment whose signals are; of a tree of parts they are formed when they are
- * asked for. What is known of ẏ stays: a large tree puts its own there. */
+ * asked for. What is known of ẏ stays (a large tree that rubs puts its own there);
+ * without multipliers the maps are ẏ. */
 static void tr_maps_of(tr_sim *s, const double *y) {
   s->step.along = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW;
   if (s->k->begin) tr_begin_along(s, y, TR_A(s, dyeval));
-  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval));
+  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), s->k->active + s->k->neta ? TR_A(s, dyeval) : TR_A(s, dy));
 }
 
 /* The same at time t. */
