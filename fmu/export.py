@@ -131,7 +131,7 @@ class Made:
         names = ",".join(c.name for c in chosen)
 
         def make(folder: Path) -> None:
-            (folder / "jacobian.c").write_text(jacobian_source(system, parameters, quadratures, redundant))
+            (folder / "jacobian.c").write_text(jacobian_source(system, parameters, redundant))
             linear = linear_source(system, parameters, chosen, quadratures, redundant) if system.inputs else PREAMBLE
             (folder / "linear.c").write_text(linear)
 

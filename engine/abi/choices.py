@@ -117,9 +117,8 @@ class Wants(Named, prefix="TR_WANTS_"):
     """Bits for what a set of columns needs from the runtime besides what the kernel computes."""
 
     CONTRACTION = 1, "the contraction number in every row"
-    CONTACTS = 2, "contacts watched for separation while stepping"
-    AUDIT = 4, "how far the loops and the equations of friction are from their solution, and the verdict, in every row"
-    SOLUTION = 8, "multipliers and accelerations in every row"
+    AUDIT = 2, "how far the loops and the equations of friction are from their solution, and the verdict, in every row"
+    SOLUTION = 4, "multipliers and accelerations in every row"
 
 
 class Array(Named, prefix="TR_ARRAY_"):

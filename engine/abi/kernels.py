@@ -77,7 +77,8 @@ void (**part)(double *const *places, const int *numbers) : functions by their nu
 """)
 
 KERNEL = Record("tr_kernel", "The stepping unit of a mechanism: sizes, tables, functions. State y: q (nq), v (nv), states of "
-                "friction laws (nb; friction ratios), integrals (nquad, naudit).", f"""
+                "friction laws (nb; friction ratios); behind it the runtime carries integrals of the powers. "
+                "The same whatever columns are asked for.", f"""
 int abi : must be TR_ABI
 int nq : coordinates
 int nv : rates
@@ -92,9 +93,8 @@ int active : those that are not structurally empty
 int neta : multipliers of friction
 int nn : reaction components
 int nrates : rates in the maps, states of friction laws included
-int nquad : integrals
-int naudit : integrals behind them that only the audit sees: what takes energy, what gives it; 0 where the others say it
-int ntaken : how many of the integrals take energy (friction, dampers): the first ones
+int npowers : powers beside the derivative, W
+int ntaken : how many of them take energy (friction, dampers): the first ones
 int nsliders : sliding pairs
 int nstops : stops
 int ntables : tables of signals
@@ -125,8 +125,8 @@ const tr_pair *pair : nsliders
 const tr_pace *pace : npaces
 const void *scene : of a kernel that is made of parts, else 0
 void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
-void (*stage1)({STATE}, double *w, double *maps, double *dy) : maps of the multipliers
-void (*stage2)({STATE}, const double *w, const double *z, double *dy) : ẏ
+void (*stage1)({STATE}, double *w, double *maps, double *dy, double *power) : maps; without multipliers what stage 2 writes
+void (*stage2)({STATE}, const double *w, const double *z, double *dy, double *power) : ẏ, and the powers
 void (*laws)(const double *N, const double *r, const double *x, const double *c, double *e, double *dN, double *v) : η = law(N)
 void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : without derivative
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : what rest can hold
@@ -140,7 +140,7 @@ void (*begin)({STATE}, double *w, double *maps, double *dy) : of a tree of parts
 void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with ∂law/∂N
 void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : with frictions −e
 void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : with given frictions −η, apart
-void (*derive)({STATE}, double *w, const double *z, double *dy) : ẏ behind the coordinates' rates, after it
+void (*derive)({STATE}, double *w, const double *z, double *dy, double *power) : ẏ behind the coordinates' rates, after it
 """)
 
 OUTPUTS = Record("tr_outputs", "The unit of columns. a: accelerations of the free rates (nv) at this state.", f"""
@@ -151,6 +151,7 @@ int nc : constants
 int nkappa : scaled reactions
 int npost : columns that are treated afterwards
 int energy : column of energy.residual, -1 without
+int works : whether columns ask for integrals of the powers
 int wants : bits TR_WANTS_…
 const tr_post *post : npost
 const void *scene : of a unit that is made of parts, else 0
@@ -171,7 +172,7 @@ void (*point)({STATE}, const double *z, double *w) : the point
 void (*along)({STATE}, const double *z, const double *w, const double *seed, double *J) : a direction
 """)
 
-LINEAR = Record("tr_linear", "Directional derivatives: of F = [ẏ; powers] and the multiplier residuals R along a seed of [inputs "
+LINEAR = Record("tr_linear", "Directional derivatives: of F = ẏ and the multiplier residuals R along a seed of [inputs "
                 "(a tr_signal each), y, z], and of the columns along a seed of [inputs, y, z of all rows, accelerations].", f"""
 int abi : must be TR_ABI
 int nc : constants

@@ -28,7 +28,8 @@ class Probe:
         self.y[s["nq"] :] = 0.0
         self.parameters = block.parameters.copy()
         self.c, self.w, self.maps = (np.zeros(s[n] + PAD) for n in ("nc", "nw", "nmaps"))
-        self.dy = np.zeros(s["nq"] + s["nv"] + s["nb"] + s["nquad"] + s["naudit"] + PAD)
+        self.dy = np.zeros(s["nq"] + s["nv"] + s["nb"] + PAD)
+        self.power = np.zeros(s["npowers"] + PAD)
         self.unknowns = s["active"] + s["neta"]
         self.prepare(self.parameters)
 
@@ -40,13 +41,13 @@ class Probe:
     def prepare(self, parameters: np.ndarray) -> None:
         """Take other parameters and compute the constants and stage 1 with them."""
         self._call("prepare", self.table.scene, _padded(parameters), self.c)
-        self._call("stage1", self.x, self.y, self.c, self.w, self.maps, self.dy)
+        self._call("stage1", self.x, self.y, self.c, self.w, self.maps, self.dy, self.power)
 
     def accelerations(self, z: np.ndarray) -> np.ndarray:
         """q̈ of the free rates (nv) at these multipliers [λ; η]."""
         s = self.sizes
         if self.unknowns:
-            self._call("stage2", self.x, self.y, self.c, self.w, _padded(z), self.dy)
+            self._call("stage2", self.x, self.y, self.c, self.w, _padded(z), self.dy, self.power)
         return self.dy[s["nq"] : s["nq"] + s["nv"]].copy()
 
     def reactions(self, z: np.ndarray) -> np.ndarray:
@@ -64,7 +65,7 @@ class Probe:
         a, e, n, y = s["active"], s["neta"], s["nn"], self.y.copy()
         y[s["nq"] : s["nq"] + s["nv"]] = v
         maps, residuals = np.zeros_like(self.maps), np.zeros(2 * s["rows"] + PAD)
-        self._call("stage1", self.x, y, self.c, np.zeros_like(self.w), maps, np.zeros_like(self.dy))
+        self._call("stage1", self.x, y, self.c, np.zeros_like(self.w), maps, np.zeros_like(self.dy), self.power)
         self._call("closure", self.x, y, self.c[s["c_closure"] :], residuals)
         at = a * a + a * e + a + n * (1 + a + e)
         return maps[at : at + s["nrates"]].copy(), residuals[s["rows"] : 2 * s["rows"]].copy()

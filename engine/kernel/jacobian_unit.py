@@ -1,4 +1,4 @@
-"""The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states; powers] and of the multiplier residuals R = [R_λ; R_η] by
+"""The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states] and of the multiplier residuals R = [R_λ; R_η] by
 y, t and z = [λ; η]; in the redundant variant also of the scaled reactions, which decide there what the motion leaves open.
 
 The runtime combines them by the implicit-function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense function
@@ -14,7 +14,6 @@ import casadi as ca
 
 from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.kernel.powers import powers
 from engine.recursion.accelerations import Accelerations, outward
 from engine.recursion.elements import (
     acceleration_rows,
@@ -66,16 +65,15 @@ def residuals(m: Model, acc: Accelerations, pick: SX, active: list[int]) -> SX:
     return ca.vertcat(SX(0, 1), *out, *eta)
 
 
-def jacobian_unit(m: Model, quadratures: bool, redundant: bool = False) -> JacobianUnit:
+def jacobian_unit(m: Model, redundant: bool = False) -> JacobianUnit:
     """Build the Jacobian unit of a model."""
     sym, active = m.sym, list(range(m.sym.system.rows)) if redundant else list(active_rows(m))
     pick = combination(sym)
     acc = outward(m, pick)
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
-    extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
     kappa = scaled_reactions(m, acc, pick) if redundant else SX(0, 1)
     turned = [rubbing_rows(m, e, reaction_rows(m, acc, e, pick)) for e, _, _ in rubbing_on_loops(sym.system)] if redundant else []
-    f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active), kappa, *turned)
+    f = ca.vertcat(SX(0, 1), *rate, residuals(m, acc, pick, active), kappa, *turned)
     inactive = [k for k in range(sym.system.rows) if k not in active]
     if inactive:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))

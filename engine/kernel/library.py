@@ -123,7 +123,8 @@ def build_jacobian(folder: Path, structure: tuple[System, int, bool, bool]) -> N
     """Build the Jacobian unit of a structure into the folder of a cache entry."""
     from engine.kernel.source import jacobian_source
 
-    _compile_unit(folder, "jacobian", jacobian_source(*structure))
+    system, parameters, _, redundant = structure
+    _compile_unit(folder, "jacobian", jacobian_source(system, parameters, redundant))
 
 
 def linear_unit(built: Kernel, chosen: list[Column]) -> int:
@@ -155,7 +156,7 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
         awaited(waiting)
     libraries = {u: ctypes.CDLL(str(folder / f"{u}{compiler.library_suffix()}")) for u in ("kernel", "outputs")}
     table = KERNEL.ctype.in_dll(libraries["kernel"], UNITS["kernel"])
-    sizes = {n: int(getattr(table, n)) for n in KERNEL.integers}
+    sizes = {n: int(getattr(table, n)) for n in KERNEL.integers} | {"works": int(table.npowers) * quadratures}
     facts = json.loads((folder / "facts.json").read_text())
     return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, key,
                   (system, parameters, quadratures, redundant))

@@ -28,7 +28,7 @@ CALL_COLUMNS = f"{STATE},{CONST}z,{CONST}a,{CONST}seed,double*restrict out"
 def linear_text(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> tuple[str, int]:
     """C text of the unit's functions, and how many constants they keep."""
     plain = unreduced(Symbols(system, parameters))
-    rates, kept = _rates(reduced(plain), quadratures, redundant)
+    rates, kept = _rates(reduced(plain), redundant)
     columns, more = _columns(plain, chosen, quadratures)
     both = (
         f"void l_prepare_all({CONST}p,double*restrict c){{l_prepare(p,c);l_prepare_columns(p,c+{kept});}}\n"
@@ -47,17 +47,14 @@ def _along(values: SX, x: SX, first: int, count: int, others: list[SX]) -> tuple
     return ca.jtimes(values, ca.vertcat(x, *others), ca.vertcat(direction, seed[count:])), seed
 
 
-def _rates(m: Model, quadratures: bool, redundant: bool) -> tuple[str, int]:
+def _rates(m: Model, redundant: bool) -> tuple[str, int]:
     """C text of the derivative of [F; R] along [inputs, y, z = (active λ, η)], and how many constants it keeps."""
-    from engine.kernel.powers import powers
-
     sym = m.sym
     active = list(range(sym.system.rows)) if redundant else list(active_rows(m))
     pick = combination(sym)
     acc = outward(m, pick)
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
-    extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
-    f = ca.vertcat(SX(0, 1), *rate, *extra, residuals(m, acc, pick, active))
+    f = ca.vertcat(SX(0, 1), *rate, residuals(m, acc, pick, active))
     inactive = [k for k in range(sym.system.rows) if k not in active]
     if inactive:
         f = ca.substitute(f, ca.vertcat(*[sym.lam[k] for k in inactive]), SX.zeros(len(inactive)))

@@ -178,7 +178,8 @@ class Looped:
         return f"k_qdot(y,y+{self.system.nq},c,dy);"
 
     def _stage1(self, a: dict[str, str]) -> str:
-        head = f"void k_stage1({STATE},double*restrict w,double*restrict maps,double*restrict dy){{k_kinematics(x,y,c,w);"
+        writes = "double*restrict w,double*restrict maps,double*restrict dy,double*restrict power"
+        head = f"void k_stage1({STATE},{writes}){{k_kinematics(x,y,c,w);"
         if not self.parts:
             return f"{head}{self._coordinate_rates()}k_outward(c,w,{a['Y']},dy);}}"
         return head + f"k_outward(c,w,{a['Y']},dy);" + self._columns(a) + "}"
@@ -222,7 +223,8 @@ class Looped:
         return f"for(int k=0;k<b_free[i];++k) maps[{at}+{ne}*j+b_eta[i]+b_freedom[6*i+k]]=qdd[k];"
 
     def _stage2(self, a: dict[str, str]) -> str:
-        head = f"void k_stage2({CONST}x,{CONST}y,{CONST}c,{CONST}w0,{CONST}z,double*restrict dy){{double*w=(double*)w0;"
+        writes = "double*restrict dy,double*restrict power"
+        head = f"void k_stage2({CONST}x,{CONST}y,{CONST}c,{CONST}w0,{CONST}z,{writes}){{double*w=(double*)w0;"
         ne = self.system.neta
         if not self.parts:
             return head + "}"

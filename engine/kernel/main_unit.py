@@ -67,8 +67,7 @@ class Sizes:
     neta: int
     nn: int
     nrates: int
-    nquad: int
-    naudit: int
+    npowers: int
     ntaken: int
     nkappa: int
     loop_friction: int
@@ -100,29 +99,29 @@ def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainU
     loop_friction = rubs(system)
     inactive = [k for k in range(system.rows) if k not in active]
     coupled = loop_friction and inactive_rows_couple(m, outward(m), inactive)
-    rate, quads = _derivative(m, parts, quadratures)
-    counts = (len(quads), 0, len(quads) - GIVING) if quadratures else (0, len(quads), len(quads) - 1)
-    code = _stages(sym, maps, rate, quads, active)
+    rate, each = _derivative(m)
+    code = _stages(sym, maps, rate, each, active)
     sizes = Sizes(
         system.nq, system.nv, sym.b.numel(), sym.x.shape[0], sym.p.shape[0], 0, code.kept[1],
-        sum(int(v.numel()) for v in maps), system.rows, tuple(active), system.neta, nn, nrates, *counts, nkappa,
-        int(loop_friction), int(coupled),
+        sum(int(v.numel()) for v in maps), system.rows, tuple(active), system.neta, nn, nrates, len(each), len(each) - GIVING,
+        nkappa, int(loop_friction), int(coupled),
     )
     return _complete(sym, m, parts, code, sizes)
 
 
-def _stages(sym: Symbols, maps: list[SX], rate: list[SX], quads: list[SX], active: list[int]) -> Code:
+def _stages(sym: Symbols, maps: list[SX], rate: list[SX], each: list[SX], active: list[int]) -> Code:
     """prepare, stage 1 and stage 2, unrolled. Inactive multipliers never reach the motion: they are structurally absent from it."""
     multipliers = bool(active) or sym.system.neta > 0
     stages = [
         Stage("k_prepare", f"{CONST}p,double*restrict c", "c"),
-        Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy", "w"),
-        Stage("k_stage2", f"{STATE},{CONST}w,{CONST}z,double*restrict dy", ""),
+        Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy,double*restrict power", "w"),
+        Stage("k_stage2", f"{STATE},{CONST}w,{CONST}z,double*restrict dy,double*restrict power", ""),
     ]
     lam = ca.vertcat(SX(0, 1), *[sym.lam[k] for k in active])
     ins = [*inputs(sym), Input("z", lam, 2), Input(f"z+{len(active)}", sym.eta, 2)]
     rate = _without_inactive(sym, rate, active)
-    return emit(ins, [Output("maps", 0, maps, 1), Output("dy", 0, rate + quads, 2 if multipliers else 1)], stages)
+    last = 2 if multipliers else 1
+    return emit(ins, [Output("maps", 0, maps, 1), Output("dy", 0, rate, last), Output("power", 0, each, last)], stages)
 
 
 def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
@@ -133,7 +132,7 @@ def _looped(sym: Symbols, parts: list[Element]) -> MainUnit:
     held = ne * (1 + ne) if any_sets(system) else 0
     sizes = Sizes(
         system.nq, system.nv, 0, sym.x.shape[0], sym.p.shape[0], 0, loop.nw, nn * (1 + ne) + nrates + held + 1, 0, (), ne,
-        nn, nrates, 0, 0, 0, 0, 0, 0,
+        nn, nrates, 0, 0, 0, 0, 0,
     )
     return _complete(sym, None, parts, Code(loop.text, [loop.nc + 3, loop.nw, 0], loop.operations), sizes)
 
@@ -190,12 +189,11 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
     return [ca.densify(b) for b in blocks if b.numel()] or [SX(0, 1)], nn, nrates, nkappa
 
 
-def _derivative(m: Model, parts: list[Element], quadratures: bool) -> tuple[list[SX], list[SX]]:
-    """ẏ = [q̇; v̇; rates of friction states] and the powers to be integrated beside it: each, or (for the audit alone) the sum of
-    those that take energy and the sum of those that give it."""
+def _derivative(m: Model) -> tuple[list[SX], list[SX]]:
+    """ẏ = [q̇; v̇; rates of friction states] and the powers beside it. All of them whatever columns are asked for: with other text
+    around it the compiler rounds the motion otherwise."""
     sym = m.sym
     pick = combination(sym)
-    acc = outward(m, pick, reactions=quadratures or sym.b.numel() > 0 or any(j.driven for j in sym.system.tree))
+    acc = outward(m, pick, reactions=sym.b.numel() > 0 or any(j.driven for j in sym.system.tree))
     rate = [*qdot(sym, sym.v), *[a[i] for a in acc.qdd for i in range(a.numel())], *bristle_rates(m, acc, pick)]
-    each = [p for _, p in powers(m, acc, pick)]
-    return rate, each if quadratures else [sum(each[:-GIVING], SX(0)), sum(each[-GIVING:], SX(0))]
+    return rate, [p for _, p in powers(m, acc, pick)]

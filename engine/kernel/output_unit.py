@@ -36,6 +36,8 @@ class OutputUnit:
     nkappa: int
     post: list[tuple[int, ...]]
     energy: int
+    works: int
+    """Whether columns ask for integrals of the powers."""
     wants: int
     """What the runtime does besides: bits of ``Wants``."""
 
@@ -207,7 +209,8 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     solved = bool(values) and ca.depends_on(ca.vertcat(*values), ca.vertcat(sym.lam, sym.eta, o.a))
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
     wants = wants_of(chosen, solved)
-    return OutputUnit(text, len(chosen), len(touching), b + kappa.kept[0], loops.numel(), post_of(chosen), energy, wants)
+    nc, post = b + kappa.kept[0], post_of(chosen)
+    return OutputUnit(text, len(chosen), len(touching), nc, loops.numel(), post, energy, int(quadratures), wants)
 
 
 def wants_of(chosen: list[Column], solved: bool) -> int:
@@ -216,9 +219,8 @@ def wants_of(chosen: list[Column], solved: bool) -> int:
     names = {c.name for c in chosen}
     contraction = "audit.contraction" in names
     audit = bool(names & {"audit.constraint", "audit.complement", "audit.verdict"})
-    watched = any(c.key[0] == "contact" or c.name.startswith("events.") for c in chosen)
     solution = solved or contraction or "audit.complement" in names
-    return Wants.CONTRACTION * contraction + Wants.CONTACTS * watched + Wants.AUDIT * audit + Wants.SOLUTION * solution
+    return Wants.CONTRACTION * contraction + Wants.AUDIT * audit + Wants.SOLUTION * solution
 
 
 def _second(name: str, ins: list[Input], values: list[SX]):

@@ -60,9 +60,9 @@ def kernel_source(
 
 
 @_quickly()
-def jacobian_source(system: System, parameters: int, quadratures: bool, redundant: bool) -> str:
+def jacobian_source(system: System, parameters: int, redundant: bool) -> str:
     """C text of the Jacobian unit."""
-    unit = jacobian_unit(model(Symbols(system, parameters)), quadratures, redundant)
+    unit = jacobian_unit(model(Symbols(system, parameters)), redundant)
     names = ("j_eval", "0", "0") if unit.dense else ("0", "j_point", "j_along")
     functions = dict(zip(("eval", "point", "along"), names, strict=True))
     struct = JACOBIAN.initialiser("trunnion_jacobian", abi="TR_ABI", nc=unit.nc, nw=unit.nw, prepare="j_prepare", **functions)
@@ -166,7 +166,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
 def _outputs_text(out: OutputUnit) -> str:
     struct = OUTPUTS.initialiser(
         "trunnion_outputs", abi="TR_ABI", nout=out.nout, ncontacts=out.ncontacts, nc=out.nc, nkappa=out.nkappa, npost=len(out.post),
-        energy=out.energy, wants=out.wants, post="o_post", scene="0", prepare="o_prepare_all", eval="o_eval",
+        energy=out.energy, works=out.works, wants=out.wants, post="o_post", scene="0", prepare="o_prepare_all", eval="o_eval",
         contacts="o_contacts_at" if out.ncontacts else "0", kappa="o_kappa_at" if out.nkappa else "0",
     )  # fmt: skip
     return PREAMBLE + out.text + POST.table("o_post", out.post) + struct

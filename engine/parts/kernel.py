@@ -22,6 +22,7 @@ from engine.kernel.columns import Column
 from engine.kernel.emit import MATH
 from engine.kernel.library import Kernel, kernel_key
 from engine.kernel.output_unit import post_of, wants_of
+from engine.kernel.powers import GIVING
 from engine.kernel.programs import awaited, side_by_side
 from engine.kernel.source import coordinate_kinds, element_table, row_kinds
 from engine.parts import functions
@@ -145,9 +146,10 @@ def parts_kernel(
     with direct_operators():
         active, coupled = _structure(system, parameters) if system.cuts else ([], False)
         rows = list(range(system.rows)) if redundant else active
-        table, sizes, _ = _kernel_table(system, parameters, quadratures, rows, redundant, keep)
+        table, sizes, _ = _kernel_table(system, parameters, rows, redundant, keep)
         table.coupled = sizes["coupled"] = int(coupled)
-        outputs = _outputs_table(system, chosen, keep)
+        sizes["works"] = table.npowers * quadratures
+        outputs = _outputs_table(system, chosen, quadratures, keep)
     facts = {"operations": {}, "active_rows": rows, "loop_rows": rows_of(system), "rubbing": [j.name for j in system.frictional]}
     key = kernel_key(system, parameters, chosen, quadratures, redundant)
     structure, tables = (system, parameters, quadratures, redundant), {"kernel": table, "outputs": outputs}
@@ -158,7 +160,7 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
     """Rows of cut joints that are not empty by structure, and whether the multipliers of the others are pulled along by theirs."""
     keep: list[Any] = []
     rubbing = rubs(system)
-    table, _, maps = _kernel_table(system, parameters, False, list(range(system.rows)), rubbing, keep)
+    table, _, maps = _kernel_table(system, parameters, list(range(system.rows)), rubbing, keep)
 
     def call(name: str, *arrays: np.ndarray) -> None:
         places = [*([table.scene] if name == "prepare" else []), *(a.ctypes.data for a in arrays)]
@@ -170,12 +172,12 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 
 
 def _kernel_table(
-    system: System, parameters: int, quadratures: bool, active: Sequence[int], redundant: bool, keep: list[Any]
+    system: System, parameters: int, active: Sequence[int], redundant: bool, keep: list[Any]
 ) -> tuple[Any, dict[str, int], Maps]:
     rubbed = bool(system.frictional) and not system.cuts
     s = Scene(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)
-    stepping = Stepping(s, quadratures, active, redundant)
+    stepping = Stepping(s, active, redundant)
     if rubbed:
         Recursive(stepping)
     functions.write(s, redundant)
@@ -186,10 +188,10 @@ def _kernel_table(
     elements, sliders, dn = element_table(_Told(stepping.parts, turned))  # type: ignore[arg-type]
     paces = frequencies(system)
     each = len(system.frictional) + 3
-    counts = {"nquad": each, "naudit": 0, "ntaken": each - 2} if quadratures else {"nquad": 0, "naudit": 2, "ntaken": 1}
     m = stepping.maps
-    sizes = dict.fromkeys(KERNEL.integers, 0) | counts | {
-        "abi": number(), "nq": system.nq, "nv": system.nv, "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
+    sizes = dict.fromkeys(KERNEL.integers, 0) | {
+        "npowers": each, "ntaken": each - GIVING, "abi": number(), "nq": system.nq, "nv": system.nv,
+        "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
         "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "nkappa": m.nkappa,
         "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
         "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
@@ -209,7 +211,7 @@ def _kernel_table(
     return table, sizes, m
 
 
-def _outputs_table(system: System, chosen: list[Column], keep: list[Any]) -> Any:
+def _outputs_table(system: System, chosen: list[Column], quadratures: bool, keep: list[Any]) -> Any:
     s = Scene(system)
     Rows(s, s.tape("eval")).write(chosen)
     contacts, shares = write_contacts(s), write_shares(s)
@@ -219,7 +221,7 @@ def _outputs_table(system: System, chosen: list[Column], keep: list[Any]) -> Any
     names = ["prepare", "eval", *(["contacts"] if contacts else []), *(["kappa"] if shares else [])]
     return OUTPUTS.ctype(
         abi=number(), nout=len(chosen), ncontacts=contacts, nc=s.nc, nkappa=shares, npost=len(post), energy=energy,
-        wants=wants_of(chosen, any(c.key[0] in SOLVED for c in chosen)), post=_records(POST, post, keep),
+        works=int(quadratures), wants=wants_of(chosen, any(c.key[0] in SOLVED for c in chosen)), post=_records(POST, post, keep),
         scene=ctypes.addressof(scene), **_functions(names),
     )  # fmt: skip
 

@@ -5,7 +5,7 @@
 
 #include "tr_abi.h"
 
-enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, SPACES };
+enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, POWER, SPACES };
 
 #define MOST_PLACES 32 /* of a call */
 
@@ -87,17 +87,17 @@ void tr_parts_prepare(const void *scene, const double *p, double *c) {
   walk(s, &s->prepare, base);
 }
 
-void tr_parts_stage1(const double *x, const double *y, const double *c, double *w, double *maps, double *dy) {
+void tr_parts_stage1(const double *x, const double *y, const double *c, double *w, double *maps, double *dy, double *power) {
   const tr_scene *s = scene_of(c);
   double t[s->stage1.scratch + 1];
-  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [MAPS] = maps, [DY] = dy, [T] = t);
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [MAPS] = maps, [DY] = dy, [POWER] = power, [T] = t);
   walk(s, &s->stage1, base);
 }
 
-void tr_parts_stage2(const double *x, const double *y, const double *c, const double *w, const double *z, double *dy) {
+void tr_parts_stage2(const double *x, const double *y, const double *c, const double *w, const double *z, double *dy, double *power) {
   const tr_scene *s = scene_of(c);
   double t[s->stage2.scratch + 1];
-  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = (double *)w, [Z] = (double *)z, [DY] = dy, [T] = t);
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = (double *)w, [Z] = (double *)z, [DY] = dy, [POWER] = power, [T] = t);
   walk(s, &s->stage2, base);
 }
 
@@ -181,10 +181,10 @@ void tr_parts_answer(const double *c, double *w, const double *less, double *n, 
   walk(s, &s->answer, base);
 }
 
-void tr_parts_derive(const double *x, const double *y, const double *c, double *w, const double *z, double *dy) {
+void tr_parts_derive(const double *x, const double *y, const double *c, double *w, const double *z, double *dy, double *power) {
   const tr_scene *s = scene_of(c);
   double t[s->derive.scratch + 1];
-  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [Z] = (double *)z, [DY] = dy, [T] = t);
+  BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [W] = w, [Z] = (double *)z, [DY] = dy, [POWER] = power, [T] = t);
   walk(s, &s->derive, base);
 }
 

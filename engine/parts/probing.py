@@ -36,10 +36,10 @@ class Probe:
             y[at : at + 4] /= np.linalg.norm(y[at : at + 4])
         for k in range(len(self.system.sliders)):
             x[external.mode(k)], x[external.mode(k) + 4] = 1.0, 0.0
-        c, w, dy = np.zeros(t.nc + 1), np.zeros(t.nw + 1), np.zeros(t.nq + t.nv + t.nb + t.naudit + t.nquad + 1)
+        c, w, dy, power = np.zeros(t.nc + 1), np.zeros(t.nw + 1), np.zeros(t.nq + t.nv + t.nb + 1), np.zeros(t.npowers + 1)
         maps, more, turns = np.zeros(t.nmaps + 1), np.zeros(t.nmore + 1), np.zeros(t.ndmore + 1)
         self.call("prepare", p, c)
-        self.call("stage1", x, y, c, w, maps, dy)
+        self.call("stage1", x, y, c, w, maps, dy, power)
         if t.nmore:
             self.call("pressed", rng.normal(size=t.nn + 1), rng.normal(size=t.nrates + 1), x, c, more, turns)
         return maps, turns

@@ -19,11 +19,10 @@ from engine.system.structure import GROUND, Joint
 
 
 class Stepping:
-    """Writes stage 1 and stage 2. quadratures: whether each power is integrated, or the sums for the audit; active: rows of cut
-    joints that have a multiplier; redundant: with the scaled reactions."""
+    """Writes stage 1 and stage 2. active: rows of cut joints that have a multiplier; redundant: with the scaled reactions."""
 
-    def __init__(self, scene: Scene, quadratures: bool, active: Sequence[int] = (), redundant: bool = False):
-        self.scene, self.system, self.quadratures = scene, scene.system, quadratures
+    def __init__(self, scene: Scene, active: Sequence[int] = (), redundant: bool = False):
+        self.scene, self.system = scene, scene.system
         self.parts, self.active = elements(self.system), tuple(active)
         s = self.system
         states = len(s.bristles)
@@ -191,7 +190,7 @@ class Stepping:
             if e.friction.bristles:
                 self._drift(tape, e, N, Block(Space.DY, at, e.joint.kind.nv))
                 at += e.joint.kind.nv
-        self._powers(tape, N, at)
+        self._powers(tape, N)
 
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
@@ -204,11 +203,11 @@ class Stepping:
         part, v = friction.drift(friction.rubbing(e)), self.motion_of(e.joint)[1]
         self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, e))
 
-    def _powers(self, tape: Tape, N: list[Block], at: int) -> None:
-        """Powers behind the derivative, from place ``at`` on."""
+    def _powers(self, tape: Tape, N: list[Block]) -> None:
+        """Powers beside the derivative."""
         s, system = self.scene, self.system
         count = len(system.frictional) + 1 + GIVING
-        each = [tape.scratch_block(1) for _ in range(count)]
+        each = [Block(Space.POWER, i, 1) for i in range(count)]
         for out in each:
             tape.zero(out)
         for e, out in zip(self.parts, each, strict=False):
@@ -229,9 +228,3 @@ class Stepping:
             else:
                 places = s.applied(tape, load, self.moving[load.bodies[0]], tape.scratch_block)
                 s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **places)
-        groups = [[x] for x in each] if self.quadratures else [each[:-GIVING], each[-GIVING:]]
-        for i, group in enumerate(groups):
-            out = Block(Space.DY, at + i, 1)
-            tape.copy(group[0], out)
-            for x in group[1:]:
-                tape.call(Builtin.ADD, [x, out], [1])

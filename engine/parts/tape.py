@@ -33,6 +33,7 @@ class Space(IntEnum):
     SPEED = 15
     A = 16
     EXTRA = 17
+    POWER = 18
 
 
 @dataclass(frozen=True)

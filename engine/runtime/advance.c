@@ -30,12 +30,12 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     const double left = limit - s->clock.t;
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;
-    if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, K))) return TR_FAIL_MULTIPLIERS;
+    if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
     if (s->friction.still) { /* loads may have jumped here */
       int code = tr_settle(s, s->clock.t, TR_A(s, y), -1, 0);
       if (code != TR_OK) return code;
-      memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
     }
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s));
     s->step.have_k1 = 1;
   }
   if (s->step.h <= 0.0) {
@@ -48,7 +48,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_slides(s, i) || tr_pair_of(s, i)->nrates == 1) continue;
     s->step.margin = NAN;
-    if (!tr_is_set(s, i)) tr_freeze(s, i);
+    if (!tr_is_set(s, i)) tr_freeze_at_start(s, i);
     else if (!tr_keeps_direction(s, i, tr_speed_of_state(s, i)) && !tr_stays_on_line(s, i)) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_onset_step(s, TR_A(s, K) + k->nq), tr_held_step(s)));

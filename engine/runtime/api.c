@@ -111,6 +111,7 @@ static void tr_reset(tr_sim *s, double t, double t_stop, double every) {
   tr_moment_of(s)->inside = t + JUST_AFTER;
   memset(TR_A(s, z), 0, sizeof(double) * (s->k->active + s->k->neta));
   memset(TR_A(s, wrap), 0, sizeof(tr_memory) * (s->o ? s->o->npost : 0));
+  memset(TR_A(s, impulsed), 0, sizeof(double) * s->k->npowers);
 }
 
 /* The first output row; the residual of the energy is measured from its value here. TR_OK, or why there is none. */
@@ -119,11 +120,15 @@ static int tr_first_row(tr_sim *s, double *row) {
   memcpy(y, TR_A(s, y), sizeof(double) * tr_width(s));
   int code = tr_output(s, s->clock.t, y, row);
   if (code != TR_OK) return s->clock.status = code;
-  if (s->o->wants & TR_WANTS_CONTACTS) tr_all_contacts(s, y, (tr_contact *)TR_A(s, con));
+  tr_all_contacts(s, y, (tr_contact *)TR_A(s, con));
   if (s->o->energy >= 0) {
     s->audit.energy0 = row[1 + s->o->energy];
     memset(TR_A(s, wrap), 0, sizeof(tr_memory) * s->o->npost);
+    double kept[tr_solution_size(s)];
+    tr_keep_solution(s, kept);
+    memcpy(y, TR_A(s, y), sizeof(double) * tr_width(s));
     tr_output(s, s->clock.t, y, row);
+    tr_put_solution(s, kept);
   }
   s->clock.row_index = 1, s->clock.row_next = s->clock.t + s->clock.every;
   return TR_OK;
@@ -173,15 +178,14 @@ int tr_row(tr_sim *s, double *row) {
 int tr_evaluate(tr_sim *s, double *dy, double *z) {
   s->step.watch = 0;
   if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return 0;
-  memcpy(dy, TR_A(s, dy), sizeof(double) * (s->ny + s->k->nquad));
+  memcpy(dy, TR_A(s, dy), sizeof(double) * (s->ny + s->nworks));
   memcpy(z, TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta));
   return 1;
 }
 
-/* dẏ/d[y, t] at the block's (t, y): (ny + nquad) × (ny + 1), column-major. 1 on success; needs the Jacobian unit. */
+/* dẏ/d[y, t] at the block's (t, y): ny × (ny + 1), column-major. 1 on success; needs the Jacobian unit. */
 int tr_derivatives(tr_sim *s, double *out) {
-  const tr_kernel *k = s->k;
-  int rows = s->ny + k->nquad, ld = tr_jacobian_rows(s);
+  const int rows = s->ny, ld = tr_jacobian_rows(s);
   if (!s->j) return 0;
   s->step.watch = 0, s->step.have_jac = 0;
   if (!tr_jacobian_at(s, s->clock.t, TR_A(s, y))) return 0;

@@ -79,8 +79,9 @@ static void tr_audit_energies(tr_sim *s, const double *y, double *kinetic, doubl
   const tr_kernel *k = s->k;
   double out[2];
   k->energy(TR_A(s, x), y, TR_A(s, c) + k->c_energy, out);
-  *kinetic = out[0], *potential = out[1], *taken = *given = 0.0;
-  for (int i = 0; i < k->nquad + k->naudit; ++i) *(i < k->ntaken ? taken : given) += y[s->ny + i];
+  *kinetic = out[0], *potential = out[1];
+  const double *sums = y + s->ny + s->nworks;
+  *taken = sums[0], *given = sums[1];
 }
 
 /* Balance the energy at (t, y). */
@@ -124,8 +125,8 @@ static void tr_audit_begin(tr_sim *s) {
   double *y = TR_A(s, y);
   a->all = (tr_judgement){.lost_time = -1.0, .jump_time = -1.0};
   for (int i = 0; i < TR_LAWS; ++i) a->all.law[i] = (tr_worst){.time = -1.0};
-  for (int i = 0; i < s->k->naudit; ++i) y[s->ny + s->k->nquad + i] = 0.0;
-  a->known = s->k->energy && s->k->nquad + s->k->naudit;
+  for (int i = 0; i < s->naudit; ++i) y[s->ny + s->nworks + i] = 0.0;
+  a->known = s->k->energy && s->naudit;
   if (!a->known) return;
   tr_set_time(s, s->clock.t);
   tr_audit_energies(s, y, &a->kinetic, &a->potential, &a->taken, &a->given);

@@ -80,10 +80,10 @@ static int tr_case_start(tr_batch *b) {
   int status = tr_start(s, 0.0, set->until, set->every, b->rows);
   if (status == TR_NEED_REDUNDANT) {
     if (!b->variant[1].fresh) return status;
-    double y[s->ny + k->nquad + 1];
-    memcpy(y, TR_A(s, y), sizeof(double) * (s->ny + k->nquad));
+    double y[s->ny + 1];
+    memcpy(y, TR_A(s, y), sizeof(double) * s->ny);
     s = tr_case_block(b, 1);
-    memcpy(TR_A(s, y), y, sizeof(double) * (s->ny + k->nquad));
+    memcpy(TR_A(s, y), y, sizeof(double) * s->ny);
     status = tr_start(s, 0.0, set->until, set->every, b->rows);
   }
   if (status != TR_OK) return status;

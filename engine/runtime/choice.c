@@ -15,7 +15,7 @@ typedef struct tr_choice {
 /* Rows of the Jacobian unit's columns: F, R, and in the redundant variant the scaled reactions and what friction changes in them. */
 static inline int tr_jacobian_rows(const tr_sim *s) {
   const tr_kernel *k = s->k;
-  return s->ny + k->nquad + k->active + k->neta + k->nkappa + k->nmore;
+  return s->ny + k->active + k->neta + k->nkappa + k->nmore;
 }
 
 /* The first `cols` columns by [y, t, z] at (y, z), signals in place. */
@@ -41,7 +41,7 @@ static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int
 static tr_choice tr_choice_of(tr_sim *s, const double *y, const double *J) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now, cols = s->ny + 1, ld = tr_jacobian_rows(s);
-  int top = s->ny + k->nquad;
+  int top = s->ny;
   tr_choice q;
   memset(&q, 0, sizeof q);
   if (m == 0 || r <= 0) return q;

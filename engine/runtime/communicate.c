@@ -6,7 +6,7 @@
 /* The state at t inside the waiting step, in the block's yout. */
 static int tr_inside(tr_sim *s, double t) {
   if (!tr_have_dense(s)) return 0;
-  tr_dense_state(s, (t - s->step.t0) / s->step.size, TR_A(s, yout));
+  tr_state_inside(s, (t - s->step.t0) / s->step.size, TR_A(s, yout));
   return 1;
 }
 

@@ -17,15 +17,23 @@
 /* Rates of a slider from the maps in place. */
 static const double *tr_slider_rates(const tr_sim *s, int i) { return map_rates(s->k, TR_A(s, maps)) + tr_pair_of(s, i)->rate0; }
 
-/* Freeze the direction of sliding as it is now. */
-static void tr_freeze(tr_sim *s, int i) {
+/* Freeze the direction of sliding as it is with the rates r. */
+static void tr_freeze_as(tr_sim *s, int i, const double *r) {
   const tr_pair *pair = tr_pair_of(s, i);
-  const double *r = tr_slider_rates(s, i);
   tr_mode *m = tr_mode_of(s, i);
   if (pair->nrates == 1)
     m->direction[0] = r[0] < 0.0 ? -1.0 : 1.0;
   else
     for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? r[j] : 0.0;
+}
+
+/* The same as it is now, maps in place. */
+static void tr_freeze(tr_sim *s, int i) { tr_freeze_as(s, i, tr_slider_rates(s, i)); }
+
+/* Freeze the direction of pair i as it is at the start of a step. */
+static void tr_freeze_at_start(tr_sim *s, int i) {
+  double rates[3];
+  tr_rates_of_state(s, i, rates), tr_freeze_as(s, i, rates);
 }
 
 /* Whether pair i is a ball in motion. */

@@ -13,7 +13,7 @@
 #define HERMITE_ROWS 3       /* rows of a dense output that make the cubic through values and slopes at both ends */
 
 /* Doubles of a row of the state, integrals included. */
-static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->k->nquad + s->k->naudit); }
+static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->nworks + s->naudit); }
 
 /* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(DIRECTION_ERROR |v|))²,
  * of the worst pair, which is named in *which. */
@@ -34,38 +34,46 @@ static double tr_direction_error(const tr_sim *s, const double *e, const double 
   return worst / (DIRECTION_ERROR * DIRECTION_ERROR);
 }
 
-/* The least a work is measured by, J; this step's share of the works counts, so that they are not 0 at the start. */
-static double tr_work_unit(const tr_sim *s, double h, const double *y) {
-  double most = 0.0;
-  const double *power = TR_A(s, K);
-  for (int i = s->ny; i < s->ny + s->k->nquad; ++i) most = fmax(most, fabs(y[i]) + fabs(h * power[i]));
+/* The least a work is measured by, J; most: the largest of them. */
+static double tr_least_work(const tr_sim *s, double most) {
   return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
-/* Squared error `e` of a step between y and ynew relative to the tolerance, over the number of positions and velocities (works only
- * tighten it). Multipliers show in the velocities as far as they move anything; the others (a driven joint's effort, the force in a
- * damper) in the works. */
-static double tr_size2(const tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
+/* The same of n works, from place `first` of the state on; a step's share of them counts, so that they are not 0 at the start. */
+static double tr_work_unit(const tr_sim *s, double h, const double *y, int first, int n) {
+  double most = 0.0;
+  const double *power = TR_A(s, K);
+  for (int i = first; i < first + n; ++i) most = fmax(most, fabs(y[i]) + fabs(h * power[i]));
+  return tr_least_work(s, most);
+}
+
+/* Squared error `e` of a step between y and ynew relative to the tolerance, over the number of positions and velocities. Multipliers show in
+ * the velocities as far as they move anything; the others (a driven joint's effort, the force in a damper) in the works. */
+static double tr_size2(const tr_sim *s, const double *e, const double *y, const double *ynew) {
   const double *unit = TR_A(s, scale);
   double sum = 0.0;
   for (int i = 0; i < s->ny; ++i) {
     double q = e[i] / (unit[i] + fmax(fabs(y[i]), fabs(ynew[i])));
     sum += q * q;
   }
-  if (s->set.energy > 0.0)
-    for (int i = s->ny; i < s->ny + s->k->nquad; ++i) {
-      double q = e[i] / (work + fmax(fabs(y[i]), fabs(ynew[i])));
-      sum += q * q;
-    }
-  int count = s->ny ? s->ny : s->k->nquad + 1;
-  return sum / (s->set.rtol * s->set.rtol * count);
+  return s->ny ? sum / (s->set.rtol * s->set.rtol * s->ny) : 0.0;
+}
+
+/* The same of n works, from place `first` of the state on, none of which is measured by less than `unit`. */
+static double tr_works2(const tr_sim *s, const double *e, const double *y, const double *ynew, int first, int n, double unit) {
+  double sum = 0.0;
+  for (int i = first; i < first + n && s->set.energy > 0.0; ++i) {
+    double q = e[i] / (unit + fmax(fabs(y[i]), fabs(ynew[i])));
+    sum += q * q;
+  }
+  return sum / (s->set.rtol * s->set.rtol * (s->ny ? s->ny : n + 1));
 }
 
 /* The same with the error of the direction of slow sliding, where that is frozen over a step. The pair is noted whose direction cuts the
  * steps. */
-static double tr_norm2(tr_sim *s, const double *e, const double *y, const double *ynew, double work) {
+static double tr_norm2(tr_sim *s, const double *e, const double *y, const double *ynew) {
   int which = -1;
-  double sum = tr_size2(s, e, y, ynew, work), turns = s->k->sets ? tr_direction_error(s, e, ynew, &which) : 0.0;
+  double sum = tr_size2(s, e, y, ynew), turns = s->k->sets ? tr_direction_error(s, e, ynew, &which) : 0.0;
   if (turns > sum && turns > DIRECTION_CUTS) s->friction.missed = which;
   return sum + turns;
 }
@@ -81,6 +89,19 @@ static void tr_note_strays(tr_sim *s, const double *e, double part) {
     }
     TR_A(s, stray)[i] = pair->v0 < 0 || tr_is_stuck(s, i) ? 0.0 : part * sqrt(sum);
   }
+}
+
+/* A squared error from those that two estimators give: of a higher order than either. */
+static double tr_of_both(double first, double second) {
+  double den = first + SECOND_WEIGHT * second;
+  return den > 0.0 ? first * first / den : (first == 0.0 ? 0.0 : NAN);
+}
+
+/* Squared error of n works, from place `first` of the state on, in the explicit step just made, from its estimators (second: 0 without). */
+static double tr_works_of_step(const tr_sim *s, double h, const double *e, const double *second, int first, int n) {
+  const double *y = TR_A(s, y), *ynew = TR_A(s, ynew), unit = tr_work_unit(s, h, y, first, n);
+  const double error = tr_works2(s, e, y, ynew, first, n, unit);
+  return second ? tr_of_both(error, tr_works2(s, second, y, ynew, first, n, unit)) : error;
 }
 
 /* Put x (e numbers) where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two
@@ -112,16 +133,15 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (m->ends_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
   if (s->set.hfixed > 0.0) return 0.0;
-  double work = tr_work_unit(s, h, y);
+  double *other = TR_A(s, yout);
   m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
-  double first = tr_norm2(s, tmp, y, ynew, work);
-  tr_note_strays(s, tmp, 1.0);
-  if (m->errors == 1) return sqrt(first);
-  double *other = TR_A(s, yout); /* two estimators together are of a higher order than either */
-  m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
-  double den = first + SECOND_WEIGHT * tr_norm2(s, other, y, ynew, work);
-  if (den > 0.0) tr_note_strays(s, tmp, sqrt(first / den));
-  return den > 0.0 ? first / sqrt(den) : (first == 0.0 ? 0.0 : NAN);
+  if (m->errors > 1) m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
+  const double *second = m->errors > 1 ? other : 0;
+  s->step.works = sqrt(tr_works_of_step(s, h, tmp, second, s->ny, s->nworks));
+  const double works = tr_works_of_step(s, h, tmp, second, s->ny + s->nworks, s->naudit), first = tr_norm2(s, tmp, y, ynew);
+  const double motion = second ? tr_of_both(first, tr_norm2(s, second, y, ynew)) : first;
+  tr_note_strays(s, tmp, motion < first ? sqrt(motion / first) : 1.0);
+  return sqrt(motion + works);
 }
 
 /* Spectral radius estimate h|λ| from the last stage and the end (Hairer, Wanner II, IV.2). */
@@ -183,6 +203,24 @@ static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
     for (int r = rows - 1; r >= 0; --r) a = (a + *(const tr_vec *)(R + r * n + i)) * factor[r & 1];
     *(tr_vec *)(out + i) = *(const tr_vec *)(yold + i) + a;
   }
+}
+
+/* Multipliers in place, and what else the next evaluation begins from (tr_solution_size): kept, and put back where something was looked at
+ * beside the motion. */
+static inline int tr_solution_size(const tr_sim *s) { return 1 + s->k->active + s->k->neta + (s->k->nmore ? s->k->active : 0); }
+
+/* Keep it. */
+static void tr_keep_solution(const tr_sim *s, double *kept) {
+  const int nz = s->k->active + s->k->neta;
+  kept[0] = s->loops.open;
+  tr_copy(nz, TR_A(s, z), kept + 1), tr_copy(tr_open_count(s), TR_A(s, amounts), kept + 1 + nz);
+}
+
+/* Put it back. */
+static void tr_put_solution(tr_sim *s, const double *kept) {
+  const int nz = s->k->active + s->k->neta;
+  s->loops.open = (int)kept[0];
+  tr_copy(nz, kept + 1, TR_A(s, z)), tr_copy(tr_open_count(s), kept + 1 + nz, TR_A(s, amounts));
 }
 
 /* The state at θ of the last step, from its dense output, and η where Newton's iteration is to begin there. */

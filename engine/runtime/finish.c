@@ -59,7 +59,7 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
       tr_end_state(s, y);
     } else {
       if (!tr_have_dense(s)) return TR_FAIL_MULTIPLIERS;
-      tr_dense_state(s, theta, y);
+      tr_state_inside(s, theta, y);
     }
     int code = tr_output(s, t, y, rows + width * *count);
     if (code != TR_OK) return code;
@@ -72,13 +72,16 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
 
 /* While a slider passes through its proportional zone, note when its velocity along the old direction vanishes. */
 static void tr_note_reversals(tr_sim *s, double theta_end) {
-  const tr_kernel *k = s->k;
-  for (int i = 0; i < k->nsliders; ++i) {
+  double *y = TR_A(s, yout);
+  for (int i = 0; i < s->k->nsliders; ++i) {
     tr_zone *zone = tr_zone_of(s, i);
     if (!zone->inside || zone->reversal == zone->reversal) continue;
+    if (theta_end < 1.0 && !tr_have_dense(s)) return;
+    if (theta_end < 1.0) tr_dense_eval(s, theta_end, y);
+    tr_maps_at(s, s->step.t0 + theta_end * s->step.size, theta_end < 1.0 ? y : TR_A(s, ynew));
     if (tr_along(s, i) >= 0.0) continue;
     if (!tr_have_dense(s)) return;
-    double a = 0.0, b = theta_end, *y = TR_A(s, yout);
+    double a = 0.0, b = theta_end;
     for (int it = 0; it < HALVES_MOST && b - a > THETA_ROUND_OFF; ++it) {
       double m = 0.5 * (a + b), t = s->step.t0 + m * s->step.size;
       tr_dense_eval(s, m, y);
@@ -94,7 +97,7 @@ static void tr_shift(tr_sim *s, double t, const double *y) {
   int n = tr_width(s);
   if (y != TR_A(s, y)) tr_copy(n, y, TR_A(s, y));
   s->clock.t = t;
-  s->step.margin = NAN, s->step.far_known = 0, s->loops.known = 0;
+  s->step.margin = NAN, s->step.far_known = 0, s->loops.known = 0, s->step.parts = 0;
   while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_same_time(t)) {
     s->clock.next_break++;
     s->step.have_k1 = 0;
@@ -207,7 +210,10 @@ static int tr_finish(tr_sim *s, double *rows, long capacity, long *count) {
   if (s->k->nsliders && !s->pending.noted && pending != TR_IMPULSE_STEP)
     tr_note_reversals(s, pending == TR_WHOLE_STEP ? 1.0 : s->pending.theta);
   s->pending.noted = 1;
+  double kept[tr_solution_size(s)];
+  tr_keep_solution(s, kept);
   code = tr_rows(s, s->pending.t, pending != TR_STEP_TO_EVENT, rows, capacity, count);
+  tr_put_solution(s, kept);
   if (code != TR_OK) return code;
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   if (pending == TR_IMPULSE_STEP) tr_finish_impulses(s);

@@ -10,13 +10,14 @@ static int tr_max(int a, int b) { return a > b ? a : b; }
 static int tr_layout(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = k->nq + nv + k->nb, pairs = k->nsliders, n = TR_PAD(ny + k->nquad + k->naudit);
+  s->ny = k->nq + k->nv + k->nb, s->nworks = o && o->works ? k->npowers : 0, s->naudit = k->npowers ? 2 : 0;
+  const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = s->ny, pairs = k->nsliders, n = tr_width(s);
   int at = 0;
 #define TR_PLACE(field, count) (s->at.field = at, at += TR_PAD((count) + 1))
   TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
   TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
-  TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * TR_DENSE_ROWS);
-  TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(zstart, a + e); TR_PLACE(zend, a + e);
+  TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * tr_max(TR_DENSE_ROWS, WORK_NODES));
+  TR_PLACE(power, k->npowers); TR_PLACE(parted, k->npowers); TR_PLACE(impulsed, 2 * k->npowers); TR_PLACE(work, s->nworks); TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, a + e); TR_PLACE(zold, a + e); TR_PLACE(zstart, a + e); TR_PLACE(zend, a + e);
   TR_PLACE(zbeyond, a + e); TR_PLACE(scale, n);
   TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);
@@ -36,7 +37,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
   TR_PLACE(pivots, along * k->nbodies); TR_PLACE(less, along * e); TR_PLACE(borne, along * e); TR_PLACE(acc, along * e);
   TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
-  int nz = a + e, dense = (ny + k->nquad + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
+  int nz = a + e, dense = (ny + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));
   TR_PLACE(jp, s->j ? s->j->nw : 0); TR_PLACE(W, s->j ? ny * ny : 0); TR_PLACE(wperm, s->j ? ny : 0);
@@ -58,7 +59,6 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
   if (k->nx != TR_DOUBLES(tr_moment) + TR_DOUBLES(tr_signal) * k->ntables + k->nstops + TR_DOUBLES(tr_mode) * k->nsliders) return 0;
   s->k = k, s->o = o, s->j = j, s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
   s->bytes = TR_HEAD + sizeof(double) * tr_layout(s, ntable);
-  s->ny = k->nq + k->nv + k->nb;
   s->clock.width = 1 + (o ? o->nout : 0);
   s->set = (tr_settings){.rtol = RTOL, .hmax = INFINITY, .length = 1.0, .rate = 1.0, .project = 1, .locate = 1}; /* and method auto */
   s->step.method = TR_AUTO_TIGHT;

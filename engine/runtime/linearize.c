@@ -10,10 +10,10 @@
 
 /* All multipliers at (t, y) moved by h along the direction; 0 when they cannot be found. */
 static int tr_moved_multipliers(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double h, double *z) {
-  double y[s->ny + s->k->nquad + 4];
+  double y[s->ny + 4];
   tr_input kept[ninputs + 1];
   tr_signal now;
-  memcpy(y, TR_A(s, y), sizeof(double) * (s->ny + s->k->nquad));
+  memcpy(y, TR_A(s, y), sizeof(double) * s->ny);
   for (int i = 0; i < s->ny; ++i) y[i] += h * dy[i];
   for (int i = 0; i < ninputs; ++i) { /* the signals from here on */
     tr_input *input = (tr_input *)tr_table_of(s, i);
@@ -45,7 +45,7 @@ static int tr_open_derivative(tr_sim *s, int ninputs, const tr_signal *inputs, c
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns) {
   const tr_kernel *k = s->k;
   if (!s->j || !l || l->abi != TR_ABI) return 0;
-  int ny = s->ny, a = k->active, e = k->neta, nz = a + e, top = ny + k->nquad, ld = top + nz, ni = TR_DOUBLES(tr_signal) * l->ninputs;
+  int ny = s->ny, a = k->active, e = k->neta, nz = a + e, ld = ny + nz, ni = TR_DOUBLES(tr_signal) * l->ninputs;
   double c[l->nc + 1], z[k->rows + e + 1], dz[k->rows + e + 1], f[ld + 1], seed[ni + ny + k->rows + e + k->nv + 1];
   double *J = TR_A(s, jac), *y = TR_A(s, y);
   const double *x = TR_A(s, x);

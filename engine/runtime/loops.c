@@ -115,7 +115,7 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
 static void tr_form_maps(tr_sim *s) {
   if (s->step.mapped || !s->k->begin) return;
   s->step.mapped = TR_MAPS_RAW;
-  s->k->stage1(TR_A(s, x), TR_A(s, yeval), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval));
+  s->k->stage1(TR_A(s, x), TR_A(s, yeval), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval), TR_A(s, power));
 }
 
 /* q̈ of the sliding freedoms = Q0' + Qe' η with λ eliminated. */

@@ -44,7 +44,7 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
   double up = big > 0.0 ? 1.0 / big : 0.0;
   memset(z, 0, sizeof z);
   tr_form_maps(s);
-  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
+  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f, TR_A(s, power));
   double base[n];
   memcpy(base, f, sizeof(double) * n);
   double size = 0.0;
@@ -57,7 +57,7 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
   double f1 = gain > 0.0 ? up * fmax(1.0, size / gain) : up;
   for (int i = 0; i < a; ++i) z[i] = dlam[i] * f1;
   for (int i = 0; i < e; ++i) z[a + i] = deta[i] * f1;
-  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f);
+  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f, TR_A(s, power));
   for (int i = 0; i < k->nv; ++i) dv[i] = f1 > 0.0 ? (f[k->nq + i] - base[k->nq + i]) / f1 : 0.0;
 }
 

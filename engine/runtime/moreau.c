@@ -62,7 +62,7 @@ static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_modes(s) : n ? tr_moreau_decides(s, rest, n, h) : runs ? tr_solve_modes(s) : tr_multipliers(s);
   s->moreau.h = 0.0;
-  if (ok) k->stage2(TR_A(s, x), mid, TR_A(s, c), TR_A(s, w), TR_A(s, z), TR_A(s, dy));
+  if (ok) tr_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;
 }
 
@@ -130,11 +130,11 @@ static int tr_moreau_part(tr_sim *s, double t, const double *y, double h, double
   tr_set_time(s, t + 0.5 * h);
   if (s->set.hfixed > 0.0) tr_moreau_stops(s, t + 0.5 * h, mid);
   if (!tr_moreau_solve(s, t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
-  memcpy(ynew, mid, sizeof(double) * tr_width(s));
-  for (int i = k->nq; i < s->ny + k->nquad + k->naudit; ++i) ynew[i] = y[i] + h * f[i];
+  memcpy(ynew, mid, sizeof(double) * tr_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, parted));
+  for (int i = k->nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
   tr_keep_still(s, ynew);
   tr_drift(s, ynew, ynew + k->nq, 0.5 * h);
-  if (!tr_finite(s->ny + k->nquad, ynew)) return TR_FAIL_NOT_FINITE;
+  if (!tr_finite(s->ny, ynew)) return TR_FAIL_NOT_FINITE;
   if (!tr_project(s, t + h, ynew)) return s->step.trouble;
   if (s->friction.still) tr_watch(s);
   if (!(s->set.hfixed > 0.0) && !s->moreau.keeps) tr_moreau_rests(s, t + h, ynew, then);

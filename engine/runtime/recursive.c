@@ -182,6 +182,6 @@ static int tr_rhs_along(tr_sim *s, const double *y, double *dy) {
   const tr_kernel *k = s->k;
   tr_begin_along(s, y, dy);
   if (!tr_newton_along(s, 1)) return 0;
-  k->derive(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, z), dy);
+  k->derive(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, z), dy, TR_A(s, power));
   return 1;
 }

@@ -87,9 +87,12 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_impulse(s, y, dlam, deta, response, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-      for (int q = 0; q < n && k->ntaken; ++q) { /* their work: the friction of element m is the m-th integral, if each is one */
+      for (int q = 0; q < n; ++q) { /* their work: the friction of element m is the m-th power */
         const tr_pair *pair = tr_pair_of(s, rest[q]);
-        for (int j = 0; j < pair->nrates; ++j) y[s->ny + (k->naudit ? 0 : pair->element)] -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
+        double work = 0.0;
+        for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
+        if (s->nworks) y[s->ny + pair->element] += work;
+        if (s->naudit) y[s->ny + s->nworks] += work;
       }
     }
   }

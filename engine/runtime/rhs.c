@@ -88,13 +88,26 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_signa
 /* Make t the moment of the block's own signals. */
 static inline void tr_set_time(tr_sim *s, double t) { tr_signals_at(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }
 
+/* Powers just written go behind the derivative dy: each where columns ask for works, then the sums that the audit looks at. */
+static inline void tr_put_powers(const tr_sim *s, double *dy) {
+  const tr_kernel *k = s->k;
+  const double *power = TR_A(s, power);
+  double *out = dy + s->ny, sum[2] = {0.0, 0.0};
+  if (!s->naudit) return;
+  for (int i = 0; i < s->nworks; ++i) out[i] = power[i];
+  for (int i = 0; i < k->npowers; ++i) sum[i >= k->ntaken] += power[i];
+  out[s->nworks] = sum[0], out[s->nworks + 1] = sum[1];
+}
+
 /* Put the maps of the state y in place, at the moment whose signals are; of a tree of parts they are formed when they are
  * asked for. What is known of ẏ stays (a large tree that rubs puts its own there);
  * without multipliers the maps are ẏ. */
 static void tr_maps_of(tr_sim *s, const double *y) {
   s->step.along = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW;
+  double *dy = s->k->active + s->k->neta ? TR_A(s, dyeval) : TR_A(s, dy);
   if (s->k->begin) tr_begin_along(s, y, TR_A(s, dyeval));
-  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), s->k->active + s->k->neta ? TR_A(s, dyeval) : TR_A(s, dy));
+  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
+  if (dy == TR_A(s, dy)) tr_put_powers(s, dy);
 }
 
 /* The same at time t. */
@@ -142,27 +155,35 @@ static int tr_finite(int n, const double *a) {
   return sum == 0.0;
 }
 
+/* ẏ (dy), powers behind it, at the state y whose stage 1 is in place, with the multipliers z. */
+static inline void tr_stage2(tr_sim *s, const double *y, const double *z, double *dy) {
+  s->k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, dy, TR_A(s, power));
+  tr_put_powers(s, dy);
+}
+
 /* ẏ at (t, y). 0 when the multipliers cannot be found; then step.trouble says why. */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   const tr_kernel *k = s->k;
-  const double *x = TR_A(s, x), *c = TR_A(s, c);
-  double *w = TR_A(s, w), *maps = TR_A(s, maps);
   s->stats.rhs_evaluations++;
   tr_set_time(s, t);
   if (tr_recurs(s) && tr_rhs_along(s, y, dy)) {
+    tr_put_powers(s, dy);
     if (s->step.watch) tr_watch(s);
     if (s->friction.still) tr_keep_still(s, dy);
     return 1;
   }
-  k->stage1(x, y, c, w, maps, dy);
+  k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
   s->step.mapped = TR_MAPS_RAW, s->step.loaded = 1, s->step.along = 0;
-  if (k->active + k->neta == 0) return 1;
+  if (k->active + k->neta == 0) {
+    tr_put_powers(s, dy);
+    return 1;
+  }
   if (!tr_multipliers(s)) {
-    s->step.trouble = tr_finite(k->nmaps, maps) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
+    s->step.trouble = tr_finite(k->nmaps, TR_A(s, maps)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
     return 0;
   }
   if (s->step.watch) tr_watch(s), tr_watch_loops(s);
-  k->stage2(x, y, c, w, TR_A(s, z), dy);
+  tr_stage2(s, y, TR_A(s, z), dy);
   if (s->friction.still) tr_keep_still(s, dy);
   return 1;
 }

@@ -1,7 +1,7 @@
 /* The L-stable Rosenbrock method with the exact Jacobian, and the choice between it and the explicit methods.
  *
- * dF/dy = F_y − F_z R_z⁻¹ R_y: multipliers are eliminated inside the derivative just as inside the right-hand side. Integrals
- * (powers) do not act back on the motion; their rows are solved after it. */
+ * dF/dy = F_y − F_z R_z⁻¹ R_y: multipliers are eliminated inside the derivative just as inside the right-hand side. Works do not
+ * act back on the motion and have no rows: they are integrated along its dense output (``works.c``). */
 #include "modes.h"
 
 #define KINKS_MAX 12      /* steps that end at a kink, beyond the number of those that do not: then the stiff method takes over */
@@ -31,7 +31,7 @@ static void tr_still_shift(tr_sim *s, const double *R, const double *lam, double
 static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const tr_choice *choice, double *dz) {
   tr_form_all(s);
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny + k->nquad, open = choice ? tr_open_count(s) : 0;
+  int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny, open = choice ? tr_open_count(s) : 0;
   const double *T = TR_A(s, T), *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);
   double *lu = TR_A(s, lu), b[a + 1], lam[a + 1], shift[n + 1];
   int *perm = (int *)TR_A(s, perm) + a;
@@ -72,10 +72,10 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
   return 1;
 }
 
-/* jac ← dF/d[y, t] at (t, y): (ny+nquad) × (ny+1), column-major in place (leading dimension ld). 0 when not available. */
+/* jac ← dF/d[y, t] at (t, y): ny × (ny+1), column-major in place (leading dimension ld). 0 when not available. */
 static int tr_jacobian_at(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
-  int nz = k->active + k->neta, top = s->ny + k->nquad, ld = tr_jacobian_rows(s), cols = s->ny + 1;
+  int nz = k->active + k->neta, top = s->ny, ld = tr_jacobian_rows(s), cols = s->ny + 1;
   double *J = TR_A(s, jac), *z = TR_A(s, z);
   if (!tr_rhs(s, t, y, TR_A(s, dy))) return 0;
   if (k->neta) tr_law(s, z + k->active);
@@ -120,9 +120,9 @@ TR_INLINE void tr_stages_sum(int nv, int count, const double *a, const tr_vec *y
   }
 }
 
-/* Stage `st` into its row of K. Integrals do not act back on the motion: their rows are solved after it. 0 when f cannot be evaluated. */
+/* Stage `st` into its row of K. 0 when f cannot be evaluated. */
 TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h, double shift) {
-  const int n = tr_width(s), nv = n / 4, ny = s->ny, nquad = s->k->nquad, ld = tr_jacobian_rows(s);
+  const int n = tr_width(s), nv = n / 4, ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *ft = J + (size_t)ny * ld;
   double *K = TR_A(s, K), *tmp = TR_A(s, ytmp), *ki = K + (st + 1) * n, *f = TR_A(s, dy), c[TR_STAGES];
   if (st == 0) {
@@ -132,15 +132,10 @@ TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h
     if (!tr_rhs(s, s->clock.t + m->c[st] * h, tmp, f)) return 0;
   }
   for (int p = 0; p < st; ++p) c[p] = m->C[st * m->stages + p] / h;
-  for (int i = 0; i < ny + nquad; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
-  for (int i = ny + nquad; i < n; ++i) ki[i] = 0.0; /* works that only the audit wants: ``works.c`` */
+  for (int i = 0; i < ny; ++i) ki[i] = f[i] + h * m->d[st] * ft[i];
+  for (int i = ny; i < n; ++i) ki[i] = 0.0;
   tr_stages_sum(nv, st, c, (tr_vec *)ki, (tr_vec *)K, (tr_vec *)ki);
   tr_lu_solve(ny, TR_A(s, W), (int *)TR_A(s, wperm), ki);
-  for (int r = 0; r < nquad; ++r) {
-    double a = ki[ny + r];
-    for (int q = 0; q < ny; ++q) a += J[ny + r + (size_t)q * ld] * ki[q];
-    ki[ny + r] = a / shift;
-  }
   return 1;
 }
 
@@ -161,7 +156,7 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   tr_stages_sum(n / 4, m->stages, m->b, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (s->set.hfixed > 0.0) return 0.0;
   tr_note_strays(s, K + m->stages * n, 1.0);
-  return sqrt(tr_norm2(s, K + m->stages * n, y, ynew, tr_work_unit(s, h, y)));
+  return sqrt(tr_norm2(s, K + m->stages * n, y, ynew));
 }
 
 /* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */
@@ -191,7 +186,7 @@ static int tr_have_dense(tr_sim *s) {
   if (s->step.have_dense) return 1;
   const tr_method *m = tr_method_of(s);
   s->step.have_dense = m->kind == TR_IMPLICIT ? tr_dense_rosenbrock(s, m->rosenbrock) : tr_dense_explicit(s, m->explicit);
-  if (m->kind == TR_IMPLICIT && s->k->naudit) tr_works_dense(s);
+  if (m->kind == TR_IMPLICIT && s->naudit) tr_works_dense(s);
   return s->step.have_dense;
 }
 

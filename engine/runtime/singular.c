@@ -46,7 +46,7 @@ static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   const double *K = TR_A(s, K), *end = K + m->end * n;
   double *jump = TR_A(s, ytmp);
   for (int i = 0; i < n; ++i) jump[i] = h * (end[i] - K[i]);
-  return pow(tr_size2(s, jump, TR_A(s, y), TR_A(s, ynew), INFINITY), 0.5 * m->order);
+  return pow(tr_size2(s, jump, TR_A(s, y), TR_A(s, ynew)), 0.5 * m->order);
 }
 
 /* After a whole step: how independence changed in it; the next one begins where it ended. */

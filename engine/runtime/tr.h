@@ -29,6 +29,9 @@ typedef struct tr_stepping {
   double t0, size;     /* begin and length of the last accepted step, s */
   double err_old;      /* error of the last accepted step, 1 at the tolerance; 0: none yet */
   double jac_t;        /* time the Jacobian in place belongs to, s */
+  double works;        /* error of the works of columns in the last accepted step, 1 at the tolerance, */
+  double worked;       /* part of it up to which they are integrated for rows; 0: none */
+  int parts;           /* they are integrated in parts (``works.c``) */
   int method;          /* in force: its number; never that of method auto */
   int have_k1;         /* the first row of K belongs to the state in `y` */
   int have_dense;      /* the rows of the dense output belong to the last accepted step */
@@ -149,6 +152,8 @@ typedef struct tr_places {
   int y, ynew, yold, ytmp, yout, dy; /* states: at `t`, after the step, before it, of a stage, of an output or a probe; ẏ of the last evaluation */
   int cand;         /* state at an event; directions of open reactions */
   int K, kstep;     /* slopes of the stages; rows of the dense output */
+  int power, work;  /* powers of the last evaluation; works of the step up to a row inside it */
+  int parted, impulsed; /* powers of the last part of a step of impulses; works of all such steps, and with the one at hand (``impulses.c``) */
   int w, maps;      /* stage 1: what it keeps, what it says about the multipliers */
   int z, zold;      /* multipliers, now and where a step that is refused begins anew */
   int zstart, zend; /* those at the start and at the end of the last step that was made: between them roots are followed inside it */
@@ -195,7 +200,8 @@ typedef struct tr_sim {
   const tr_kernel *k;
   const tr_outputs *o;  /* 0: no columns */
   const tr_jacobian *j; /* 0: none, or not yet */
-  int ny;               /* nq + nv + nb: the state without its integrals */
+  int ny;               /* nq + nv + nb: the state without its integrals, */
+  int nworks, naudit;   /* those that columns ask for, and those that the audit looks at: what takes energy, what gives it */
   tr_settings set;
   tr_clock clock;
   tr_stepping step;

@@ -15,7 +15,7 @@
 static int tr_fault(const tr_sim *s, double err, const double *ynew) {
   if (err == err) return TR_FAIL_STEP;
   if (s->step.trouble != TR_OK) return s->step.trouble;
-  return s->k->neta && tr_finite(s->ny + s->k->nquad, ynew) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
+  return s->k->neta && tr_finite(s->ny, ynew) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
 }
 
 /* A trial step: how long it is, whether it reaches the limit of the call, and what came of it. */
@@ -43,11 +43,11 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
 
 /* What becomes of a trial step within the tolerance: it is brought back onto the manifold, evaluated at its end and searched for events. */
 TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
-  const int n = tr_width(s), live = s->ny + s->k->nquad;
+  const int n = tr_width(s), live = s->ny;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
   s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
   tr_copy(n, TR_A(s, y), TR_A(s, yold));
-  if (m->kind == TR_IMPLICIT && s->k->naudit) tr_works_middle(s, m->rosenbrock);
+  if (m->kind == TR_IMPLICIT && s->naudit) tr_works_middle(s, m->rosenbrock);
   if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
   else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
@@ -89,13 +89,13 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);
   if (event) {
-    tr_sharpen_pending(s);
+    tr_sharpen_pending(s), tr_integrate_works(s, m);
     return;
   }
   tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
-  if (m->kind == TR_IMPLICIT && k->naudit) tr_works_dense(s);
+  tr_integrate_works(s, m);
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 

@@ -61,7 +61,7 @@ static void tr_watch_contacts(tr_sim *s, const double *a) {
   int nc = s->o ? s->o->ncontacts : 0;
   tr_contact now[nc + 1], *before = (tr_contact *)TR_A(s, con);
   double theta, least;
-  if (!nc || !(s->o->wants & TR_WANTS_CONTACTS) || !tr_contacts_at(s, TR_A(s, ynew), a, now)) return;
+  if (!nc || !tr_contacts_at(s, TR_A(s, ynew), a, now)) return;
   double floor = 0.0;
   for (int i = 0; i < nc; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, now[i].force));
   for (int m = 0; m < s->k->nsliders; ++m) {

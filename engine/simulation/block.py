@@ -84,7 +84,7 @@ class Block:
     def _views(self) -> None:
         s = self.kernel.sizes
         self.parameters = self._view(Array.PARAMETERS, s["np"])
-        self.y = self._view(Array.STATE, self.ny + s["nquad"])
+        self.y = self._view(Array.STATE, self.ny + s["works"])
         self.x = self._view(Array.SIGNALS, s["nx"])
         self._tables = self.lib.tr_array(self.at, Array.TABLES)
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
@@ -161,16 +161,16 @@ class Block:
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
         """(ẏ (ny), multipliers) at the present state."""
         sizes = self.kernel.sizes
-        dy, z = np.zeros(self.ny + sizes["nquad"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
+        dy, z = np.zeros(self.ny + sizes["works"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
             raise RuntimeError("no multipliers")
         return dy[: self.ny], z[:-1]
 
     def derivatives(self) -> np.ndarray:
-        """∂ẏ/∂[y, t] at the present state ((ny + integrals) × (ny + 1)); attaches the Jacobian unit when it is missing."""
+        """∂ẏ/∂[y, t] at the present state (ny × (ny + 1)); attaches the Jacobian unit when it is missing."""
         if "jacobian" not in self.kernel.libraries or not self._has_jacobian:
             self.attach_jacobian()
-        out = np.zeros((self.ny + 1, self.ny + self.kernel.sizes["nquad"]))
+        out = np.zeros((self.ny + 1, self.ny))
         if not self.lib.tr_derivatives(self.at, out.ctypes.data):
             raise RuntimeError("no derivatives at this state")
         return out.T

@@ -31,9 +31,9 @@ from tests.benchmarks.timing import clocked, pin
 
 LOOP = """
 #include <time.h>
-double bench(long n,const double*x,double*y,const double*c,double*w,double*maps,double*dy){
+double bench(long n,const double*x,double*y,const double*c,double*w,double*maps,double*dy){double power[1];
 struct timespec a,b;clock_gettime(CLOCK_MONOTONIC,&a);double q=y[0];
-for(long i=0;i<n;++i){y[0]=q+1e-9*(i&1);k_stage1(x,y,c,w,maps,dy);}
+for(long i=0;i<n;++i){y[0]=q+1e-9*(i&1);k_stage1(x,y,c,w,maps,dy,power);}
 y[0]=q;clock_gettime(CLOCK_MONOTONIC,&b);return ((b.tv_sec-a.tv_sec)*1e9+(b.tv_nsec-a.tv_nsec))/n;}
 """
 SIZES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
@@ -49,7 +49,7 @@ def unrolled(sym: Symbols, reactions: bool) -> tuple[str, int, int]:
         outs.append(Output("maps", 0, [SX(n) for n in acc.N], 1))
     stages = [
         Stage("k_prepare", f"{CONST}p,double*restrict c", "c"),
-        Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy", "w"),
+        Stage("k_stage1", f"{STATE},double*restrict w,double*restrict maps,double*restrict dy,double*restrict power", "w"),
     ]
     code = emit(inputs(sym), outs, stages)
     return code.text, code.kept[0], code.kept[1]

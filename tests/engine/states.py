@@ -46,7 +46,7 @@ def block_after(scene: Scene, t: float, rtol: float = 1e-10) -> bl.Block:
 def rate(block: bl.Block, y: np.ndarray | None = None, t: float | None = None) -> np.ndarray:
     """d/dt of [states, integrals] at (t, y). The friction modes stay as they are; with a time given they are chosen anew, as for a
     run that starts there."""
-    keep, n = block.y.copy(), block.ny + block.kernel.sizes["nquad"]
+    keep, n = block.y.copy(), block.ny + block.kernel.sizes["works"]
     if y is not None:
         block.y[: block.ny] = y[: block.ny]
     if t is not None:
@@ -62,7 +62,7 @@ def differences(block: bl.Block) -> np.ndarray:
     y, columns = block.y[: block.ny].copy(), []
     for i in range(block.ny):
         h = 1e-5 * max(1.0, abs(y[i]))
-        f = [rate(block, y + k * h * np.eye(block.ny)[i]) for k in (-2, -1, 1, 2)]
+        f = [rate(block, y + k * h * np.eye(block.ny)[i])[: block.ny] for k in (-2, -1, 1, 2)]
         columns.append((f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h))
     return np.array(columns).T
 
@@ -70,6 +70,6 @@ def differences(block: bl.Block) -> np.ndarray:
 def time_differences(block: bl.Block, t: float) -> np.ndarray:
     """Vector d rate/dt by differences of fourth order."""
     h = 1e-4
-    f = [rate(block, t=t + k * h) for k in (-2, -1, 1, 2)]
+    f = [rate(block, t=t + k * h)[: block.ny] for k in (-2, -1, 1, 2)]
     rate(block, t=t)
     return (f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h)

@@ -30,7 +30,7 @@ ROUND_OFF = 1e-12
 """Of the largest number a function writes: the same sums in another order."""
 CANCELS = 1e-3
 """Where less is left of numbers of the size of one, they have cancelled."""
-SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates", "nquad", "naudit", "ntaken", "nsliders", "nstops",
+SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates", "npowers", "ntaken", "nsliders", "nstops",
          "ntables", "nquat", "nelements", "npaces", "ndn", "sets", "nkappa", "nmore", "ndmore", "loop_friction",
          "coupled")  # fmt: skip
 
@@ -75,16 +75,17 @@ class State:
 def written(table: Any, s: State) -> dict[str, np.ndarray]:
     """What every function of a kernel writes."""
     c, w = np.zeros(table.nc + 8), np.zeros(table.nw + 64)
-    sizes = {"maps": table.nmaps + 8, "dy": len(s.y), "dq": table.nq + 4, "eta": table.neta + 4, "dN": table.ndn + 8,
+    sizes = {"maps": table.nmaps + 8, "dy": len(s.y), "power": table.npowers + 4, "dq": table.nq + 4,
+             "eta": table.neta + 4, "dN": table.ndn + 8,
              "sliding": 3 * table.nsliders + 4, "hold": 3 * table.nsliders + 4, "dhold": 6 * table.nsliders + 4, "energy": 4,
              "closure": 2 * table.rows + 4, "more": table.nmore + 4, "dmore": table.ndmore + 8,
              "depths": table.nstops + 4, "eta alone": table.neta + 4, "hold alone": 3 * table.nsliders + 4}  # fmt: skip
     out = {name: np.zeros(size) for name, size in sizes.items()}
     called(table, "prepare", s.p, c)
-    called(table, "stage1", s.x, s.y, c, w, out["maps"], out["dy"])
+    called(table, "stage1", s.x, s.y, c, w, out["maps"], out["dy"], out["power"])
     if table.neta + table.active:
-        out["dy"][:] = 0.0  # with multipliers stage 2 writes it
-        called(table, "stage2", s.x, s.y, c, w, s.z, out["dy"])
+        out["dy"][:] = out["power"][:] = 0.0  # with multipliers stage 2 writes it
+        called(table, "stage2", s.x, s.y, c, w, s.z, out["dy"], out["power"])
     if table.rows:
         called(table, "closure", s.x, s.y, c[table.c_closure :], out["closure"])
     if table.nmore:
@@ -101,12 +102,12 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
     return out
 
 
-def agree(scene: Scene, quadratures: bool = False, redundant: bool = False) -> None:
+def agree(scene: Scene, redundant: bool = False) -> None:
     """Every function of a scene's two kernels writes the same."""
     built = build(scene)
-    one = kernel(built.system, len(built.parameters.values), [], quadratures, redundant)
+    one = kernel(built.system, len(built.parameters.values), [], False, redundant)
     compiled = KERNEL.ctype.in_dll(one.libraries["kernel"], "trunnion_kernel")
-    other = parts_kernel(built.system, len(built.parameters.values), [], quadratures, redundant)
+    other = parts_kernel(built.system, len(built.parameters.values), [], False, redundant)
     parts = other.tables["kernel"]
     assert other.facts["active_rows"] == one.facts["active_rows"]
     assert {n: getattr(parts, n) for n in SIZES} == {n: getattr(compiled, n) for n in SIZES}
@@ -119,10 +120,9 @@ def agree(scene: Scene, quadratures: bool = False, redundant: bool = False) -> N
             np.testing.assert_allclose(found[name][:n], values[:n], rtol=0.0, atol=most, err_msg=name)
 
 
-@pytest.mark.parametrize("quadratures", [False, True])
 @pytest.mark.parametrize("seed", TREES)
-def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_parts(seed: int, quadratures: bool) -> None:
-    agree(tree(seed), quadratures)
+def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_parts(seed: int) -> None:
+    agree(tree(seed))
 
 
 @pytest.mark.parametrize("redundant", [False, True])

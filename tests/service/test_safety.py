@@ -30,7 +30,7 @@ def test_generated_c_holds_no_text_of_the_user() -> None:
     every = columns(built.system)
     arguments = (built.system, len(built.parameters.values))
     units = kernel_source(*arguments, every, needs_quadratures(every), False).units
-    assert all("zqx" not in c for c in [*units.values(), jacobian_source(*arguments, needs_quadratures(every), False)])
+    assert all("zqx" not in c for c in [*units.values(), jacobian_source(*arguments, False)])
 
 
 @pytest.mark.parametrize(
