@@ -5,6 +5,7 @@
 #define ROUND_OFF 1e-9 /* of the largest contact force before or after: less carries nothing, and has no direction */
 #define NEAR_ZERO 0.2  /* of the smaller force: how close to zero the force passes when it separates */
 #define HALVINGS 3     /* of the step: in an eighth of it a force through zero is a straight line */
+#define LINES_MOST 8   /* straight lines after that: each leaves the square of what the last one did, at first */
 #define TINY 1e-300    /* N²: keeps a quotient finite where there is no force at all */
 
 /* Contact forces of all pairs at the state just evaluated (a: accelerations of the rates). 0 when there are none. */
@@ -39,21 +40,35 @@ static double tr_closest(const tr_contact *p, const tr_contact *q, double *least
   return at;
 }
 
-/* Narrow the interval in which contact i turns to an eighth, on the dense output; 1 when it still turns there through zero. */
+/* Narrow the interval a…b in which contact i turns, on the dense output: to its part before or behind m. */
+static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_contact *lo, tr_contact *hi) {
+  tr_contact mid[s->o->ncontacts];
+  double *y = TR_A(s, yout);
+  tr_dense_eval(s, m, y);
+  if (s->k->nquat) tr_normalize(s, y);
+  if (!tr_rhs(s, s->step.t0 + m * s->step.size, y, TR_A(s, dy)) || !tr_all_contacts(s, y, mid)) return 0;
+  if (tr_turn_of(lo, mid + i) > tr_turn_of(mid + i, hi)) *b = m, *hi = mid[i];
+  else *a = m, *lo = mid[i];
+  return 1;
+}
+
+/* Where in the step contact i turns through zero: halves first, then where the straight line through both ends does, until that stays. 0: it
+ * does not. */
 static int tr_separates(tr_sim *s, int i, const tr_contact *before, const tr_contact *after, double *theta) {
-  int nc = s->o->ncontacts;
-  tr_contact lo = before[i], hi = after[i], mid[nc];
-  double a = 0.0, b = 1.0, least, *y = TR_A(s, yout);
-  for (int halves = 0; halves < HALVINGS; ++halves) {
-    double m = 0.5 * (a + b);
-    tr_dense_eval(s, m, y);
-    if (s->k->nquat) tr_normalize(s, y);
-    if (!tr_rhs(s, s->step.t0 + m * s->step.size, y, TR_A(s, dy)) || !tr_all_contacts(s, y, mid)) return 0;
-    if (tr_turn_of(&lo, mid + i) > tr_turn_of(mid + i, &hi)) b = m, hi = mid[i];
-    else a = m, lo = mid[i];
-  }
+  tr_contact lo = before[i], hi = after[i];
+  double a = 0.0, b = 1.0, least;
+  for (int halves = 0; halves < HALVINGS; ++halves)
+    if (!tr_narrow_turn(s, i, 0.5 * (a + b), &a, &b, &lo, &hi)) return 0;
+  if (!(tr_turn_of(&lo, &hi) > TURNED)) return 0;
   *theta = a + (b - a) * tr_closest(&lo, &hi, &least);
-  return tr_turn_of(&lo, &hi) > TURNED && least < NEAR_ZERO;
+  if (!(least < NEAR_ZERO)) return 0;
+  for (int it = 0; it < LINES_MOST; ++it) {
+    const double last = *theta;
+    if (!(last > a && last < b) || !tr_narrow_turn(s, i, last, &a, &b, &lo, &hi)) break;
+    *theta = a + (b - a) * tr_closest(&lo, &hi, &least);
+    if (fabs(*theta - last) <= s->set.rtol) break;
+  }
+  return 1;
 }
 
 /* After an accepted step without event, its end evaluated (a: accelerations there). */

@@ -17,10 +17,14 @@ OWN_ERROR = 10.0
 """Times the tolerance: the run's own error, below which a margin is marginal."""
 
 
+UNLOCATED = "separation"
+"""Kind of event by which a force is said to pass near nothing between two steps: whether it does hangs on how long they are."""
+
+
 def times(r: Result) -> dict[tuple[str, int, str], list[float]]:
     """Times of the events of each kind of each joint, s."""
     found: dict[tuple[str, int, str], list[float]] = defaultdict(list)
-    for e in sorted(r.events, key=lambda e: e.time):
+    for e in sorted((e for e in r.events if e.kind != UNLOCATED), key=lambda e: e.time):
         found[e.joint, e.part, e.kind].append(e.time)
     return found
 
