@@ -207,20 +207,24 @@ static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
 
 /* Multipliers in place, and what else the next evaluation begins from (tr_solution_size): kept, and put back where something was looked at
  * beside the motion. */
-static inline int tr_solution_size(const tr_sim *s) { return 1 + s->k->active + s->k->neta + (s->k->nmore ? s->k->active : 0); }
+static inline int tr_solution_size(const tr_sim *s) {
+  return 2 + s->k->active + s->k->neta + (s->k->nmore ? s->k->active : 0) + (s->k->begin ? s->k->nn : 0);
+}
 
 /* Keep it. */
 static void tr_keep_solution(const tr_sim *s, double *kept) {
   const int nz = s->k->active + s->k->neta;
-  kept[0] = s->loops.open;
-  tr_copy(nz, TR_A(s, z), kept + 1), tr_copy(tr_open_count(s), TR_A(s, amounts), kept + 1 + nz);
+  kept[0] = s->loops.open, kept[1] = s->step.loaded;
+  tr_copy(nz, TR_A(s, z), kept + 2), tr_copy(tr_open_count(s), TR_A(s, amounts), kept + 2 + nz);
+  if (s->k->begin) tr_copy(s->k->nn, TR_A(s, NN), kept + 2 + nz); /* of a tree, where nothing is open */
 }
 
 /* Put it back. */
 static void tr_put_solution(tr_sim *s, const double *kept) {
   const int nz = s->k->active + s->k->neta;
-  s->loops.open = (int)kept[0];
-  tr_copy(nz, kept + 1, TR_A(s, z)), tr_copy(tr_open_count(s), kept + 1 + nz, TR_A(s, amounts));
+  s->loops.open = (int)kept[0], s->step.loaded = (int)kept[1], s->step.along = 0;
+  tr_copy(nz, kept + 2, TR_A(s, z)), tr_copy(tr_open_count(s), kept + 2 + nz, TR_A(s, amounts));
+  if (s->k->begin) tr_copy(s->k->nn, kept + 2 + nz, TR_A(s, NN));
 }
 
 /* The state at θ of the last step, from its dense output, and η where Newton's iteration is to begin there. */

@@ -126,8 +126,6 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
   s->step.watch = 0;
   s->stats.outputs++;
   const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
-  double loads[k->nn + 1]; /* from which the next stage begins, whatever rows are written */
-  memcpy(loads, TR_A(s, NN), sizeof(double) * k->nn);
   int ok = tr_project(s, t, y);
   if (!solved) tr_set_time(s, t);
   else if (ok) ok = tr_rhs(s, t, y, TR_A(s, dy));
@@ -139,6 +137,5 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
     tr_post_columns(s, row + 1);
   }
   s->step.watch = watch;
-  memcpy(TR_A(s, NN), loads, sizeof(double) * k->nn);
   return !ok ? TR_FAIL_MULTIPLIERS : tr_finite(o->nout, row + 1) ? TR_OK : TR_FAIL_NOT_FINITE;
 }

@@ -11,6 +11,7 @@ from engine.scene import load_scene
 from engine.scene.model import Scene
 from engine.simulation.result import Result
 from engine.simulation.run import Model, simulate
+from tests.benchmarks.parts import chain
 from tests.reference.random_scenes import random_loop, random_tree
 
 MOTION = ["*.q[*]", "*.qd[*]"]
@@ -52,6 +53,13 @@ def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
     if method == "moreau" and name in ("governor", "bricard"):
         pytest.skip("no set-valued friction there")
     first, *others = runs(name, ["*"], until=min(3.0, float(load_scene(name).simulation.until)), method=method)
+    for other in others:
+        same(first, other)
+
+
+@pytest.mark.parametrize("scene", [chain(5), random_tree(20, laws=LAWS).scene], ids=["chain", "balls"])
+def test_friction_along_the_recursion_too(scene: Scene) -> None:
+    first, *others = runs(scene, ["*"], until=0.5, every=0.01, kernel="parts")
     for other in others:
         same(first, other)
 
