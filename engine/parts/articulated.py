@@ -66,7 +66,7 @@ def _push(M: SX, step: Step, Pi: SX, V: SX, at: dict[str, str], stage: int) -> F
 
 def _inverse(P: SX) -> tuple[SX, SX]:
     """Inverse and determinant of a joint's block, which is not symmetric: by cofactors, or for more than three freedoms by
-    elimination in their order (no joint with friction has so many, and without it the block is positive definite)."""
+    elimination in their order (no joint with friction has so many; what it carries may rub)."""
     n = P.size1()
     if n == 0:
         return zeros(0, 0), SX(1)

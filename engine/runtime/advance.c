@@ -53,8 +53,8 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_onset_step(s, TR_A(s, K) + k->nq), tr_held_step(s)));
   s->step.h = fmin(s->step.h, tr_singular_step(s));
-  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
-  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zstart));
+  tr_copy(tr_nz(s), TR_A(s, z), TR_A(s, zold));
+  tr_copy(tr_nz(s), TR_A(s, z), TR_A(s, zstart));
   return TR_OK;
 }
 

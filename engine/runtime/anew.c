@@ -100,7 +100,7 @@ static int tr_holds_otherwise(tr_sim *s) {
   tr_keep_modes(s, modes);
   const int n = tr_at_rest(s, -1, rest);
   for (s->friction.kept = TR_KEEPS_CREEP; n && s->friction.kept <= TR_KEEPS_PLACED; ++s->friction.kept) {
-    memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+    memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_nz(s));
     if (!tr_hold_anew(s, rest, n) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) continue;
     memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_width(s)); /* decided again they would share by the rule again */
     s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;

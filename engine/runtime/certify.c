@@ -53,7 +53,7 @@ static double tr_load_without(tr_sim *s) {
   if (tr_recurs(s)) {
     memset(TR_A(s, z), 0, sizeof(double) * s->k->neta);
     if (!tr_loads_of(s, TR_A(s, z))) return most;
-    N = TR_A(s, NN);
+    N = tr_loads(s);
   }
   for (int i = 0; i < s->k->nn; ++i) most = fmax(most, fabs(N[i]));
   return most;
@@ -64,10 +64,10 @@ static double tr_load_without(tr_sim *s) {
 int tr_roots(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, count = 0, most = 8;
-  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[a + e + 1];
+  double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_nz(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * (a + e)); /* the run goes on from these */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_nz(s)); /* the run goes on from these */
   s->step.watch = 0;
   tr_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_note_modes(s);
@@ -85,7 +85,7 @@ int tr_roots(tr_sim *s) {
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }
-  memcpy(TR_A(s, z), z, sizeof(double) * (a + e));
-  s->step.along = s->step.loaded = 0;
+  memcpy(TR_A(s, z), z, sizeof(double) * tr_nz(s));
+  s->step.along = 0;
   return count;
 }

@@ -94,7 +94,7 @@ static int tr_let_go_at(tr_sim *s, int i, double theta) {
  * symmetric they are let go at once, and the step's error parts them. */
 static void tr_let_go_as_one(tr_sim *s, int i) {
   int near = 0;
-  const int nz = s->k->active + s->k->neta;
+  const int nz = tr_nz(s);
   double z[nz + 1];
   if (s->friction.shares) return; /* followed to and fro they may be shared otherwise */
   tr_copy(nz, TR_A(s, z), z);

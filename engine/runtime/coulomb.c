@@ -183,6 +183,7 @@ static int tr_solve_modes(tr_sim *s) {
     }
     tr_held_maps(s, lam0);
   }
+  tr_note_loads(s);
   tr_law(s, TR_A(s, z) + a);
   tr_holding(s);
   return 1;

@@ -253,5 +253,6 @@ static void tr_note_answers(tr_sim *s, double t, const int *rest, int n, int mos
   if (tr_enumerate(s, rest, n, 2) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
   tr_put_modes(s, modes);
   memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
+  s->step.along = 0;
   tr_note_modes(s);
 }

@@ -54,7 +54,7 @@ static int tr_pair_to_blame(tr_sim *s) {
   const int stumbles = tr_stumbling_pair(s);
   if (stumbles < 0 || !k->active) return stumbles;
   tr_put_modes(s, modes);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta));
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_nz(s));
   tr_note_modes(s);
   tr_without_loops(s, 1);
   const int weakest = tr_weakest_pair(s), line = tr_line_of(s, stumbles), other = weakest < 0 ? -1 : tr_line_of(s, weakest);
@@ -88,7 +88,7 @@ static int tr_blame(tr_sim *s, const double *y, int *pair) {
   double copy[tr_width(s)];
   tr_keep_modes(s, modes);
   memcpy(copy, y, sizeof copy);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (k->active + k->neta)); /* the root that was followed, not what was tried since */
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_nz(s)); /* the root that was followed, not what was tried since */
   *pair = tr_pair_to_blame(s);
   int why = TR_WHY_UNKNOWN;
   if (*pair >= 0) why = tr_is_driven(s, *pair) || tr_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;

@@ -25,7 +25,7 @@ static void tr_straight(tr_sim *s) {
 /* Back to the start of the step, for another trial. */
 static void tr_moreau_back(tr_sim *s, const tr_course *course) {
   tr_put_modes(s, course->start);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * (s->k->active + s->k->neta));
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_nz(s));
 }
 
 /* Where in the step just made a stop is reached or left, or something that is held through it is first asked for more than it can hold; 1:
@@ -40,14 +40,14 @@ static double tr_first_end(tr_sim *s, double h, const tr_course *course) {
     if (tr_violation(s, i, depth) > 1.0) which = i, hit = 1;
   if ((!held && !hit) || !s->set.locate) return 1.0;
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
-  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), tr_note_end(s);
+  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_nz(s)), tr_note_end(s);
   int found = TR_NO_EVENT, worst = which;
   if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
     s->step.margin = NAN, s->step.margin_end = tr_beyond(s, TR_A(s, ynew), &worst);
     if (!hit || worst < n) which = worst;
     found = tr_look_inside(s, held, &which, &theta);
   }
-  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * (s->k->active + s->k->neta));
+  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * tr_nz(s));
   return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
 }
 
@@ -62,7 +62,7 @@ static int tr_lets_go(const tr_sim *s, const tr_course *course) {
  * nowhere, its impulses let it go too soon; 1: where the step begins or ends (let_go), or something else ends there. Speeds, which grow from nothing,
  * do not tell when. */
 static double tr_first_release(tr_sim *s, double h, tr_course *course) {
-  const int n = tr_width(s), nz = s->k->active + s->k->neta;
+  const int n = tr_width(s), nz = tr_nz(s);
   tr_mode end[s->k->nsliders + 1];
   double made[n], z[nz + 1], theta = 1.0;
   int which = -1, found = TR_NO_EVENT;

@@ -122,12 +122,11 @@ TR_INLINE void tr_lead_on(int e, double *x, const double *node, int i, double *o
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), nv = n / 4;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
-  const int e = s->k->neta, loads = s->k->begin ? s->k->nn : 0;
-  double old[3 * e + 1], loaded[3 * loads + 1];
+  const int e = tr_nz(s) - s->k->active;
+  double old[3 * e + 1];
   for (int i = 1; i < m->stages; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
     if (e) tr_lead_on(e, TR_A(s, z) + s->k->active, m->c, i, old);
-    if (loads) tr_lead_on(loads, TR_A(s, NN), m->c, i, loaded);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
@@ -164,7 +163,7 @@ static double tr_stiffness(tr_sim *s, const tr_explicit *m, double h) {
 static void tr_start_between(tr_sim *s, double theta) {
   const double *start = TR_A(s, zstart) + s->k->active, *end = TR_A(s, zend) + s->k->active;
   double *eta = TR_A(s, z) + s->k->active;
-  for (int i = 0; i < s->k->neta; ++i) eta[i] = (1.0 - theta) * start[i] + theta * end[i];
+  for (int i = 0; i < tr_nz(s) - s->k->active; ++i) eta[i] = (1.0 - theta) * start[i] + theta * end[i];
 }
 
 /* Rows of the dense output into kstep, from the states at both ends of the step and K; extra stages are evaluated for it. Always 1
@@ -208,23 +207,21 @@ static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
 /* Multipliers in place, and what else the next evaluation begins from (tr_solution_size): kept, and put back where something was looked at
  * beside the motion. */
 static inline int tr_solution_size(const tr_sim *s) {
-  return 2 + s->k->active + s->k->neta + (s->k->nmore ? s->k->active : 0) + (s->k->begin ? s->k->nn : 0);
+  return 2 + tr_nz(s) + (s->k->nmore ? s->k->active : 0);
 }
 
 /* Keep it. */
 static void tr_keep_solution(const tr_sim *s, double *kept) {
-  const int nz = s->k->active + s->k->neta;
+  const int nz = tr_nz(s);
   kept[0] = s->loops.open, kept[1] = s->step.loaded;
   tr_copy(nz, TR_A(s, z), kept + 2), tr_copy(tr_open_count(s), TR_A(s, amounts), kept + 2 + nz);
-  if (s->k->begin) tr_copy(s->k->nn, TR_A(s, NN), kept + 2 + nz); /* of a tree, where nothing is open */
 }
 
 /* Put it back. */
 static void tr_put_solution(tr_sim *s, const double *kept) {
-  const int nz = s->k->active + s->k->neta;
+  const int nz = tr_nz(s);
   s->loops.open = (int)kept[0], s->step.loaded = (int)kept[1], s->step.along = 0;
   tr_copy(nz, kept + 2, TR_A(s, z)), tr_copy(tr_open_count(s), kept + 2 + nz, TR_A(s, amounts));
-  if (s->k->begin) tr_copy(s->k->nn, kept + 2 + nz, TR_A(s, NN));
 }
 
 /* The state at θ of the last step, from its dense output, and η where Newton's iteration is to begin there. */
@@ -234,4 +231,4 @@ static void tr_dense_state(tr_sim *s, double theta, double *out) {
 }
 
 /* The multipliers in place are those at the end of the step just made. */
-static void tr_note_end(tr_sim *s) { tr_copy(s->k->active + s->k->neta, TR_A(s, z), TR_A(s, zend)); }
+static void tr_note_end(tr_sim *s) { tr_copy(tr_nz(s), TR_A(s, z), TR_A(s, zend)); }

@@ -20,7 +20,7 @@ static void tr_note_chatter(tr_sim *s, double t) {
 /* The state at the end of the step just made; the multipliers there are put where Newton's iteration begins. */
 static void tr_end_state(tr_sim *s, double *out) {
   tr_copy(tr_width(s), TR_A(s, ynew), out);
-  tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z));
+  tr_copy(tr_nz(s), TR_A(s, zend), TR_A(s, z));
 }
 
 /* The row of an event that cuts the step short, as it was up to there. */
@@ -111,7 +111,7 @@ static void tr_finish_whole(tr_sim *s) {
   const int n = tr_width(s), end = tr_method_of(s)->end;
   s->events.chatter = 0;
   s->stats.of_method[s->step.method]++;
-  tr_copy(k->active + k->neta, TR_A(s, zold), TR_A(s, z));
+  tr_copy(tr_nz(s), TR_A(s, zold), TR_A(s, z));
   if (tr_chooses(s) && !s->step.aside) tr_choose(s);
   tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
   if (s->friction.still) tr_keep_still(s, TR_A(s, ynew));
@@ -124,7 +124,7 @@ static void tr_finish_whole(tr_sim *s) {
 
 /* Complete a step of impulses; the next one starts from its own multipliers, whatever rows were written. */
 static void tr_finish_impulses(tr_sim *s) {
-  if (s->set.hfixed <= 0.0) tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z));
+  if (s->set.hfixed <= 0.0) tr_copy(tr_nz(s), TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
   tr_shift(s, s->pending.t, TR_A(s, ynew));
   tr_size_next(s);
@@ -136,7 +136,7 @@ static int tr_finish_set(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, cand);
   const int which = s->pending.which;
   const tr_branch was = tr_branch_before(s, which);
-  if (!s->pending.captured) tr_copy(s->k->active + s->k->neta, TR_A(s, zbeyond), TR_A(s, zend));
+  if (!s->pending.captured) tr_copy(tr_nz(s), TR_A(s, zbeyond), TR_A(s, zend));
   double before[tr_width(s)];
   tr_mode modes[s->k->nsliders];
   s->friction.capture = s->friction.missed = -1;
@@ -176,7 +176,7 @@ static int tr_finish_event(tr_sim *s) {
   if (pair && tr_is_set(s, i)) return tr_finish_set(s);
   tr_dense_state(s, s->pending.theta, ye);
   const tr_branch was = tr_branch_before(s, i);
-  tr_copy(s->k->active + s->k->neta, TR_A(s, zbeyond), TR_A(s, zend));
+  tr_copy(tr_nz(s), TR_A(s, zbeyond), TR_A(s, zend));
   double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
   if (pair && tr_slides(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
     tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);

@@ -78,7 +78,7 @@ static double tr_look_ahead(const tr_sim *s) {
  * left an instant later. 1 when there is one. */
 static int tr_passes_fold(tr_sim *s) {
   const tr_kernel *k = s->k;
-  int n = tr_width(s), nc = s->o ? s->o->ncontacts : 0, nz = k->active + k->neta;
+  int n = tr_width(s), nc = s->o ? s->o->ncontacts : 0, nz = tr_nz(s);
   double *y = TR_A(s, y), old[n], was[nz + 1], h;
   tr_contact before[nc + 1], after[nc + 1];
   tr_mode modes[k->nsliders + 1];

@@ -166,7 +166,7 @@ static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double
   changed |= tr_log_switches(s, end, fixed ? course->start : course->middle, err > 1.0);
   s->moreau.calm = changed ? 0 : s->moreau.calm + 1;
   if (fixed) tr_straight(s);
-  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), tr_note_end(s);
+  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_nz(s)), tr_note_end(s);
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
   s->pending.t = end, s->pending.theta = 1.0, s->pending.h = h, s->pending.kind = TR_IMPULSE_STEP;
   s->pending.grow = fixed ? 1.0 : tr_grow(s, err, tr_method_of(s)->order, most);
@@ -208,7 +208,7 @@ static int tr_attempt_moreau(tr_sim *s, double limit) {
   tr_leave_lines(s);
   if (!fixed) tr_moreau_stops(s, s->clock.t, TR_A(s, y));
   tr_keep_modes(s, start);
-  memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * (s->k->active + s->k->neta)), memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * tr_width(s));
+  memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * tr_nz(s)), memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * tr_width(s));
   for (double most = GROW_MOST;; most = 1.0) { /* a step after a refused one does not grow */
     const double h = tr_moreau_length(s, limit), err = tr_moreau_try(s, h, &course);
     double whole = err <= 1.0 && !fixed ? tr_first_end(s, h, &course) : 1.0;

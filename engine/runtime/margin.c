@@ -91,7 +91,7 @@ static double tr_slip_margin(tr_sim *s, int i) {
 
 /* The same by solving for it: how far pair i, stuck in place of sliding, is from the edge of what it can hold. Modes and friction are put back. */
 static double tr_stuck_instead(tr_sim *s, int i) {
-  const int nz = s->k->active + s->k->neta;
+  const int nz = tr_nz(s);
   tr_mode modes[s->k->nsliders + 1];
   double z[nz + 1];
   tr_keep_modes(s, modes), tr_copy(nz, TR_A(s, z), z);

@@ -66,6 +66,10 @@ static inline void tr_copy(int n, const double *from, double *to) {
 
 static inline const tr_pair *tr_pair_of(const tr_sim *s, int i) { return s->k->pair + i; }
 
+/* Numbers of a solution: multipliers, and behind them the loads of a tree whose friction is found along the recursion (``recursive.c``). */
+static inline int tr_nz(const tr_sim *s) { return s->k->active + s->k->neta + (s->k->begin ? s->k->nn : 0); }
+static inline double *tr_loads(const tr_sim *s) { return TR_A(s, z) + s->k->active + s->k->neta; }
+
 /* The method in force. */
 static inline const tr_method *tr_method_of(const tr_sim *s) { return tr_methods + s->step.method; }
 

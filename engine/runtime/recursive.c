@@ -95,7 +95,7 @@ static int tr_loads_of(tr_sim *s, double *eta) {
   memset(TR_A(s, dn), 0, sizeof(double) * s->k->ndn);
   memcpy(law, eta, sizeof law);
   if (tr_narrow(s) <= 0) return 0;
-  tr_respond(s, law, TR_A(s, NN), eta);
+  tr_respond(s, law, tr_loads(s), eta);
   return 1;
 }
 
@@ -105,7 +105,7 @@ static int tr_loads_of(tr_sim *s, double *eta) {
 static int tr_iterate_along(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
-  double *eta = TR_A(s, z), *N = TR_A(s, NN), old[e], step, size, last = INFINITY;
+  double *eta = TR_A(s, z), *N = tr_loads(s), old[e], step, size, last = INFINITY;
   const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
   if (!near && !tr_loads_of(s, eta)) return 0;
   for (int it = 1, fresh = 1; it <= NEWTON_MAX; ++it) {
@@ -141,14 +141,25 @@ static int tr_any_ball(const tr_sim *s) {
 /* η at the state that has begun; 0: to be found in another way, from what was there. near: the loads in place are those of a state near by. */
 static int tr_newton_along(tr_sim *s, int near) {
   const tr_kernel *k = s->k;
-  double kept[k->neta], loads[k->nn + 1];
-  memcpy(kept, TR_A(s, z), sizeof kept), memcpy(loads, TR_A(s, NN), sizeof(double) * k->nn);
+  double kept[k->neta + k->nn];
+  memcpy(kept, TR_A(s, z), sizeof kept);
   for (near = near && s->step.loaded && !tr_any_ball(s); near >= 0; --near) {
-    s->step.along = s->step.loaded = tr_iterate_along(s, near, 0);
-    if (s->step.along) return 1;
-    memcpy(TR_A(s, z), kept, sizeof kept), memcpy(TR_A(s, NN), loads, sizeof(double) * k->nn);
+    s->step.along = tr_iterate_along(s, near, 0);
+    if (s->step.along) {
+      tr_copy(k->nn, tr_loads(s), TR_A(s, NN));
+      return s->step.loaded = 1;
+    }
+    memcpy(TR_A(s, z), kept, sizeof kept);
   }
   return 0;
+}
+
+/* The loads of frictions that were found with maps, from which the next iteration may begin. */
+static void tr_note_loads(tr_sim *s) {
+  if (!s->k->begin) return;
+  tr_affine(s->k->nn, s->k->neta, TR_A(s, Np), TR_A(s, Np) + s->k->nn, TR_A(s, z), TR_A(s, NN));
+  tr_copy(s->k->nn, TR_A(s, NN), tr_loads(s));
+  s->step.loaded = 1;
 }
 
 /* The motion at y, whose signals are in place: what is found next goes without maps until they are asked for. */

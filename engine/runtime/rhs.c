@@ -173,7 +173,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     return 1;
   }
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
-  s->step.mapped = TR_MAPS_RAW, s->step.loaded = 1, s->step.along = 0;
+  s->step.mapped = TR_MAPS_RAW, s->step.along = 0;
   if (k->active + k->neta == 0) {
     tr_put_powers(s, dy);
     return 1;
@@ -182,6 +182,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     s->step.trouble = tr_finite(k->nmaps, TR_A(s, maps)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
     return 0;
   }
+  tr_note_loads(s);
   if (s->step.watch) tr_watch(s), tr_watch_loops(s);
   tr_stage2(s, y, TR_A(s, z), dy);
   if (s->friction.still) tr_keep_still(s, dy);

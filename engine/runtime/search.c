@@ -55,7 +55,7 @@ static double tr_sample(tr_sim *s, int q, int last, const double *from, int *wor
 /* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). NaN where what turns there is whether
  * there is an answer at all. near: multipliers at a, followed from there (0: they are not). */
 static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
-  const int nz = s->k->active + s->k->neta;
+  const int nz = tr_nz(s);
   int side = 0;
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
     double m = (ga < 0.0 && it < SECANT_STEPS) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
@@ -168,7 +168,7 @@ static int tr_may_fold(const tr_sim *s, int which) {
 /* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end, where
  * *which is the worst. */
 static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
-  const int nz = s->k->active + s->k->neta;
+  const int nz = tr_nz(s);
   double x[SAMPLES + 1], g[SAMPLES + 1], followed[nz + 1], *near = tr_may_fold(s, *which) ? followed : 0;
   int held = closely && s->k->sets, first = closely ? !held : SAMPLES, last = *which;
   tr_copy(nz, TR_A(s, zstart), followed), tr_copy(nz, TR_A(s, zend), TR_A(s, zbeyond));
@@ -193,7 +193,7 @@ static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
       return tr_event_at(s, *theta, which);
     }
   }
-  tr_copy(s->k->active + s->k->neta, TR_A(s, zend), TR_A(s, z)); /* what follows looks at the end again */
+  tr_copy(tr_nz(s), TR_A(s, zend), TR_A(s, z)); /* what follows looks at the end again */
   return !closely || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }
 

@@ -42,7 +42,7 @@ typedef struct tr_stepping {
   int far_known;       /* how far pairs are beyond their modes is known at the start of the step (``margin.c``) */
   int mapped;          /* which maps of the state that was evaluated last are in place: TR_MAPS_… */
   int along;           /* the multipliers in z were found without them, and `acc` and NN belong to them */
-  int loaded;          /* NN are the loads of a state that was evaluated */
+  int loaded;          /* behind the multipliers in z are the loads that they cause (``tr_loads``) */
   int watch;           /* the right-hand side notes how near pairs come to the end of their modes */
   int trouble;         /* why the last evaluation or projection failed: a status */
   int stiff_count, nonstiff_count, kink_count; /* steps in a row that speak for one method or the other (``tr_choose``) */

@@ -92,7 +92,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
     tr_sharpen_pending(s), tr_integrate_works(s, m);
     return;
   }
-  tr_copy(k->active + k->neta, TR_A(s, z), TR_A(s, zold));
+  tr_copy(tr_nz(s), TR_A(s, z), TR_A(s, zold));
   if (k->sets) s->friction.capture = tr_ends_sliding(s);
   if (k->nsliders) tr_watch_contacts(s, TR_A(s, K) + m->end * tr_width(s) + k->nq);
   tr_integrate_works(s, m);
@@ -103,7 +103,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
 TR_INLINE int tr_refuse(tr_sim *s, const tr_method *m, const tr_trial *trial) {
   const double err = trial->err;
   s->stats.rejected++;
-  tr_copy(s->k->active + s->k->neta, TR_A(s, zold), TR_A(s, z));
+  tr_copy(tr_nz(s), TR_A(s, zold), TR_A(s, z));
   tr_forget_extremes(s);
   s->step.h = err == err ? trial->h * tr_factor_of(err, m->order, RETRY_MOST) : SHRINK_MOST * trial->h;
   const int parts = s->set.hfixed > 0.0 && (!s->k->sets || s->step.h < LEAST_PART * s->set.hfixed);
@@ -122,7 +122,7 @@ TR_INLINE int tr_is_cut(const tr_sim *s, const tr_trial *trial) {
  * moved the times of events by hundreds of tolerances. */
 TR_INLINE void tr_step_to_event(tr_sim *s, tr_trial *trial) {
   const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
-  tr_copy(s->k->active + s->k->neta, TR_A(s, zold), TR_A(s, z));
+  tr_copy(tr_nz(s), TR_A(s, zold), TR_A(s, z));
   tr_forget_extremes(s);
   *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
 }

@@ -62,6 +62,9 @@ def test_friction_along_the_recursion_too(scene: Scene) -> None:
     first, *others = runs(scene, ["*"], until=0.5, every=0.01, kernel="parts")
     for other in others:
         same(first, other)
+    often = simulate(scene, outputs=MOTION, until=0.5, every=0.002, kernel="parts")
+    assert repr(told(often)) == repr(told(first))
+    assert all(often[n][-1] == first[n][-1] for n in first.names)
 
 
 @pytest.mark.parametrize("seed", TREES)
