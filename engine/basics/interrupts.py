@@ -27,9 +27,9 @@ class Held:
         return self.asked and self.lets_through
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """The handler of the signal: remember that Ctrl-C was pressed."""
-        self.asked = True
-        if self.lets_through:
+        """The handler of the signal: remember that Ctrl-C was pressed. Pressed again it does not disturb what the first one makes end."""
+        again, self.asked = self.asked, True
+        if self.lets_through and not again:
             raise KeyboardInterrupt
 
     @contextmanager

@@ -74,6 +74,28 @@ def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPa
     assert left(own_cache) == []
 
 
+@GROUPS
+def test_pressed_again_it_does_not_disturb_the_ending_of_compilers(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each program that is ended is one moment more at which Ctrl-C may be pressed once more: all of them end all the same."""
+    started: list[Any] = []
+    popen, kill = subprocess.Popen, programs._kill
+
+    def sleeping(command: list[str], **how: Any) -> Any:
+        started.append(popen(SLEEPS, **how))
+        os.kill(os.getpid(), signal.SIGINT)
+        return started[-1]
+
+    def killing(process: Any) -> None:
+        signal.raise_signal(signal.SIGINT)
+        kill(process)
+
+    monkeypatch.setattr(programs.subprocess, "Popen", sleeping)
+    monkeypatch.setattr(programs, "_kill", killing)
+    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01))
+    assert all(p.returncode == -signal.SIGKILL for p in started)
+    assert left(own_cache) == []
+
+
 @pytest.mark.parametrize("swallowed", [True, False])
 def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
     swallowed: bool, own_cache: Path, monkeypatch: pytest.MonkeyPatch
