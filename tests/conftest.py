@@ -4,6 +4,7 @@ one, and drawing examples has no time limit."""
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 from hypothesis import HealthCheck, settings
@@ -13,10 +14,14 @@ settings.load_profile("any machine")
 
 
 def pytest_configure() -> None:
-    """Kernels are compiled quickly, unless TRUNNION_QUICK_BUILD is 0: of a test's time more than a third was the compiler's.
+    """Ctrl-C means what it means at a terminal: a shell that starts this in the background has it ignored.
+
+    Kernels are compiled quickly, unless TRUNNION_QUICK_BUILD is 0: of a test's time more than a third was the compiler's.
 
     Where the environment forbids writing compiled modules, each of some two hundred programs that tests start would compile ours
     anew (0.2 to 0.5 s), and each test process what pytest rewrites. They may write them beside the sources, as Python does."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False

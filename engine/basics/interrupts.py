@@ -27,7 +27,7 @@ class Held:
         return self.asked and self.lets_through
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """The handler of the signal: remember that Ctrl-C was pressed. Pressed again it does not disturb what the first one makes end."""
+        """The handler of the signal: remember that Ctrl-C was pressed. Pressed again it leaves alone what the first makes end."""
         again, self.asked = self.asked, True
         if self.lets_through and not again:
             raise KeyboardInterrupt

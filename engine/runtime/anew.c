@@ -110,23 +110,3 @@ static int tr_holds_otherwise(tr_sim *s) {
   tr_put_modes(s, modes), tr_note_modes(s);
   return 0;
 }
-
-/* At the event of a pair that shares a load at rest, at the state y: the loads followed up to there, by which all that rest hold on, if they do;
- * Newton's method may have come to others, by which none does. Their multipliers are then in place. */
-static void tr_keep_shares(tr_sim *s, double t, const double *y) {
-  const tr_kernel *k = s->k;
-  const int which = s->pending.which, a = k->active, e = k->neta;
-  int rest[k->nsliders + 1], rows = TR_A(s, share) + e - TR_A(s, rowk); /* kinds, leaders and shares lie behind each other */
-  double eta[e + 1], found[rows + 1], impend[k->nrates + 1];
-  if (!s->friction.shares || s->friction.kept || which >= k->nsliders || !tr_is_set(s, which) || !tr_is_stuck(s, which)) return;
-  tr_maps_at(s, t, y);
-  tr_mode modes[k->nsliders + 1];
-  tr_keep_modes(s, modes), memcpy(eta, TR_A(s, z) + a, sizeof(double) * e);
-  memcpy(found, TR_A(s, rowk), sizeof(double) * rows), memcpy(impend, TR_A(s, impend), sizeof(double) * k->nrates);
-  const int n = tr_at_rest(s, which, rest), still = s->friction.still, by_law = s->friction.by_law;
-  memcpy(TR_A(s, z) + a, TR_A(s, zold) + a, sizeof(double) * e);
-  if (tr_hold_anew(s, rest, n)) return;
-  tr_put_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
-  memcpy(TR_A(s, rowk), found, sizeof(double) * rows), memcpy(TR_A(s, impend), impend, sizeof(double) * k->nrates);
-  s->friction.still = still, s->friction.shares = 1, s->friction.by_law = by_law; /* noted anew they would share otherwise */
-}

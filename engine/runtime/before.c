@@ -1,10 +1,10 @@
-/* How it was up to an event that cuts a step short: the directions of what comes to rest there, contacts. */
+/* How it was up to an event that cuts a step short: branches of balls, the directions of what comes to rest there, loads shared at rest, contacts. */
 #include "modes.h"
 
 #define NO_MOTION 1e-9        /* of the speed unit: the direction of what is slower is that of round-off */
 #define JUST_BEFORE 1e-3      /* of the step: so much before an event it was not, or if it was, */
 #define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
-#define BRANCH_BACK 1e-12     /* of the step: so far before its event a ball's branch is looked for first, */
+#define BRANCH_BACK 1e-12     /* of the step: so far before its event what ends there is looked for first, */
 #define BRANCH_GROWS 10.0     /* then so many times that, */
 #define BRANCH_FAR 1e-2       /* and no farther */
 #define BRANCH_ENDS 10.0      /* tolerances of its end: it is still there (as CLOSE_ENOUGH) */
@@ -28,6 +28,43 @@ static void tr_back_on_branch(tr_sim *s, double t, double *y) {
     tr_event_state(s, s->step.t0 + s->pending.theta * s->step.size, y);
   }
   s->pending.theta = found;
+}
+
+/* Whether all that rest hold on by the loads followed up to the state y, which are then in place, with `which` among them. */
+static int tr_held_up_to(tr_sim *s, double t, const double *y, int which) {
+  int rest[s->k->nsliders + 1];
+  tr_maps_at(s, t, y);
+  const int n = tr_at_rest(s, which, rest);
+  memcpy(TR_A(s, z) + s->k->active, TR_A(s, zold) + s->k->active, sizeof(double) * s->k->neta);
+  return tr_hold_anew(s, rest, n);
+}
+
+/* At the event of a pair that shares a load at rest, at the state y: the loads followed up to there, by which all that rest hold on, if they do;
+ * Newton's method may have come to others, by which none does. Their multipliers are then in place. Where their root ends at the event y is made
+ * the state at the last instant found at which it was still there. */
+static void tr_keep_shares(tr_sim *s, double t, double *y) {
+  const tr_kernel *k = s->k;
+  const int which = s->pending.which, a = k->active, e = k->neta;
+  int rows = TR_A(s, share) + e - TR_A(s, rowk), width = tr_width(s); /* kinds, leaders and shares lie behind each other */
+  double eta[e + 1], found[rows + 1], impend[k->nrates + 1], there[width];
+  const double theta = s->pending.theta;
+  if (!s->friction.shares || s->friction.kept || which >= k->nsliders || !tr_is_set(s, which) || !tr_is_stuck(s, which)) return;
+  tr_mode modes[k->nsliders + 1];
+  tr_keep_modes(s, modes), memcpy(eta, TR_A(s, z) + a, sizeof(double) * e), tr_copy(width, y, there);
+  memcpy(found, TR_A(s, rowk), sizeof(double) * rows), memcpy(impend, TR_A(s, impend), sizeof(double) * k->nrates);
+  const int still = s->friction.still, by_law = s->friction.by_law;
+  int holds = tr_held_up_to(s, t, y, which);
+  for (double part = BRANCH_BACK; part < BRANCH_FAR && !holds; part *= BRANCH_GROWS) {
+    s->pending.theta = theta * (1.0 - part);
+    tr_event_state(s, s->step.t0 + s->pending.theta * s->step.size, y);
+    holds = tr_held_up_to(s, t, y, which);
+  }
+  s->pending.theta = theta;
+  if (holds) return;
+  tr_copy(width, there, y), tr_maps_at(s, t, y);
+  tr_put_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
+  memcpy(TR_A(s, rowk), found, sizeof(double) * rows), memcpy(TR_A(s, impend), impend, sizeof(double) * k->nrates);
+  s->friction.still = still, s->friction.shares = 1, s->friction.by_law = by_law; /* noted anew they would share otherwise */
 }
 
 /* Pairs of several components that come to rest at the event that cuts the step short have no direction at the state y there: as it was up to

@@ -34,6 +34,7 @@ typedef struct tr_stepping {
   int parts;           /* they are integrated in parts (``works.c``) */
   int method;          /* in force: its number; never that of method auto */
   int have_k1;         /* the first row of K belongs to the state in `y` */
+  int missed;          /* the last step was made anew up to an event that it then did not reach */
   int have_dense;      /* the rows of the dense output belong to the last accepted step */
   int dense_rows;      /* how many of them there are */
   int have_jac;        /* the Jacobian in place may be used at jac_t */

@@ -86,6 +86,9 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
   wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
+  const int missed = trial->cuts && !event; /* the event is later than it seemed: twice in a row it is sought by growing steps */
+  if (missed && s->step.missed) wait->h = trial->h;
+  s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);
   if (event) {

@@ -83,7 +83,7 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
     exact: Counter[tuple[str, int, str]] = Counter()
     for method, rtol in (("rk8", 1e-9), ("rk8", 1e-7), ("rk8", 1e-5), ("rk5", 1e-5)):
         r = simulate(stewart(6), until=0.3, every=0.01, method=method, rtol=rtol, outputs=PLATFORM)
-        events = Counter((e.joint, e.part, e.kind) for e in r.events if e.kind != "turn")
+        events = Counter((e.joint, e.part, e.kind) for e in r.events if e.kind not in ("turn", "separation"))
         exact = exact or events
         assert r.outcome.ok
         assert events == exact, (method, rtol)

@@ -20,7 +20,7 @@ from tests.engine.test_many_pairs import links, rough, work
 
 def started(stop: int) -> tuple[int, int]:
     """How a start ended that was to give up when asked for the stop-th time, and what it had cost by then."""
-    model, settings, asked = Model(rough(0), "j0.q[*]"), bl.Settings(), []
+    model, settings, asked = Model(rough(0, 16), "j0.q[*]"), bl.Settings(), []
     model.block.configure(settings)
     assert model.block.assemble() == 1
 
@@ -43,7 +43,7 @@ def test_a_start_gives_up_as_soon_as_it_is_told() -> None:
 
 
 def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
-    model = Model(rough(0), "j0.q[*]")
+    model = Model(rough(0, 16), "j0.q[*]")
     model.block.configure(bl.Settings())
     assert model.block.assemble() == 1
 

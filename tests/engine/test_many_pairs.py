@@ -40,9 +40,9 @@ def links(count: int, seed: int, kind: str, apart: bool) -> sm.Scene:
     return sm.Scene(bodies, joints, f"links_{count}", gravity=(0.0, 0.0, -9.81))
 
 
-def rough(seed: int) -> sm.Scene:
-    """A chain of ten balls, wide and rough: near their cones, about which the search is long."""
-    scene, rub = links(10, seed, "spherical", apart=False), sm.Friction(mu=0.9, radius=0.1)
+def rough(seed: int, count: int = 10) -> sm.Scene:
+    """A chain of balls, wide and rough: near their cones, about which the search is long."""
+    scene, rub = links(count, seed, "spherical", apart=False), sm.Friction(mu=0.9, radius=0.1)
     joints = {n: sm.Joint(j.type, j.inboard, j.outboard, friction=rub, start=j.start) for n, j in scene.joints.items()}
     return sm.Scene(scene.bodies, joints, scene.name, gravity=scene.gravity)
 

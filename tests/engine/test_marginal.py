@@ -60,5 +60,5 @@ def test_the_margin_of_what_slides_beside_others_that_hold_is_found_by_holding_i
     """Others that hold take part of what would hold it: estimated without them, its margin is too small. In loop 58 it is 5e-5."""
     case = rubbing("loop", seed)
     until = 3.0 * time_scale(case)
-    r = simulate(case.scene, until=until, every=until, method="rk8", rtol=1e-5, outputs=["energy.kinetic"])
+    r = simulate(case.scene, until=until, every=until, method="rk8", rtol=1e-4, outputs=["energy.kinetic"])
     assert any(e.marginal for e in r.events) == marginal

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from engine.scene import scene_from_text
+from engine.simulation.event import Event
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 from tests.reference.toggle import SprungToggle
@@ -51,6 +52,11 @@ def run(method: str, rtol: float, mu: float = 0.1, radius: float = 20, push: flo
     return simulate(scene, method=method, rtol=rtol, outputs=["crown.q[1]", "crown.qd[1]"])
 
 
+def told(r: Result) -> list[Event]:
+    """Its events but separations: where pin and bearing part between two steps hangs on how long these are."""
+    return [e for e in r.events if e.kind != "separation"]
+
+
 def sprung(stiffness: float, begin: float, end: float):
     """The motion of the press with its foot held by a spring, from ours at `begin`."""
     ours = run("rk8", 1e-10)
@@ -64,9 +70,9 @@ def test_the_press_folds_through_and_jams_on_its_way_back_at_every_setting(metho
     for rtol in TOLERANCES:
         r = run(method, rtol)
         assert r.outcome.name == "jammed", rtol
-        assert [e.kind for e in r.events] == ["stop_on", "stop_off"] + ["reversal"] * 3, rtol
+        assert [e.kind for e in told(r)] == ["stop_on", "stop_off"] + ["reversal"] * 3, rtol
         assert r.outcome.time == pytest.approx(0.5378174, abs=100 * rtol + CROSSING[method]), rtol
-        assert r.events[-1].time == pytest.approx(0.4825039, abs=100 * rtol + CROSSING[method]), rtol
+        assert told(r)[-1].time == pytest.approx(0.4825039, abs=100 * rtol + CROSSING[method]), rtol
 
 
 @pytest.mark.parametrize(("mu", "radius", "push"), OTHERS)
@@ -77,8 +83,8 @@ def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radiu
         assert r.outcome.name == exact.outcome.name == "jammed", (method, rtol)
         assert r.outcome.joint == exact.outcome.joint, (method, rtol)
         assert r.outcome.time == pytest.approx(exact.outcome.time, abs=off), (method, rtol)
-        assert [e.kind for e in r.events] == [e.kind for e in exact.events], (method, rtol)
-        assert [e.time for e in r.events] == pytest.approx([e.time for e in exact.events], abs=off), (method, rtol)
+        assert [e.kind for e in told(r)] == [e.kind for e in told(exact)], (method, rtol)
+        assert [e.time for e in told(r)] == pytest.approx([e.time for e in told(exact)], abs=off), (method, rtol)
 
 
 def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -> None:
