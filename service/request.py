@@ -113,7 +113,9 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         max_length=500,
         description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
     )
-    budget: float | None = Field(None, gt=0, description="Stepping seconds after which the job is stopped.")
+    budget: float | None = Field(
+        None, gt=0, description="Stepping seconds after which the job is stopped; nor does a build take longer."
+    )
     label: Plain = Field("", description="Words of your own.")
 
 

@@ -2,14 +2,14 @@
 
 Python raises KeyboardInterrupt between any two instructions, so also between a call that has computed rows and the line that keeps
 them. While interrupts are ``held`` they only leave a note, which the work looks at where it can stop; what may take long and leaves
-nothing behind (a compiler) is let through with ``open``.
+nothing behind (a compiler) is let through with ``open``. Threads that get no signal are ``watched`` instead: long work heeds both.
 """
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -74,7 +74,29 @@ _in_force: Held | None = None
 
 
 def heed() -> None:
-    """Raise KeyboardInterrupt if Ctrl-C has been pressed where it is let through. What was raised when it was pressed may have been
-    swallowed by a library that was at work (the symbolic one's wrappers catch whatever they are told)."""
+    """Raise KeyboardInterrupt if Ctrl-C has been pressed where it is let through, and what the watch of this thread raises. What
+    was raised when it was pressed may have been swallowed by a library that was at work (the symbolic one's wrappers catch whatever
+    they are told)."""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
+    if (look := getattr(_watch, "look", None)) is not None:
+        look()
+
+
+@contextmanager
+def watched(look: Callable[[], object]) -> Iterator[None]:
+    """Within this block, on this thread, whatever heeds interrupts calls ``look`` too, which raises to end the work: a cancelled
+    job's, one whose time is up. It is called a hundred times a second or oftener, so let it be quick."""
+    around = getattr(_watch, "look", None)
+    _watch.look = look
+    try:
+        yield
+    finally:
+        _watch.look = around
+
+
+_watch = threading.local()
+
+
+class Unwanted(Exception):
+    """What a watch may raise: nobody waits for this work any more."""

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from engine.abi.batches import BATCH, CASE, REDUCED
+from engine.basics.interrupts import Unwanted
 from engine.batch.preparing import Rows
 from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
 from engine.kernel.columns import needs_quadratures
@@ -110,7 +111,7 @@ class Loop:
         loop_rows = sum(n for _, n in self.model.kernel.facts["loop_rows"])
         self.batch.rows = self._buffer(8 * CAPACITY * self.width)
         self.batch.scratch = self._buffer(8 * (sizes["rows"] + 1) * max(loop_rows, 1))
-        self.budget = 500
+        self.budget, self.seconds = 500, 0.0
 
     def _buffer(self, size: int) -> int:
         """Address of zeroed memory (``size`` bytes) that lives as long as the loop."""
@@ -153,19 +154,32 @@ class Loop:
         b.inputs, b.set, b.out = inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
         b.ncases, b.at, b.running, b.reported = n, 0, 0, 0
         failed: dict[int, Outcome] = {}
-        seconds = 0.0
+        self.seconds = 0.0
         self.watch.begin(tick, lambda: b.at)
+        try:
+            n = self._through(out, tick, failed)
+        except Unwanted:
+            n = b.at
+        joints = [j.name for j in self.model.system.frictional]
+        audits = [audit_of(c["audit"], joints) if c["rows"] else Audit() for c in out["case"][:n]]
+        ends = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
+        outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
+        steps = out["case"]["steps"][:n].astype(np.int64)
+        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, audits, steps, self.seconds)
+
+    def _through(self, out: np.ndarray, tick: Tick | None, failed: dict[int, Outcome]) -> int:
+        """Go through the cases, noting those that fail; how many are finished, not all when ``tick`` says no."""
+        b = self.batch
         while True:
             began = time.perf_counter()
             status = self.lib.tr_batch_run(ctypes.addressof(b), self.budget)
             spent = time.perf_counter() - began
-            seconds += spent
+            self.seconds += spent
             self.watch.pass_on()
             if status == bl.DONE:
-                break
+                return len(out)
             if status == bl.STOPPED:
-                n = b.at
-                break
+                return int(b.at)
             if status == bl.Status.CASE_FAILED:
                 failed[b.at] = self._outcome(out["case"][b.at])
             elif status == bl.NEED_REDUNDANT:
@@ -175,13 +189,7 @@ class Loop:
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                n = b.at + b.reported  # a case that has failed is finished, too
-                break
-        joints = [j.name for j in self.model.system.frictional]
-        audits = [audit_of(c["audit"], joints) if c["rows"] else Audit() for c in out["case"][:n]]
-        ends = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
-        outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
-        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, audits, out["case"]["steps"][:n].astype(np.int64), seconds)
+                return int(b.at + b.reported)  # a case that has failed is finished, too
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, while its block still holds its state, as if the model itself had run the

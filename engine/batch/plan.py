@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from engine.basics.interrupts import Unwanted
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases, grid, listed, sampled
 from engine.batch.loop import Loop, invalid
@@ -145,7 +146,11 @@ class Runner:
             outcomes[i], finished[i] = invalid(error.problems), True
         before = 0
         for r in rows:
-            got = self._loop(r).run(r, None if tick is None else partial(_told, tick, before))
+            try:
+                loop = self._loop(r)
+            except Unwanted:
+                break
+            got = loop.run(r, None if tick is None else partial(_told, tick, before))
             before += len(r.index)
             self.seconds += got.seconds
             numbers[got.index], steps[got.index], finished[got.index] = got.numbers, got.steps, True

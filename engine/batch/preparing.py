@@ -15,6 +15,7 @@ from itertools import product
 import numpy as np
 
 from engine.abi.batches import CASE_SETTINGS
+from engine.basics.interrupts import heed
 from engine.basics.problems import SceneError
 from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
@@ -148,6 +149,7 @@ class Preparer:
     # -- entries ------------------------------------------------------------------------------------------------------------
 
     def _made(self, changes: dict[str, float]) -> _Entry | SceneError:
+        heed()
         try:
             built = build(apply(self.scene, changes))
         except SceneError as e:

@@ -7,13 +7,14 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
 from engine.basics.files import writing
-from engine.basics.interrupts import Held, held
+from engine.basics.interrupts import Held, Unwanted, held, watched
 from engine.batch.plan import Plan, Runner, Stopped, plan
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
@@ -167,7 +168,11 @@ class _Work:
         self.told = time.perf_counter()
 
     def take(self) -> None:
-        """Run chunks, in one thread, until none is left."""
+        """Run chunks, in one thread, until none is left, or none is wanted."""
+        with watched(self._look), suppress(Unwanted):  # raised between chunks, which keep what they have finished
+            self._take()
+
+    def _take(self) -> None:
         runner, size = Runner(self.plan), FIRST_CHUNK
         with self.lock:
             self.runners.append(runner)
@@ -189,6 +194,10 @@ class _Work:
     def go_on(self, done: int) -> bool:
         """Whether to go on; the loop asks every few hundredths of a second and tells how many cases of its chunk are done."""
         return not self.stopped
+
+    def _look(self) -> None:
+        if self.stopped:
+            raise Unwanted
 
     def _finished(self, start: int, got: Any) -> None:
         with self.lock:

@@ -113,7 +113,9 @@ class _Emitter:
 
     def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
         self.inputs, self.outputs, self.stages = inputs, outputs, stages
+        heed()
         values = [ca.densify(o.values if isinstance(o.values, SX) else ca.vertcat(*o.values)) for o in outputs]
+        heed()
         self.code = assignments(
             ca.Function("f", [i.symbol for i in inputs], [ca.vec(v) for v in values], {"cse": False, "live_variables": False})
         )
@@ -126,7 +128,6 @@ class _Emitter:
         self.kept = [0] * len(stages)
 
     def run(self) -> Code:
-        heed()
         self._leaves()
         outside = self._places()
         heed()
@@ -152,6 +153,7 @@ class _Emitter:
             k = stage[v] = max(0, *(stage[a] for a in operands))
             piece = self.order[k][-1]
             if len(piece) == PIECE:
+                heed()
                 places[k] = (k, places[k][1] + 1)
                 self.order[k].append(piece := [])
             piece.append((op, v, operands))
@@ -186,6 +188,7 @@ class _Emitter:
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
         """The statements of a piece. A value that is used once is written where it is used, which halves what the compiler reads
         and the variables it begins with; nesting is bounded, because compilers bound it."""
+        heed()
         text, uses, slot, body = self.text, self.uses, self.slot, []
         deep: dict[int, int] = {}
         for op, v, operands in members:

@@ -13,9 +13,13 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 
+from engine.basics.interrupts import heed
+
 COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR}
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}
 RESULT = re.compile(r"@(\d+)")
+OFTEN = 4096
+"""Instructions between two looks whether to go on: some ten milliseconds."""
 WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
 Instruction = tuple[int, int, tuple[int, ...]]
 """(operation, number of its value, numbers of its operands)"""
@@ -39,6 +43,8 @@ def assignments(f: ca.Function) -> Assignments:
     same = list(range(out.count))
     first: dict[tuple, int] = {}
     for k, (op, value, operands) in enumerate(_listed(f)):
+        if k % OFTEN == 0:
+            heed()
         if op == ca.OP_OUTPUT:
             o, e = f.instruction_output(k)
             out.outputs.append((o, e, same[operands[0]]))
@@ -69,9 +75,12 @@ _known: dict[str, tuple[int, int]] = {}
 
 def _listed(f: ca.Function) -> Iterator[Instruction]:
     """All instructions of a function in order. Outputs have the value that they show for an operand."""
+    heed()
     text = f.str(True).partition("Algorithm:\n")[2].rstrip("\n")
+    heed()
     forms = text.translate(WITHOUT_DIGITS).split("\n")
     lines = text.split("\n")
+    heed()
     if len(lines) != f.n_instructions():  # nothing is printed as expected: all are asked for
         yield from (_asked(f, k) for k in range(f.n_instructions()))
         return

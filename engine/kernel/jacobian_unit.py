@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.basics.interrupts import heed
 from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.recursion.accelerations import Accelerations, outward
@@ -98,11 +99,13 @@ def time_direction(sym) -> SX:
 
 
 def _dense(sym, f: SX, y: SX, z: SX, ins: list[Input]) -> JacobianUnit:
-    time = ca.jtimes(f, sym.x, time_direction(sym))
-    full = ca.horzcat(ca.jacobian(f, y), time, ca.jacobian(f, z))
+    full = []
+    for made in (lambda: ca.jacobian(f, y), lambda: ca.jtimes(f, sym.x, time_direction(sym)), lambda: ca.jacobian(f, z)):
+        heed()
+        full.append(made())
     stages = [Stage("j_prepare", f"{CONST}p,double*restrict c", "c"),
               Stage("j_eval", f"{STATE},{CONST}z,double*restrict J", "")]
-    code = emit(ins, [Output("J", 0, ca.vec(ca.densify(full)), 1)], stages)
+    code = emit(ins, [Output("J", 0, ca.vec(ca.densify(ca.horzcat(*full))), 1)], stages)
     return JacobianUnit(code.text, code.kept[0], 0, True)
 
 

@@ -15,8 +15,8 @@ from typing import Any
 
 from engine.basics.interrupts import heed
 
-LOOKS = 0.1
-"""Seconds between two looks for Ctrl-C while a thread is waited for."""
+LOOKS = 0.05
+"""Seconds between two looks for Ctrl-C, and for whether a job is still wanted, while a thread is waited for."""
 Submit = Callable[..., "Future[Any]"]
 """Starts a function with its arguments on a thread."""
 
@@ -74,12 +74,18 @@ _CURRENT: ContextVar[Programs | None] = ContextVar("programs", default=None)
 
 
 def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
-    """Run a program as one of those of the build around it, or by itself where there is none."""
-    return (_CURRENT.get() or Programs()).run(command, env)
+    """Run a program as one of those of the build around it, or by itself where there is none; it ends with that."""
+    around = _CURRENT.get()
+    if around is not None:
+        return around.run(command, env)
+    with side_by_side(1) as submit:
+        found: tuple[int, str] = awaited(submit(run, command, env))
+    return found
 
 
 def awaited(work: Future[Any]) -> Any:
-    """The result of work on another thread. Ctrl-C is looked for meanwhile: not everywhere does a signal end such a wait."""
+    """The result of work on another thread. Ctrl-C, and who watches this one, is heeded meanwhile: no signal ends such a wait
+    everywhere, and other threads get none."""
     while not wait([work], LOOKS).done:
         heed()
     return work.result()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from engine.basics.interrupts import heed
 from engine.contact import REGISTRY as CONTACTS
 from engine.recursion import cuts as cutting
 from engine.recursion.accelerations import Accelerations
@@ -17,6 +18,7 @@ from engine.system.structure import Joint
 def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX, SX]:
     """The total wrench on the outboard part at p_out, as force and torque in the world (3×columns each), and s = p_out − p_in
     (3)."""
+    heed()
     if j.cut:
         c = m.cuts[_cut_index(m, j)]
         W = ca.sparsify(_cut_wrench(m, c) if combine is None else _cut_wrench(m, c) @ combine)

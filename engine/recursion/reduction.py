@@ -106,7 +106,9 @@ def unreduced(sym: Symbols) -> Model:
         motions.append(m)
         steps.append(step)
     cuts = [cutting.cut(sym, motions, j) for j in system.cuts]
+    heed()
     masses = [mass_matrix(sym, body, motion.R) for body, motion in zip(system.bodies, motions, strict=True)]
+    heed()
     made = Model(sym, motions, masses, steps, cuts, [], [], zeros(0), zeros(0), zeros(0))
     made.bodies = _bodies(made)
     return made

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.basics.interrupts import Held, held
+from engine.basics.interrupts import Held, heed, held
 from engine.simulation import block as bl
 from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.certificate import Certificate, certificate, certificate_notes
@@ -142,6 +142,7 @@ class OneRun:
                 return diagnose(self.model, status)
             if full := room.take(count, len(events)):
                 return Outcome.named(full, float(self.rows[-1][-1, 0]), "")
+            heed()
             if interrupt.asked:
                 raise KeyboardInterrupt
             if self.progress and time.perf_counter() - told > 0.1:

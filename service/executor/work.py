@@ -10,6 +10,7 @@ import time
 from collections import OrderedDict
 from typing import Any
 
+from engine.basics.interrupts import watched
 from engine.batch.plan import Runner, Stopped
 from service.executor.parts import Parts, outcomes
 from service.request import plan_of_document
@@ -33,30 +34,39 @@ class Cancelled(RuntimeError):
 def run_chunk(url: str, job: str, start: int, stop: int, seconds: float) -> dict[str, Any]:
     """Run the cases start … stop − 1 and write their part; what the store wants to know of it.
 
-    url: where parts and the job's document are. seconds: most this chunk may step. A part that is there already is taken as it is.
+    url: where parts and the job's document are. seconds: most this chunk may build and step. A part that is there already is taken
+    as it is.
     """
     parts = Parts(url)
     path = parts.part(job, start, stop)
     there = parts.counted(path)
     if there is not None:
         return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _name()}
-    runner = _runner(parts, job)
-    stepped, built = runner.seconds, runner.build_seconds
-    table = runner.chunk(start, stop, _Watch(parts, job, runner, seconds))
+    watch = Watch(parts, job, seconds)
+    with watched(watch.look):
+        runner = _runner(parts, job)
+        stepped, built = runner.seconds, runner.build_seconds
+        table = runner.chunk(start, stop, watch)
     size = parts.write_table(path, table)
     spent = {"seconds": runner.seconds - stepped, "build_seconds": runner.build_seconds - built}
     return {"counts": outcomes(table), "bytes": size, "worker": _name(), **spent}
 
 
-class _Watch:
-    """Called every few hundredths of a second; ends the chunk by an exception when it is out of time or was cancelled."""
+class Watch:
+    """Called every few hundredths of a second while it builds and steps; ends the chunk by an exception when it is out of time or
+    was cancelled."""
 
-    def __init__(self, parts: Parts, job: str, runner: Runner, seconds: float):
-        self.parts, self.job, self.end = parts, job, time.monotonic() + seconds
-        self.marker, self.looked, self.runner = parts.marker(job), time.monotonic(), runner
+    def __init__(self, parts: Parts, job: str, seconds: float):
+        self.parts, self.end = parts, time.monotonic() + seconds
+        self.marker, self.looked = parts.marker(job), time.monotonic()
         self.pause = MARKER_SECONDS
 
     def __call__(self, done: int) -> bool:
+        self.look()
+        return True
+
+    def look(self) -> None:
+        """Raise when it is time to."""
         now = time.monotonic()
         if now > self.end:
             raise OutOfTime("the job's time budget is used up")
@@ -66,7 +76,25 @@ class _Watch:
             self.pause = max(MARKER_SECONDS, (self.looked - now) / LOOKS_PART)
             if stopped:
                 raise Cancelled("the job was stopped")
-        return True
+
+
+class Wanted:
+    """Ends work on one answer by an exception when the task this thread works on has been cancelled: its client has gone."""
+
+    def __init__(self) -> None:
+        self.looked = time.monotonic()
+
+    def look(self) -> None:
+        """Raise when nobody waits any more."""
+        from distributed import get_worker
+
+        now = time.monotonic()
+        if now - self.looked > MARKER_SECONDS:
+            self.looked = now
+            worker = get_worker()
+            task = worker.state.tasks.get(worker.get_current_task())
+            if task is None or task.state == "cancelled":
+                raise Cancelled("nobody waits for it any more")
 
 
 def _runner(parts: Parts, job: str) -> Runner:
@@ -87,10 +115,11 @@ def run_trajectory(url: str, job: str, case: int, outputs: list[str] | None, kin
     from engine.plots.animate import page
     from engine.plots.mechanism import needed
 
-    plan = _runner(Parts(url), job).plan
-    if kind == "animation":
-        return page(trajectory(plan, case, needed(plan.scene))).encode()
-    return arrow_bytes(trajectory(plan, case, outputs).to_arrow())
+    with watched(Wanted().look):
+        plan = _runner(Parts(url), job).plan
+        if kind == "animation":
+            return page(trajectory(plan, case, needed(plan.scene))).encode()
+        return arrow_bytes(trajectory(plan, case, outputs).to_arrow())
 
 
 def arrow_bytes(table: Any) -> bytes:
