@@ -79,8 +79,8 @@ LOCKS = brentq(lambda h: h * math.sqrt(1 - CIRCLE**2 / (LINK**2 - h**2)) - CIRCL
 """Height (m) of a press's knee above its foot, links folded on each other, up to which a load on its foot cannot fold or open it:
 the links carry it along one line through the friction circles of all three pins, that between those of crown and foot which touches
 the knee's. No weight."""
-NEARLY = 2e-3
-"""A group is let go where no sharing holds it by a thousandth."""
+NEARLY = 1e-4
+"""A group is let go where no sharing holds it by a ten-thousandth."""
 
 
 @pytest.mark.parametrize("load", [100.0, -100.0])

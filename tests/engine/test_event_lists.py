@@ -65,6 +65,9 @@ def run(seed: int, method: str, rtol: float) -> Result:
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
         (6, 1.0, [("rk5", 1e-10), ("rosenbrock", 1e-9)]),
         (92, 1.0, [("rk8", 1e-9), ("auto", 1e-9)]),
+        # a group at rest lets go when no loads hold it, and not when those do not that it came to on its way
+        (107, 1.0, [("auto", 1e-7), ("rk8", 1e-8)]),
+        (153, 1.0, [("auto", 1e-6), ("rk5", 1e-7)]),
     ],
 )
 def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, settings: list[tuple[str, float]]) -> None:
