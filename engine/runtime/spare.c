@@ -10,7 +10,7 @@
 #define SPARE_REFUSED 0.25 /* less by this where the largest share falls by less than that part of what it should, */
 #define SPARE_TAKEN 3.0    /* and else more by this */
 #define SPARE_GAIN 1e-10   /* of what a pair can hold: less to be gained is none */
-#define SPARE_STEPS 60
+#define SPARE_SOLVED 400   /* times the equations are solved */
 #define MOVED_FIRST 0.1    /* of what a pair can hold: by so much a load is moved first where loads are moved by turns, */
 #define MOVED_LEAST 1e-3   /* and last */
 #define MOVES_MOST 200     /* such loads tried */
@@ -97,8 +97,9 @@ static double tr_spare_by(tr_sim *s, tr_sparing *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), d[c->m], old[e], was[e], moved[c->n], reach = SPARE_FIRST;
   double best = tr_spare_shares(s, c, c->share);
-  for (int it = 0, known = 0; it < SPARE_STEPS && best > SHARE_ENOUGH && best < INFINITY; ++it) {
+  for (int solved = 1, known = 0; solved < SPARE_SOLVED && best > SHARE_ENOUGH && best < INFINITY; ++solved) {
     if (!known && !tr_spare_slopes(s, c)) break;
+    solved += known ? 0 : c->m;
     const double gain = tr_spare_step(c, reach, d);
     if (!(gain > SPARE_GAIN)) break;
     memcpy(old, eta, sizeof old), memcpy(was, load, sizeof was);
