@@ -134,7 +134,8 @@ static int tr_stalls(tr_sim *s) {
   return tried - s->step.moved > STALL_TRIALS;
 }
 
-/* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. */
+/* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. What is given up while a failure is being
+ * passed is no failure. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   *count = 0;
   if (s->clock.status > TR_DONE) return s->clock.status;
@@ -144,7 +145,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     if (s->ask.stop) return s->clock.status = TR_STOPPED;
     if (s->pending.kind != TR_NOTHING) {
       code = tr_finish(s, rows, capacity, count);
-      if (s->ask.stop || tr_goes_on(s, code)) continue;
+      if (s->ask.stop || tr_goes_on(s, code) || s->ask.stop) continue;
       if (code != TR_OK) return tr_end(s, code);
       if (s->events.count > s->events.capacity - 2 * tr_watched(s) - 2) return TR_EVENTS_FULL;
     }
@@ -157,7 +158,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
       s->clock.status = TR_OK;
       return code;
     }
-    if (s->ask.stop || tr_goes_on(s, code)) continue;
+    if (s->ask.stop || tr_goes_on(s, code) || s->ask.stop) continue;
     if (code != TR_OK) return tr_end(s, code);
   }
 }

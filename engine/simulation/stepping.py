@@ -139,7 +139,10 @@ class OneRun:
             elif status == bl.MORE:
                 steps = sized(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.STOPPED, bl.OK):
-                return diagnose(self.model, status)
+                failed = diagnose(self.model, status)
+                if interrupt.asked:  # the reason may not have been found out
+                    raise KeyboardInterrupt
+                return failed
             if full := room.take(count, len(events)):
                 return Outcome.named(full, float(self.rows[-1][-1, 0]), "")
             heed()

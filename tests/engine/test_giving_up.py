@@ -15,6 +15,7 @@ from engine.simulation import block as bl
 from engine.simulation import stepping
 from engine.simulation.giving_up import asking
 from engine.simulation.run import Model, simulate
+from tests.engine.chains_at_rest import balls
 from tests.engine.test_many_pairs import links, rough, work
 
 
@@ -76,27 +77,41 @@ def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
     assert told == [(1, True), (2, False)]
 
 
-class AtTheThird(Held):
-    """An interrupt that comes as the runtime asks for the third time."""
+class At(Held):
+    """An interrupt that comes as the runtime asks for the n-th time."""
 
-    times = 0
+    def __init__(self, n: int):
+        self.left = n
 
     @property
     def asked(self) -> bool:
-        AtTheThird.times += 1
-        return AtTheThird.times >= 3
+        self.left -= 1
+        return self.left <= 0
 
     @asked.setter
     def asked(self, value: bool) -> None:
         pass
 
 
-def test_a_run_that_is_given_up_inside_a_call_keeps_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
-    @contextmanager
-    def at_the_third() -> Iterator[Held]:
-        yield AtTheThird()
+def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
+    """A run is interrupted when it asks for the n-th time."""
 
-    monkeypatch.setattr(stepping, "held", at_the_third)
+    @contextmanager
+    def at_the_nth() -> Iterator[Held]:
+        yield At(n)
+
+    monkeypatch.setattr(stepping, "held", at_the_nth)
+
+
+@pytest.mark.parametrize("n", [40, 100, 130, 160])
+def test_a_run_that_is_given_up_while_it_passes_a_failure_has_not_failed(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thirty balls: modes do not suit, others are sought, and the run is given up meanwhile."""
+    interrupted_at(monkeypatch, n)
+    assert simulate(balls(30, 0), until=0.1, kernel="parts", outputs="j0.q[*]").outcome.name == "stopped"
+
+
+def test_a_run_that_is_given_up_inside_a_call_keeps_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    interrupted_at(monkeypatch, 3)
     r = simulate(links(10, 1, "spherical", apart=False), until=1.0, every=0.001, outputs="j0.q[*]")
     assert r.outcome.name == "stopped"
     assert 1 <= len(r.time) < 1000
