@@ -109,6 +109,7 @@ int ndmore : numbers of their derivative by the reaction components
 int loop_friction : whether friction sits on a loop
 int coupled : whether inactive rows matter to the choice of reactions
 int sets : whether some law is set-valued at rest
+int nfill : entries below the diagonal of the factor of S by structure; 0: it is dense
 int c_closure : where the constants of closure begin
 int c_laws : of the laws
 int c_events : of the events
@@ -120,6 +121,9 @@ const int *row_kind : rows: TR_CONSTRAINS_…
 const int *qkind : nq: TR_COORDINATE_…
 const int *vkind : nv: TR_COORDINATE_…
 const int *quat : nquat: offsets in q of quaternions
+const int *fill_order : active: rows of λ in the order of their pivots (engine/system/coupling.py)
+const int *fill_start : active + 1: where the entries below each pivot begin
+const int *fill_below : nfill: their places in that order
 const tr_element *element : nelements
 const tr_pair *pair : nsliders
 const tr_pace *pace : npaces

@@ -19,6 +19,7 @@ from engine.recursion.direct import direct_operators
 from engine.recursion.reduction import model, unreduced
 from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
+from engine.system.coupling import fill, tables_of
 from engine.system.pace import frequencies
 from engine.system.structure import System, state_coordinates
 
@@ -139,18 +140,19 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     z = main.sizes
     qkind, vkind, quat = coordinate_kinds(system)
     elements, sliders, dn = element_table(main)
-    paces = frequencies(system)
+    paces, filled = frequencies(system), fill(system, list(z.active))
     sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
         "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
         "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(n * len(e.needs) for e in main.elements for _, n in [main.turned.get(e.joint.name, (0, 0))]),
         "npaces": len(paces), "nbodies": len(system.bodies),
-        "sets": int(any(e.sets for e in main.elements)),
+        "sets": int(any(e.sets for e in main.elements)), "nfill": len(filled.below),
         "c_closure": "K_C_CLOSURE", "c_laws": "K_C_LAWS", "c_events": "K_C_EVENTS", "c_held": "K_C_HELD", "c_energy": "K_C_ENERGY",
         "c_pressed": "K_C_PRESSED",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
+    tables |= tables_of(filled)
     named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot")
     functions = {n: f"k_{n}" for n in named}
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())

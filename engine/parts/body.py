@@ -3,7 +3,8 @@
 Its functions, in the order in which their inputs become known: ``prepare`` (numbers → constants), ``outward`` (motion), ``inward``
 (reduction), ``column`` (the reduction of one force column of the affine maps), ``accelerations`` (with the known forces) and
 ``response`` (of a force column), ``weigh`` (what the body needs of its joint, by itself), ``carry``
-(a reaction handed inward) and ``moved`` (its acceleration from that of its joint). Where friction is found along the recursion
+(a reaction handed inward), ``moved`` (its acceleration from that of its joint) and ``onward`` (as ``accelerations``, without the
+reaction). Where friction is found along the recursion
 (``articulated.py``) also ``narrow``, ``pull`` and ``push``."""
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ POSE = 21
 PLACES = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort", "up",
           "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq", *NARROW)  # fmt: skip
 """What the functions are handed, in the order of their one argument."""
-FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved", "narrow", "pull",
-             "push")  # fmt: skip
+FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved", "onward", "narrow",
+             "pull", "push")  # fmt: skip
 AT = {name: f"a[{i}]" for i, name in enumerate(PLACES)}
 
 
@@ -95,7 +96,7 @@ def body_part(which: Carried) -> BodyPart:
         Output(AT["motion"], 0, pack_motion(motion), 1), Output(AT["pose"], 0, _pose(step), 1), Output(AT["bias"], 0, step.w, 1),
         Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
     ]  # fmt: skip
-    more = [_column(art, step), _outward(art, step, 4), _outward(art, step, 5), *_balance(mass, motion, step)]
+    more = [_column(art, step), *(_outward(art, step, stage) for stage in (4, 5, 9)), *_balance(mass, motion, step)]
     more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, FUNCTIONS.index("narrow")) if which.rubbed else []
     code = _emitted(which, [*ins, *[i for found, _ in more for i in found]], [*outs, *[o for _, found in more for o in found]])
     text, places = _with_own_places(which, code.text)
@@ -118,14 +119,15 @@ def _column(art: Articulated, step: Step) -> tuple[list[Input], list[Output]]:
 
 
 def _outward(art: Articulated, step: Step, stage: int) -> tuple[list[Input], list[Output]]:
-    """The outward step: with the known accelerations w (stage 4), or of a force column, which has none (5)."""
+    """The outward step: with the known accelerations w (stages 4 and 9), or of a force column, which has none (5)."""
     Z, y, f = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - art.solve(art.MPi.T @ carried)
-    out = carried + step.Pi @ qdd + (step.w if stage == 4 else zeros(6))
+    out = carried + step.Pi @ qdd + (zeros(6) if stage == 5 else step.w)
     N = art.times(out[:3], out[3:]) - f
-    ins = [Input(AT[n], s, stage) for n, s in (("Z", Z), ("yc", y), ("fc", f))]
-    return ins, [Output(AT[n], 0, v, stage) for n, v in (("qdd", qdd), ("Zo", out), ("N", N))]
+    ins, outs = [("Z", Z), ("yc", y), ("fc", f)], [("qdd", qdd), ("Zo", out), ("N", N)]
+    last = 2 if stage == 9 else 3
+    return [Input(AT[n], s, stage) for n, s in ins[:last]], [Output(AT[n], 0, v, stage) for n, v in outs[:last]]
 
 
 def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], list[Output]]]:

@@ -21,9 +21,12 @@ from engine.recursion.springs import NO_SIZE, PART, spring_rows
 from engine.recursion.vectors import SX, cross
 from engine.system.structure import GROUND, Device, FrictionElement, Joint
 
+BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
+"""What may be asked of a cut joint: all, or where nothing acts along its freedoms what stepping or closing needs."""
+
 
 @cache
-def cut(kind: str, ground: str) -> Part:
+def cut(kind: str, ground: str, bare: str = "") -> Part:
     """A cut joint: numbers (two frames, two points: 24), motions ``inb`` and ``out`` (that of the ``ground`` is not handed) →
     residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard part at
     its point), its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force along
@@ -47,7 +50,9 @@ def cut(kind: str, ground: str) -> Part:
         "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
         "pose": ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s)), "point": c.out.r + c.c_out,
     }  # fmt: skip
-    return one(f"c_{kind}_{ground or 'bodies'}", {"numbers": sym.p, **motions}, outs)
+    asked = BARE[bare]
+    outs = outs if asked is None else {name: outs[name] for name in asked}
+    return one(f"c_{kind}_{'_'.join([ground or 'bodies', *([bare] if bare else [])])}", {"numbers": sym.p, **motions}, outs)
 
 
 def _beside(columns: list[SX]) -> SX:

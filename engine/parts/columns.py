@@ -143,7 +143,7 @@ class Columns:
         path, branch = self._way(begin)
         for i in path:
             tape.code += self.inward[i]
-        for i in branch:
+        for i in branch if self.stepping.asked else ():
             tape.code += self.outward[i]
         for i in branch:
             tape.code += self.found.get(i, [])

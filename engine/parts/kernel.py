@@ -37,6 +37,7 @@ from engine.parts.tape import BUILTINS
 from engine.recursion.direct import direct_operators
 from engine.recursion.elements import Element
 from engine.recursion.redundancy import rows_of, rubbing_on_loops, rubs
+from engine.system.coupling import fill, tables_of
 from engine.system.pace import frequencies
 from engine.system.structure import System
 
@@ -186,7 +187,7 @@ def _kernel_table(
     turned = {e.joint.name: (at, n) for e, at, n in (rubbing_on_loops(system) if redundant else [])}
     more = [(n, n * len(e.needs)) for e in stepping.parts for _, n in [turned.get(e.joint.name, (0, 0))]]
     elements, sliders, dn = element_table(_Told(stepping.parts, turned))  # type: ignore[arg-type]
-    paces = frequencies(system)
+    paces, filled = frequencies(system), fill(system, active)
     each = len(system.frictional) + 3
     m = stepping.maps
     sizes = dict.fromkeys(KERNEL.integers, 0) | {
@@ -197,11 +198,12 @@ def _kernel_table(
         "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
         "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
-        "sets": int(any(e.sets for e in stepping.parts)),
+        "sets": int(any(e.sets for e in stepping.parts)), "nfill": len(filled.below),
     }  # fmt: skip
     names = [*FUNCTIONS, *(RECURSIVE if rubbed else ())]
     table = KERNEL.ctype(**sizes, scene=ctypes.addressof(scene), **_functions(names))
     tables = {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
+    tables |= tables_of(filled)
     for name, values in tables.items():
         array = np.array([*values, 0], np.intc)
         keep.append(array)

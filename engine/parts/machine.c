@@ -74,7 +74,34 @@ static void along(double *const *a, const int *how) {
     for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[0] + i] * a[1][k];
 }
 
-void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product, dots, along};
+static void spread(double *const *a, const int *how) {
+  for (int k = 0; k < how[1]; ++k)
+    for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[2] + i] * a[1][k];
+}
+
+static void gram(double *const *a, const int *how) {
+  for (int j = 0; j < how[2]; ++j)
+    for (int i = 0; i < how[1]; ++i) {
+      const double *one = a[0] + (size_t)i * how[3], *other = a[1] + (size_t)j * how[4];
+      double *out = a[2] + i + (size_t)j * how[5], sum = how[6] ? 0.0 : *out, next = 0.0; /* two sums that do not wait for each other */
+      int k = 0;
+      for (; k + 1 < how[0]; k += 2) sum += one[k] * other[k], next += one[k + 1] * other[k + 1];
+      if (k < how[0]) sum += one[k] * other[k];
+      *out = sum + next;
+    }
+}
+
+static void mirror(double *const *a, const int *how) {
+  for (int j = 0; j < how[1]; ++j)
+    for (int i = 0; i < how[0]; ++i) a[1][j + (size_t)i * how[2]] = a[0][i + (size_t)j * how[2]];
+}
+
+static void mirror_own(double *const *a, const int *how) {
+  for (int j = 1; j < how[0]; ++j)
+    for (int i = 0; i < j; ++i) a[0][j + (size_t)i * how[1]] = a[0][i + (size_t)j * how[1]];
+}
+
+void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product, dots, along, spread, gram, mirror, mirror_own};
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */
 

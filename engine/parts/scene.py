@@ -123,10 +123,12 @@ class Scene(Tables):
 
     def _closed(self, tape: Tape, j: Joint, moving: list[Moving], place: Place, forces: bool) -> Closed:
         ground = "inb" if j.inb == GROUND else "out" if j.out == GROUND else ""
-        part, nv, n = closing.cut(j.kind_name, ground), j.kind.nv, j.kind.rows
+        bare = ("moving" if forces else "closed") if self.bare and not self.acts(j) and not j.friction else ""
+        part, nv, n = closing.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
         sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
                  "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE, "point": 3}  # fmt: skip
-        blocks = {name: place(size) for name, size in sizes.items()}
+        asked = closing.BARE[bare] or tuple(sizes)
+        blocks = {name: place(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point])
         self.call(tape, part, numbers=numbers, **ends, **blocks)

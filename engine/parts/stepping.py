@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from engine.kernel.classes import HANDED
 from engine.kernel.powers import GIVING
 from engine.parts import closing, friction, small
+from engine.parts.apart import Apart
 from engine.parts.blocks import Closed, Moving, Place
 from engine.parts.columns import Columns
 from engine.parts.maps import Maps
@@ -15,6 +16,7 @@ from engine.parts.scene import Scene
 from engine.parts.shares import Shares
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.recursion.elements import Element, any_sets, elements
+from engine.system.coupling import fill
 from engine.system.structure import GROUND, Joint
 
 
@@ -31,6 +33,7 @@ class Stepping:
         shared = self.shares.size if self.shares else 0
         self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.parts), nrates, any_sets(s), shared)
         scene.multipliers = len(self.active)
+        scene.bare = not s.neta and bool(fill(s, self.active).below)
         self.nw = 0
         tape = scene.tape("stage1")
         self.moving = scene.outward(tape, self._w)
@@ -40,9 +43,10 @@ class Stepping:
         self.y, self.F = self.write_inward(tape, [m.effort for m in self.moving], self._w)
         solved = self.maps.columns > 0
         if solved:
-            self.columns = self._w(s.nv * self.maps.columns)
-            self._known(tape)
-            Columns(self, tape, self.columns)
+            self.asked = bool(self.parts or self.shares)
+            if self.asked:
+                self._known(tape)
+            self._columns(tape)
         second = scene.tape("stage2") if solved else tape
         if not solved:
             scene.tape("stage2")
@@ -94,6 +98,14 @@ class Stepping:
             s.body_call(tape, i, function, work=m.work, kept=self.kept[i], Z=base if parent == GROUND else Z[parent],
                         yc=self.own(y, j), fc=F[i], qdd=self.own(qdd, j), Zo=Z[i], N=N[i], known=m.known)  # fmt: skip
         return qdd, Z, N
+
+    def _columns(self, tape: Tape) -> None:
+        """Columns of all multipliers: those of loops that share few bodies by their structure."""
+        if self.scene.bare:
+            self.apart: Apart | None = Apart(self, tape)
+            return
+        self.apart, self.columns = None, self._w(self.system.nv * self.maps.columns)
+        Columns(self, tape, self.columns)
 
     # -- maps ---------------------------------------------------------------------------------------------------------------
 
@@ -173,9 +185,14 @@ class Stepping:
         y, count = self.y, self.maps.columns
         if count:
             y = tape.scratch_block(nv)
+        if count and self.apart:
+            tape.copy(self.y, y)
+            self.apart.add(tape, y)
+        elif count:
             tape.call(Builtin.COMBINE, [self.y, self.columns, Block(Space.Z, 0, count), y], [nv, count, nv])
         every = range(len(system.bodies))
-        qdd, Z, _ = self.accelerate(tape, y, [s.zeros for _ in every], "accelerations", every, s.base)
+        function = "onward" if s.bare else "accelerations"
+        qdd, Z, _ = self.accelerate(tape, y, [s.zeros for _ in every], function, every, s.base)
         self.write_derivative(tape, qdd, Z)
 
     def write_derivative(self, tape: Tape, qdd: Block, Z: list[Block]) -> None:

@@ -34,6 +34,8 @@ class Tables:
     nc: int = POINTER
     rubbed: bool = False
     """Friction is found along the recursion."""
+    bare: bool = False
+    """Of cut joints only what closes them is found, where nothing acts along their freedoms."""
     multipliers: int = 0
     """Multipliers of rows of cut joints in front of those of friction."""
 

@@ -76,6 +76,14 @@ class Builtin(IntEnum):
     """rows, in, out; n, count, stride of the rows, stride of out: products of the rows with in, added."""
     ALONG = 9
     """columns, numbers, out; n, count: Σ columns[k] numbers[k], added (n in each column)."""
+    SPREAD = 10
+    """The same; n, count, stride of the columns."""
+    GRAM = 11
+    """columns A, columns B, out; n, how many A, how many B, strides of all three, whether out is new: AᵀB, else added."""
+    MIRROR = 12
+    """in, out; rows, columns, stride of both: the transposed."""
+    MIRROR_OWN = 13
+    """block; n, stride: its upper triangle, mirrored."""
 
 
 BUILTINS = len(Builtin)

@@ -17,7 +17,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(p, k->np); TR_PLACE(c, k->nc); TR_PLACE(co, o ? o->nc : 0); TR_PLACE(cj, s->j ? s->j->nc : 0);
   TR_PLACE(x, k->nx); TR_PLACE(y, n); TR_PLACE(ynew, n); TR_PLACE(yold, n); TR_PLACE(ytmp, n); TR_PLACE(yout, n);
   TR_PLACE(cand, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * tr_max(TR_DENSE_ROWS, WORK_NODES));
-  TR_PLACE(power, k->npowers); TR_PLACE(parted, k->npowers); TR_PLACE(impulsed, 2 * k->npowers); TR_PLACE(work, s->nworks); TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(z, tr_nz(s)); TR_PLACE(zold, tr_nz(s)); TR_PLACE(zstart, tr_nz(s)); TR_PLACE(zend, tr_nz(s));
+  TR_PLACE(power, k->npowers); TR_PLACE(parted, k->npowers); TR_PLACE(impulsed, 2 * k->npowers); TR_PLACE(work, s->nworks); TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(unmoved, n); TR_PLACE(z, tr_nz(s)); TR_PLACE(zold, tr_nz(s)); TR_PLACE(zstart, tr_nz(s)); TR_PLACE(zend, tr_nz(s));
   TR_PLACE(zbeyond, tr_nz(s)); TR_PLACE(scale, n);
   TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);

@@ -50,6 +50,7 @@ static int tr_limit(tr_sim *s, double least) {
   tr_maps_at(s, s->clock.t, TR_A(s, y));
   if (!tr_finite(k->nmaps, TR_A(s, maps))) return TR_OK;
   double *L = TR_A(s, S), lost[a], most = 0.0;
+  s->loops.sparse = 0;
   s->loops.rank_now = tr_cholesky(a, TR_A(s, maps), TR_A(s, d), L, (int *)TR_A(s, perm), s->loops.rank, 0.0, GROW_PIVOT);
   if (s->loops.rank_now < 1) return TR_OK;
   double last = L[(s->loops.rank_now - 1) * (a + 1)], pivot = s->loops.rank_now < s->loops.rank ? 0.0 : last * last;

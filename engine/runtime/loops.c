@@ -7,6 +7,7 @@
 #include "linalg.h"
 #include "maps.h"
 #include "modes.h"
+#include "sparse.c"
 
 #define KEEP_PIVOT 1e-9   /* of a row's scale: pivots within the remembered rank; 1e-9 crosses bifurcations at every tolerance (METHOD.md) */
 #define GROW_PIVOT 1e-6   /* beyond it: above what a step's own error makes of a redundant row */
@@ -17,13 +18,16 @@
 /* Factor of S at the state whose maps are in place; returns its rank. */
 static int tr_factor(tr_sim *s) {
   const tr_kernel *k = s->k;
+  s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active && tr_factor_sparse(s);
+  if (s->loops.sparse) return s->loops.rank_now = k->active;
   s->loops.rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
   return s->loops.rank_now;
 }
 
 /* x ← S⁺ b with that factor. */
 static void tr_solve_S(tr_sim *s, const double *b, double *x) {
-  tr_cholesky_solve(s->k->active, s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
+  if (s->loops.sparse) tr_solve_sparse(s, b, x);
+  else tr_cholesky_solve(s->k->active, s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
 }
 
 /* Row scales from the diagonal of S at an accurate state; a row without any takes the largest of its kind, and a kind that has
@@ -52,6 +56,7 @@ static void tr_scale_rows(tr_sim *s, int nothing) {
 static void tr_note_rank(tr_sim *s) {
   const tr_kernel *k = s->k;
   if (k->active == 0) return;
+  s->loops.sparse = 0;
   int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, EXACT_PIVOT, EXACT_PIVOT);
   if (r > s->loops.rank) {
     double last = TR_A(s, S)[(r - 1) * (k->active + 1)];

@@ -6,6 +6,7 @@
 #define CLOSED 4e-15      /* of the length (rad), of length · rate: round-off of a closed loop */
 #define OPEN_LOOP 1e-8    /* of the length (rad): what is left after all iterations is no round-off: the loops cannot be closed */
 #define SHRINKS 0.2       /* of the residual before: an iteration that leaves more has come to round-off */
+#define NEAR_CLOSED 1e-8  /* the same, of many loops: what a correction leaves of so little, the square, is round-off; maps serve for the rates too */
 #define CLOSE_MAX 12      /* iterations of the positions: quadratic from anywhere a step can end */
 #define CLOSE_RATES_MAX 3 /* of the rates, which are linear */
 
@@ -34,19 +35,20 @@ static void tr_residual(const tr_sim *s, const double *h, double *position, doub
 }
 
 /* δv (nv) caused by impulses [δλ | δη] at the state whose stage 1 is in place. deta may be 0; response: what a unit of each η does to
- * its own freedom. */
-static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, double *dv) {
+ * its own freedom; again: the last ones were given there too. */
+static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv) {
   const tr_kernel *k = s->k;
   int a = k->active, e = deta ? k->neta : 0, n = tr_width(s);
-  double z[a + k->neta + 1], big = 0.0, *f = TR_A(s, dy);
+  double z[a + k->neta + 1], big = 0.0, *f = TR_A(s, dy), *base = TR_A(s, unmoved);
   for (int i = 0; i < a; ++i) big = fmax(big, fabs(dlam[i]));
   for (int i = 0; i < e; ++i) big = fmax(big, fabs(deta[i]));
   double up = big > 0.0 ? 1.0 / big : 0.0;
   memset(z, 0, sizeof z);
   tr_form_maps(s);
-  k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f, TR_A(s, power));
-  double base[n];
-  memcpy(base, f, sizeof(double) * n);
+  if (!again) {
+    k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, f, TR_A(s, power));
+    memcpy(base, f, sizeof(double) * n);
+  }
   double size = 0.0;
   for (int i = 0; i < k->nv; ++i) size = fmax(size, fabs(base[k->nq + i]));
   /* scale so that the difference is not lost in the bias: 1/d² is the acceleration a unit multiplier causes along its own row */
@@ -61,16 +63,16 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
   for (int i = 0; i < k->nv; ++i) dv[i] = f1 > 0.0 ? (f[k->nq + i] - base[k->nq + i]) / f1 : 0.0;
 }
 
-/* One correction of the active rows' residual h, positions or rates: δv (nv) = M⁻¹Gᵀ δλ at the state y. */
-static void tr_correction(tr_sim *s, const double *y, const double *h, double *dv) {
+/* One correction of the active rows' residual h, positions or rates: δv (nv) = M⁻¹Gᵀ δλ at the state y; again: with the maps and the factor of
+ * a state so near that this takes nothing from it. */
+static void tr_correction(tr_sim *s, const double *y, const double *h, int again, double *dv) {
   const tr_kernel *k = s->k;
   int a = k->active;
   double b[a], dlam[a];
-  tr_maps_of(s, y);
-  tr_factor(s);
+  if (!again) tr_maps_of(s, y), tr_factor(s);
   for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
   tr_solve_S(s, b, dlam);
-  tr_impulse(s, y, dlam, 0, 0, dv);
+  tr_impulse(s, y, dlam, 0, 0, again, dv);
 }
 
 static void tr_hold_still(tr_sim *s, double *y);
@@ -90,9 +92,9 @@ static int tr_project(tr_sim *s, double t, double *y) {
       s->step.trouble = TR_FAIL_NOT_FINITE;
       return 0;
     }
-    if (pos <= CLOSED || (it > 1 && pos > SHRINKS * before)) break;
+    if (pos <= CLOSED || (it > 1 && pos > SHRINKS * before) || (k->nfill && before <= NEAR_CLOSED)) break;
     before = pos;
-    tr_correction(s, y, h, dv);
+    tr_correction(s, y, h, 0, dv);
     k->qdot(y, dv, TR_A(s, c), dq);
     for (int i = 0; i < k->nq; ++i) y[i] += dq[i];
     if (k->nquat) tr_normalize(s, y);
@@ -105,11 +107,11 @@ static int tr_project(tr_sim *s, double t, double *y) {
   }
   for (int it = 0; it < CLOSE_RATES_MAX && vel > CLOSED; ++it) {
     double was = vel;
-    tr_correction(s, y, h + k->rows, dv);
+    tr_correction(s, y, h + k->rows, k->nfill && before <= NEAR_CLOSED, dv);
     for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
     k->closure(x, y, c, h);
     tr_residual(s, h, &pos, &vel);
-    if (vel > SHRINKS * was) break;
+    if (vel > SHRINKS * was || (k->nfill && was <= NEAR_CLOSED)) break;
   }
   if (s->friction.still) tr_hold_still(s, y);
   return 1;

@@ -85,7 +85,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
         for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
       }
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
-      tr_impulse(s, y, dlam, deta, response, dv);
+      tr_impulse(s, y, dlam, deta, response, 0, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
       for (int q = 0; q < n; ++q) { /* their work: the friction of element m is the m-th power */
         const tr_pair *pair = tr_pair_of(s, rest[q]);

@@ -69,7 +69,8 @@ typedef struct tr_waiting {
 /* Rank of the loops' equations. */
 typedef struct tr_loops {
   int rank;            /* at accurate states: the largest found */
-  int rank_now;        /* of the factor in place */
+  int rank_now;        /* of the factor in place, */
+  int sparse;          /* and whether that is one by structure (``sparse.c``) */
   int open;            /* directions of reactions that friction decides on (``pressed.c``) */
   double least_pivot;  /* smallest pivot within the rank when that was found */
   int known;           /* how far from singular (``singular.c``) the loops are at the start of the step: */
@@ -155,7 +156,8 @@ typedef struct tr_places {
   int K, kstep;     /* slopes of the stages; rows of the dense output */
   int power, work;  /* powers of the last evaluation; works of the step up to a row inside it */
   int parted, impulsed; /* powers of the last part of a step of impulses; works of all such steps, and with the one at hand (``impulses.c``) */
-  int w, maps;      /* stage 1: what it keeps, what it says about the multipliers */
+  int w, maps;      /* stage 1: what it keeps, what it says about the multipliers; */
+  int unmoved;      /* ẏ of the state at which impulses were last given, without them */
   int z, zold;      /* multipliers, now and where a step that is refused begins anew */
   int zstart, zend; /* those at the start and at the end of the last step that was made: between them roots are followed inside it */
   int zbeyond;      /* those at its end, beyond an event up to which a branch was followed that ends there */
