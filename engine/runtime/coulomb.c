@@ -174,7 +174,7 @@ static int tr_solve_modes(tr_sim *s) {
     return 1;
   }
   tr_form_maps(s);
-  if (!tr_multipliers(s)) return 0;
+  if (!tr_multipliers(s, 1)) return 0;
   if (!s->friction.still) {
     double lam0[a + 1];
     for (int i = 0; i < a; ++i) {

@@ -60,7 +60,7 @@ static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
     else rest[n++] = i;
   }
   s->moreau.h = h;
-  int ok = s->moreau.keeps ? tr_solve_modes(s) : n ? tr_moreau_decides(s, rest, n, h) : runs ? tr_solve_modes(s) : tr_multipliers(s);
+  int ok = s->moreau.keeps ? tr_solve_modes(s) : n ? tr_moreau_decides(s, rest, n, h) : runs ? tr_solve_modes(s) : tr_multipliers(s, 1);
   s->moreau.h = 0.0;
   if (ok) tr_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;

@@ -219,8 +219,8 @@ static double tr_response_unit(const tr_sim *s, int i, double own) {
   return 1.0 / sqrt(fmax(own, RESPONSE_FLOOR * raw));
 }
 
-/* z = [λ active | η] at the state whose maps are in place; warm-started from the last z. 0 when there is no reachable root. */
-static int tr_multipliers(tr_sim *s) {
+/* z = [λ active | η] at the state whose maps are in place; warm-started. 0 when there is no reachable root. Only `deciding` changes how groups share. */
+static int tr_multipliers(tr_sim *s, int deciding) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta;
   const double *maps = TR_A(s, maps);
@@ -241,7 +241,7 @@ static int tr_multipliers(tr_sim *s) {
   memcpy(warm, eta, sizeof warm);
   if (!tr_newton_in_sense(s, eta)) {
     memset(eta, 0, sizeof(double) * e);
-    if (!tr_newton_in_sense(s, eta) && !tr_newton_otherwise(s, warm) && !tr_newton_by_tilt(s, warm) &&
+    if (!tr_newton_in_sense(s, eta) && !(deciding && tr_newton_otherwise(s, warm)) && !tr_newton_by_tilt(s, warm) &&
         !(s->friction.anywhere && tr_newton_anywhere(s, eta))) {
       memset(eta, 0, sizeof(double) * e);
       return 0;

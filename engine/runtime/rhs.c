@@ -178,7 +178,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     tr_put_powers(s, dy);
     return 1;
   }
-  if (!tr_multipliers(s)) {
+  if (!tr_multipliers(s, 0)) {
     s->step.trouble = tr_finite(k->nmaps, TR_A(s, maps)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
     return 0;
   }

@@ -155,7 +155,7 @@ static void tr_spare(tr_sim *s, const int *rest, int n) {
     tr_spare_by_turns(s, &c);
     tr_spare_by(s, &c);
   }
-  tr_multipliers(s);
+  tr_multipliers(s, 1);
   tr_law(s, eta);
   tr_holding(s);
 }
