@@ -4,14 +4,24 @@
 #define SHARE_GAIN 1e-10   /* of the capacity: by so much a group must hold better when its load is shared anew */
 #define KEPT_GAIN 1e-7     /* the same of loads that are kept: near its end such a group would share anew without end; and when it ends is known as well */
 
+/* Whether any load is kept in the modes in force. */
+static int tr_keeps(const tr_sim *s) {
+  for (int i = 0; i < s->k->neta; ++i)
+    if (tr_row_kinds(s)[i] == TR_ROW_KEPT) return 1;
+  return 0;
+}
+
 /* Whether the pairs at rest still hold together when they share their load anew (as it grows, others come to carry the most of it):
  * by a margin, so that this is not tried without end. */
 static int tr_hold_anew(tr_sim *s, const int *rest, int n) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
-  if (!tr_solve_modes(s) || !tr_solve_modes(s)) return 0; /* shares follow from the loads of the first solution */
+  s->friction.sparing = 1;
+  const int solved = tr_solve_modes(s) && tr_solve_modes(s); /* shares follow from the loads of the first solution */
+  s->friction.sparing = 0;
+  if (!solved) return 0;
   if (s->friction.kept == TR_KEEPS_PLACED) tr_spare(s, rest, n);
   for (int q = 0; q < n; ++q)
-    if (!(tr_misfit(s, rest[q]) < -(s->friction.kept ? KEPT_GAIN : SHARE_GAIN))) return 0;
+    if (!(tr_misfit(s, rest[q]) < -(tr_keeps(s) ? KEPT_GAIN : SHARE_GAIN))) return 0;
   return tr_holds(s, rest, n);
 }
 

@@ -6,7 +6,7 @@
 #define SPARE_LEAST 1e-3 /* of what a pair can hold (as KEPT_GAIN) */
 #define KEPT_MORE_THAN 8 /* pairs: the load of smaller groups is shared by least largest share (``groups.c``) */
 
-/* The creep of a small group in which no pair is asked for more than it must be: of shares 1 − 2⁻ᵏ of what they can hold the least by which
+/* The creep of a small group, or of any that shares its load anew, in which no pair is asked for more than it must be: of shares 1 − 2⁻ᵏ of what they can hold the least by which
  * all rest, so that what the load grows by does not at once ask too much of one. */
 static void tr_creep_sparing(tr_sim *s, tr_creeping *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
@@ -37,7 +37,7 @@ static int tr_keep_loads(tr_sim *s, int n, const int *c, const double *A, int ra
   if (creep.m > n) return 0;
   tr_creep_freedoms(s, &creep);
   if (s->friction.kept != TR_KEEPS_PLACED) {
-    if (count <= KEPT_MORE_THAN) tr_creep_sparing(s, &creep, law);
+    if (count <= KEPT_MORE_THAN || s->friction.sparing) tr_creep_sparing(s, &creep, law);
     else tr_creep_to_rest(s, &creep, law);
   }
   for (int i = 0; i < n; ++i) { /* balls hold across a force that turns: they do not take what changes */

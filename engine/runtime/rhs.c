@@ -116,7 +116,7 @@ static void tr_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t)
 /* Defined in the files that come after this one. */
 static double tr_set_violation(tr_sim *s, int i);
 static double tr_turn_violation(const tr_sim *s, int i);
-static void tr_holding(tr_sim *s);
+static void tr_holding_now(tr_sim *s);
 static void tr_keep_still(const tr_sim *s, double *v);
 static void tr_watch_loops(tr_sim *s);
 
@@ -124,7 +124,7 @@ static void tr_watch_loops(tr_sim *s);
  * how far it has come from its mode. */
 static void tr_watch(tr_sim *s) {
   double *lo = TR_A(s, smin), *hi = TR_A(s, smax);
-  if (s->friction.still) tr_holding(s);
+  if (s->friction.still) tr_holding_now(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (tr_is_set(s, i)) {
       double v = tr_set_violation(s, i);

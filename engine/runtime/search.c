@@ -24,7 +24,7 @@
 static double tr_beyond(tr_sim *s, const double *y, int *worst) {
   double depth[s->k->nstops + 1], best = -INFINITY;
   tr_depths(s, y, depth);
-  if (s->friction.still) tr_holding(s);
+  if (s->friction.still) tr_holding_now(s);
   for (int i = 0; i < tr_watched(s); ++i) {
     const double v = tr_far(s, TR_NOW)[i] = tr_violation(s, i, depth);
     if (v > best) best = v, *worst = i;

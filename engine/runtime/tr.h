@@ -84,6 +84,7 @@ typedef struct tr_loops {
 typedef struct tr_friction {
   int still;           /* pairs held at rest */
   int shares;          /* whether some of them share their load as a group */
+  int sparing;         /* loads of large groups are shared anew, so that no pair is asked for more than it must be */
   int kept;            /* loads of groups of any size are kept: shared by the rule they have no answer */
   int anywhere;        /* friction is sought from all starts there are: else the run would end */
   double eased;        /* part of friction that is left out for the moment (``starts.c``) */
