@@ -74,10 +74,10 @@ static void tr_holding(tr_sim *s) {
 }
 
 /* The same where an evaluation has left the loads of the last iterate but one of Newton's method in place: about the force of that a small ball
- * beside large ones would have a torque, which nothing holds. */
+ * that keeps its share beside large ones would have a torque, which nothing holds. */
 static void tr_holding_now(tr_sim *s) {
   const tr_kernel *k = s->k;
-  if (!s->step.along) {
+  if (s->friction.shares && !s->step.along) {
     tr_form_all(s);
     tr_affine(k->nn, k->neta, TR_A(s, Np), TR_A(s, Np) + k->nn, TR_A(s, z) + k->active, TR_A(s, NN));
     if (tr_open_count(s)) tr_press(s, TR_A(s, NN));

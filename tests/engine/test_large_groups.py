@@ -1,4 +1,5 @@
-"""Many pairs at rest whose load several freedoms would move: while it comes and goes they share it anew, and neither often nor for nothing."""
+"""Many pairs at rest whose load several freedoms would move: while it comes and goes they share it anew, not often and not for
+nothing."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ STEPS = 1000
 
 
 def platform(mu: float, push: float) -> Scene:
-    """A platform on three sprung legs (a revolute, a prismatic joint and a ball each), all of which rub, shaken at its edge: nine pairs of fifteen
-    components on three freedoms."""
+    """A platform on three sprung legs (a revolute, a prismatic joint and a ball each), all of which rub, shaken at its edge: nine
+    pairs of fifteen components on three freedoms."""
     bodies, joints, feet, heads = [], [], [], ["edge: [0.3, 0, 0]"]
     for k, at in enumerate(np.radians([0.0, 125.0, 235.0])):
         out, across = np.array([np.cos(at), np.sin(at), 0.0]), [-float(np.sin(at)), float(np.cos(at)), 0.0]
@@ -30,7 +31,8 @@ def platform(mu: float, push: float) -> Scene:
             f"  r{k}: {{type: revolute, axis: {across}, inboard: ground.f{k}, outboard: cyl{k},",
             f"    friction: {{mu: {mu}, radius: 0.012, half_length: 0.03}}}}",
             f"  p{k}: {{type: prismatic, axis: {way.tolist()}, reference: {across}, inboard: cyl{k},",
-            f"    outboard: {{body: rod{k}, point: {(-leg).tolist()}}}, start: {{q: 0}}, spring: {{stiffness: 15000, rest: 0.01}}, damping: 150,",
+            f"    outboard: {{body: rod{k}, point: {(-leg).tolist()}}}, start: {{q: 0}}, damping: 150,",
+            "    spring: {stiffness: 15000, rest: 0.01},",
             f"    friction: {{mu: {mu}, half_length: 0.05, half_width: 0.015, half_height: 0.015}}}}",
             f"  s{k}: {{type: spherical, inboard: rod{k}, outboard: platform.h{k}, friction: {{mu: {mu}, radius: 0.012}}}}",
         ]
@@ -43,9 +45,11 @@ def platform(mu: float, push: float) -> Scene:
 
 @pytest.mark.parametrize(("mu", "push"), [(0.1, 60.0), (0.15, 100.0), (0.2, 100.0)])
 def test_loads_that_come_and_go_while_many_pairs_rest_take_few_steps(mu: float, push: float) -> None:
-    """One pair after the other came to what it can hold, with next to nothing to spare each time the load was shared anew; and a small ball
-    was let go for a torque about its force of round-off of the others' loads: runs stood still, 1e-7 s a step."""
+    """One pair after the other came to what it can hold, with next to nothing to spare each time the load was shared anew; and a
+    small ball was let go for a torque about its force of round-off of the others' loads: runs stood still, 1e-7 s a step."""
     for method, rtol in (("auto", 1e-6), ("rk5", 1e-5), ("rk8", 1e-8), ("rosenbrock", 1e-7)):
-        r = simulate(platform(mu, push), until=1.0, every=0.1, method=method, rtol=rtol, max_steps=STEPS, outputs=["energy.residual"])
+        r = simulate(
+            platform(mu, push), until=1.0, every=0.1, method=method, rtol=rtol, max_steps=STEPS, outputs=["energy.residual"]
+        )
         assert r.outcome.ok, (method, rtol, r.outcome)
         assert any(e.kind == "stop" for e in r.events), (method, rtol)
