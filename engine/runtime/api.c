@@ -75,6 +75,7 @@ void tr_set_parameters(tr_sim *s) {
 /* Close the loops at time t, from the state in the block: see tr_assemble_state. */
 int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven) {
   s->clock.t = t;
+  s->ask.stop = 0, s->ask.work = 0.0;
   tr_moment_of(s)->inside = t + JUST_AFTER;
   return tr_assemble_state(s, qgiven, vgiven);
 }

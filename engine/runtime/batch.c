@@ -73,6 +73,7 @@ static int tr_case_start(tr_batch *b) {
   tr_case_clear(b);
   memcpy(TR_A(s, y), b->y + (size_t)b->at * (k->nq + k->nv), sizeof(double) * (k->nq + k->nv));
   int code = tr_assemble(s, 0.0, given, given + k->nv);
+  if (s->ask.stop) return TR_STOPPED;
   if (code != 1) {
     tr_case_out(b)->detail = code;
     return TR_FAIL_CLOSURE;

@@ -14,6 +14,7 @@
 #define CLOSE_STALLED 40    /* steps that did not halve the best residual: it will not close */
 #define LONGER 4.0          /* a whole step, or parts of it in this ratio, where the loops close far beyond what so many cut steps go */
 #define PAYS 0.5            /* of what a part of a step promises to take from the residual: what it must take */
+#define BODY_COSTS 100.0    /* multiplications for where a body is, once for each freedom */
 #define FARTHEST 1e7        /* rad; of the length: no part of a step is longer; a million turns of a screw */
 
 /* G (rows × nv) of all rows at y, from differences of the (linear) velocity residual. */
@@ -135,7 +136,7 @@ static double tr_part(tr_closing *c, const double *y, double *dv, double now, in
   return cut;
 }
 
-/* Newton on the positions from y; 1 when closed. */
+/* Newton on the positions from y; 1 when closed, 0 also when it is given up. */
 static int tr_close_positions(tr_closing *c, double *y, int longer) {
   tr_sim *s = c->s;
   const tr_kernel *k = s->k;
@@ -143,6 +144,7 @@ static int tr_close_positions(tr_closing *c, double *y, int longer) {
   int stalled = 0;
   memset(total, 0, sizeof total);
   for (int it = 0; it < CLOSE_STEPS; ++it) {
+    if (tr_gives_up(s, k->nv * ((double)k->rows * k->rows + BODY_COSTS * k->nbodies))) return 0;
     double now = tr_gap_at(s, y, h), tight = tr_tight(s, y);
     if (!(now < INFINITY)) return 0;
     if (now < c->least) c->least = now, memcpy(c->nearest, y, sizeof(double) * s->ny);

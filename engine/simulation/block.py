@@ -133,7 +133,8 @@ class Block:
         self.y[:] = 0.0
         self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
         given = [np.ascontiguousarray(a, float) for a in (self._rate_given(), n.v_given)]
-        return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
+        with self.asking():
+            return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
 
     def _rate_given(self) -> np.ndarray:
         """Which rates count as given (nv): those whose coordinate is given."""

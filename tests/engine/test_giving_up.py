@@ -5,17 +5,21 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from engine.abi import Status
-from engine.basics.interrupts import Held
+from engine.basics.interrupts import Held, Unwanted, watched
+from engine.scene import model as sm
+from engine.scene.overrides import apply
 from engine.simulation import block as bl
 from engine.simulation import stepping
 from engine.simulation.giving_up import asking
 from engine.simulation.run import Model, simulate
 from tests.engine.chains_at_rest import balls
+from tests.engine.scissor import scissor
 from tests.engine.test_many_pairs import links, rough, work
 
 
@@ -75,6 +79,21 @@ def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
     with asking(Library, lambda: next(places), lambda: False):  # type: ignore[arg-type]
         pass
     assert told == [(1, True), (2, False)]
+
+
+def test_loops_that_are_closed_for_long_ask_too() -> None:
+    """A bar of a scissor is too long by far: no place closes it, and many are tried."""
+    given = scissor(3)
+    free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}
+    model = Model(apply(replace(given, joints=free), {"bodies.b2.points.low": [-100.0, 0.0, 0.0]}), "guide.q[*]")
+    model.block.configure(bl.Settings())
+
+    def unwanted() -> None:
+        raise Unwanted
+
+    with pytest.raises(Unwanted), watched(unwanted):
+        model.block.assemble()
+    assert model.block.assemble() == 0
 
 
 class At(Held):
