@@ -3,7 +3,6 @@ and S has entries only of loops whose paths meet (METHOD, "Loops by structure").
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,10 +28,14 @@ class Response:
     along: Block
     forces: Block
 
+    @property
+    def each(self) -> int:
+        """Numbers of the forces of a row."""
+        return 6 * (len(self.at) + 1)
+
     def force(self, i: int, k: int) -> Block:
         """Force of row k on body i."""
-        each = 6 * (len(self.at) + 1)
-        return self.forces.part(each * k + (6 * list(self.at).index(i) if i != GROUND else each - 6), 6)
+        return self.forces.part(self.each * k + (6 * list(self.at).index(i) if i != GROUND else self.each - 6), 6)
 
 
 class Apart:
@@ -86,25 +89,24 @@ class Apart:
         own = [self.stepping.active[row] - r.joint.rows for row in r.rows]
         g0 = Block(Space.MAPS, m.at("g0") + r.rows[0], len(r.rows))
         tape.call(Builtin.PICK, [c.blocks["xi"], g0], [len(own), *own])
-        tape.zero(r.forces)
-        for k, row in enumerate(own):
-            self._column(r, k, [(r.joint.inb, c.row("gin", row)), (r.joint.out, c.row("gout", row))])
+        at = [r.force(i, 0).at - r.forces.at for i in (r.joint.inb, r.joint.out)]
+        tape.call(Builtin.WRENCHES, [c.blocks["gin"], c.blocks["gout"], r.forces], [r.each, *at, len(own), *own])
+        for k in range(len(own)):
+            self._column(r, k)
         for first, count, n in [*self._runs(r), (GROUND, 1, 0)]:
-            at = first if first != GROUND else len(self.system.bodies)
-            products = [(r.force(first, 0), self.scene.all_bias.part(6 * at, 6 * count), 6 * count, 6 * (len(r.at) + 1))]
+            body = first if first != GROUND else len(self.system.bodies)
+            products = [(r.force(first, 0), self.scene.all_bias.part(6 * body, 6 * count), 6 * count, r.each)]
             if n:
                 products += [(r.along.part(r.at[first], n), self.stepping.y.part(self._v0(first), n), n, r.size)]
             for columns, known, length, stride in products:
-                tape.call(Builtin.GRAM, [columns, known, g0], [length, len(own), 1, stride, 0, 0, 0])
+                tape.call(Builtin.GRAM, [columns, known, g0], [length, len(own), stride])
         self.responses.append(r)
         for other in self.responses:
             self._couple(r, other)
 
-    def _column(self, r: Response, k: int, wrenches: Sequence[tuple[int, Block]]) -> None:
+    def _column(self, r: Response, k: int) -> None:
         """Inward from the bodies that are acted on."""
         tape, s = self.tape, self.stepping
-        for i, g in wrenches:
-            tape.call(Builtin.ADD, [g, r.force(i, k)], [6])
         for i in reversed(r.at):
             n = len(self.system.tree[i].free)
             y, along = (b.part(r.size * k + r.at[i], n) for b in (r.y, r.along))
@@ -118,8 +120,5 @@ class Apart:
         shared = [run for run in self._runs(r, other) if run[2]]
         for number, (first, _, n) in enumerate(shared):
             along, y = other.along.part(other.at[first], 0), r.y.part(r.at[first], 0)
-            self.tape.call(Builtin.GRAM, [along, y, upper], [n, into, across, other.size, r.size, a, int(number == 0)])
-        if shared and r is not other:
-            self.tape.call(Builtin.MIRROR, [upper, lower], [into, across, a])
-        elif shared:
-            self.tape.call(Builtin.MIRROR_OWN, [upper], [across, a])
+            how = [n, into, across, other.size, r.size, a, int(number == 0), int(r is other)]
+            self.tape.call(Builtin.COUPLE, [along, y, upper, lower], how)

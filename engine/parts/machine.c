@@ -79,29 +79,38 @@ static void spread(double *const *a, const int *how) {
     for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[2] + i] * a[1][k];
 }
 
+/* Two sums that do not wait for each other. */
+static inline double dot(int n, const double *a, const double *b) {
+  double sum = 0.0, next = 0.0;
+  int k = 0;
+  for (; k + 1 < n; k += 2) sum += a[k] * b[k], next += a[k + 1] * b[k + 1];
+  if (k < n) sum += a[k] * b[k];
+  return sum + next;
+}
+
 static void gram(double *const *a, const int *how) {
+  for (int i = 0; i < how[1]; ++i) a[2][i] += dot(how[0], a[0] + (size_t)i * how[2], a[1]);
+}
+
+static void couple(double *const *a, const int *how) {
   for (int j = 0; j < how[2]; ++j)
-    for (int i = 0; i < how[1]; ++i) {
-      const double *one = a[0] + (size_t)i * how[3], *other = a[1] + (size_t)j * how[4];
-      double *out = a[2] + i + (size_t)j * how[5], sum = how[6] ? 0.0 : *out, next = 0.0; /* two sums that do not wait for each other */
-      int k = 0;
-      for (; k + 1 < how[0]; k += 2) sum += one[k] * other[k], next += one[k + 1] * other[k + 1];
-      if (k < how[0]) sum += one[k] * other[k];
-      *out = sum + next;
+    for (int i = 0; i < (how[7] ? j + 1 : how[1]); ++i) {
+      double *out = a[2] + i + (size_t)j * how[5], sum = how[6] ? 0.0 : *out;
+      *out = a[3][j + (size_t)i * how[5]] = sum + dot(how[0], a[0] + (size_t)i * how[3], a[1] + (size_t)j * how[4]);
     }
 }
 
-static void mirror(double *const *a, const int *how) {
-  for (int j = 0; j < how[1]; ++j)
-    for (int i = 0; i < how[0]; ++i) a[1][j + (size_t)i * how[2]] = a[0][i + (size_t)j * how[2]];
+static void wrenches(double *const *a, const int *how) {
+  memset(a[2], 0, sizeof(double) * how[0] * how[3]);
+  for (int k = 0; k < how[3]; ++k) {
+    double *column = a[2] + (size_t)k * how[0];
+    for (int i = 0; i < 6; ++i) column[how[1] + i] += a[0][6 * how[4 + k] + i];
+    for (int i = 0; i < 6; ++i) column[how[2] + i] += a[1][6 * how[4 + k] + i];
+  }
 }
 
-static void mirror_own(double *const *a, const int *how) {
-  for (int j = 1; j < how[0]; ++j)
-    for (int i = 0; i < j; ++i) a[0][j + (size_t)i * how[1]] = a[0][i + (size_t)j * how[1]];
-}
-
-void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product, dots, along, spread, gram, mirror, mirror_own};
+void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product, dots, along, spread, gram,
+                                                                    couple, wrenches};
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */
 

@@ -20,15 +20,20 @@ def element_places(s: Scene, e: Element) -> dict[str, Block]:
 
 
 def coordinate_rates(s: Scene, tape: Tape, v: Block, out: Block) -> None:
-    """q̇ of all coordinates that are states."""
+    """q̇ of all coordinates that are states: those that are rates, then those of quaternions."""
+    runs: list[tuple[int, list[int]]] = []
     for j in s.system.tree:
         states, own = state_coordinates(j), v.part(j.v0, len(j.free))
         quaternion = j.kind.quaternion
         plain = [i for i in states if quaternion < 0 or i < quaternion]
-        if plain:
-            rates = [next(k for k in range(j.kind.nv) if j.kind.coordinate_of(k) == i) for i in plain]
-            tape.call(Builtin.PICK, [own, out.part(j.q0, len(plain))], [len(plain), *[j.free.index(k) for k in rates]])
+        rates = [next(k for k in range(j.kind.nv) if j.kind.coordinate_of(k) == i) for i in plain]
+        if not runs or runs[-1][0] + len(runs[-1][1]) != j.q0:
+            runs.append((j.q0, []))
+        runs[-1][1].extend(j.v0 + j.free.index(k) for k in rates)
         if quaternion >= 0:
             at = j.q0 + states.index(quaternion)
             spin = own.part(j.free.index(j.kind.nv - 3), 3)
             s.call(tape, small.quaternion(), q=Block(Space.Y, at, 4), spin=spin, out=out.part(at, 4))
+    for at, rates in runs:
+        if rates:
+            tape.call(Builtin.PICK, [v, out.part(at, len(rates))], [len(rates), *rates])

@@ -79,11 +79,12 @@ class Builtin(IntEnum):
     SPREAD = 10
     """The same; n, count, stride of the columns."""
     GRAM = 11
-    """columns A, columns B, out; n, how many A, how many B, strides of all three, whether out is new: AᵀB, else added."""
-    MIRROR = 12
-    """in, out; rows, columns, stride of both: the transposed."""
-    MIRROR_OWN = 13
-    """block; n, stride: its upper triangle, mirrored."""
+    """columns A, columns b, out; n, how many A, stride of A: Aᵀb, added."""
+    COUPLE = 12
+    """columns A, columns B, out, transposed out; n, how many A, how many B, strides of A, of B, of both outs, whether they are new,
+    whether they are one block on the diagonal (of which the upper triangle is computed): AᵀB, or added."""
+    WRENCHES = 13
+    """columns g, columns h (6), out; numbers of a column of out, where g goes in it, where h, how many, and which; else zeros."""
 
 
 BUILTINS = len(Builtin)

@@ -23,7 +23,7 @@ static int tr_factor_sparse(tr_sim *s) {
     if (!(column[j] > CLEAR_PIVOT)) return 0;
     const double root = sqrt(column[j]), inv = 1.0 / root;
     const int *first = below + start[j], *end = below + start[j + 1];
-    column[j] = root;
+    column[j] = inv; /* by which solutions are multiplied */
     for (const int *i = first; i < end; ++i) column[*i] *= inv;
     for (const int *c = first; c < end; ++c) {
       const double a = column[*c];
@@ -43,14 +43,14 @@ static void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
   double y[n];
   for (int j = 0; j < n; ++j) y[j] = d[order[j]] * b[order[j]];
   for (int j = 0; j < n; ++j) {
-    const double *column = L + (size_t)j * n, a = y[j] /= column[j];
+    const double *column = L + (size_t)j * n, a = y[j] *= column[j];
     for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= column[below[p]] * a;
   }
   for (int j = n - 1; j >= 0; --j) {
     const double *column = L + (size_t)j * n;
     double a = y[j];
     for (int p = start[j]; p < start[j + 1]; ++p) a -= column[below[p]] * y[below[p]];
-    y[j] = a / column[j];
+    y[j] = a * column[j];
     x[order[j]] = d[order[j]] * y[j];
   }
 }
