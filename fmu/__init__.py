@@ -1,7 +1,8 @@
 """Scenes as FMI 2.0 co-simulation FMUs, in two flavours: ``fmu.export(scene, file, flavour=…, platforms=…)``.
 
 ``native`` needs nothing on the host but libc and libm; ``python`` (built with pythonfmu) runs the same compiled library from a
-Python slave. Same variables, same numbers, bit for bit.
+Python slave. Same variables, same numbers, bit for bit. The scene is compiled, or (``kernel="parts"``) made of parts, which are
+compiled once for all scenes of the same kinds.
 """
 
 from __future__ import annotations

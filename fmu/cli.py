@@ -11,6 +11,12 @@ from engine.cli import helping
 if TYPE_CHECKING:
     from engine.scene.model import Scene
 
+KERNEL = typer.Option(
+    metavar="K", help="compiled: steps fastest; parts: is written soonest; auto.", autocompletion=helping.kernels
+)
+OUTPUTS = typer.Option(
+    metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
+)
 SCENE = typer.Argument(
     metavar="SCENE",
     help="A scene file, a folder with a scene.yaml, or a bundled model.",
@@ -33,25 +39,23 @@ def command(
             "--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).", autocompletion=helping.assignments
         ),
     ] = None,
-    outputs: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
-        ),
-    ] = None,
+    outputs: Annotated[list[str] | None, OUTPUTS] = None,
     step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step, for real time.")] = None,
+    kernel: Annotated[str, KERNEL] = "auto",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
     """Export the scene as an FMU (FMI 2.0, co-simulation)."""
     from engine.cli import options
     from engine.cli.options import Findings
     from engine.scene import load_scene
+    from engine.simulation.settings import KERNELS
     from fmu.export import FLAVOURS
     from fmu.platforms import chosen
 
     found = Findings()
     source = options.one_scene(options.words_of(scene, ctx), found)
     kind = options.choice(flavour, FLAVOURS, "--flavour", found)
+    made_of = options.choice(kernel, KERNELS, "--kernel", found)
     values = options.assignments(changes or [], found)
     length = options.time(step, "--step", found, zero=True)
     names = found.attempt(lambda: chosen(platform or ["host"]))
@@ -60,21 +64,17 @@ def command(
     target = options.destination(file, (".fmu",), "-o", found)
     found.end()
     assert loaded is not None
-    assert kind is not None
-    _write(loaded, str(target), kind, names or [], values, outputs, length or 0.0, as_json)
+    how = {"flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs, "step": length or 0.0}
+    _write(loaded, str(target), {**how, "kernel": made_of}, as_json)
 
 
 def _write(
     scene: Scene,
     target: str,
-    flavour: str,
-    platforms: list[str],
-    values: dict[str, Any],
-    outputs: list[str] | None,
-    step: float,
+    how: dict[str, Any],
     as_json: bool,
 ) -> None:
-    """Export with a progress bar, and print what was written."""
+    """Export with a progress bar, and print what was written. how: as ``export`` is asked."""
     from dataclasses import asdict
 
     from engine.cli.progress import Watch
@@ -82,12 +82,12 @@ def _write(
     from fmu.export import export
 
     with Watch(f"FMU of {scene.name}") as watch:
-        made = export(scene, target, flavour, platforms, values, outputs, step, watch.part)
+        made = export(scene, target, **how, progress=watch.part)
     if as_json:
         print_json({"exit_code": 0, **asdict(made), "file": str(made.file)})
         return
     v = made.variables
-    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, flavour {flavour}, {', '.join(made.platforms)}")
+    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, flavour {how['flavour']}, {', '.join(made.platforms)}")
     typer.echo(f"  {v['output']} outputs, {v['input']} inputs, {v['parameter']} parameters, GUID {made.guid}")
     for note in made.notes:
         typer.echo(f"  {note}")

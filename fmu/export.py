@@ -5,19 +5,23 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from engine.basics.files import destination_problems
 from engine.basics.problems import Problem, SceneError, SimulationError
-from engine.kernel import cache
+from engine.kernel import cache, compiler
 from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
+from engine.parts.kernel import PartsKernel
+from engine.parts.text import parts_texts, unit_text
 from engine.scene.given import Amount, Amounts, Names
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import Settings
 from engine.simulation.result import Result
 from engine.simulation.run import Model, run
+from engine.simulation.settings import KERNELS
 from fmu import archive, pages, platforms, python_flavour
 from fmu.description import Variable, variables
 from fmu.tables import model_text
@@ -48,24 +52,26 @@ def export(
     overrides: Mapping[str, Any] | None = None,
     outputs: Names | None = None,
     step: Amount = 0.0,
+    kernel: str = KERNELS[0],
     progress: Progress | None = None,
 ) -> Export:
     """Write an FMI 2.0 co-simulation FMU.
 
     scene: as for ``engine.simulate``. flavour: native or python. platform: host, all, or names (linux64, win64,
     darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``. step: default of
-    solver.step, s (0: error control). SceneError for wrong input, SimulationError when the scene cannot start.
+    solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
+    the structure as for what is stepped for long. SceneError for wrong input, SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")
-    _check(flavour, target, step, read.problems)
+    _check(flavour, kernel, target, step, read.problems)
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform))
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
     loaded = scene_given(scene, overrides)
     tell = progress or (lambda what, done, of: None)
     total = 2 + len(names)
     tell("deriving the equations", 0, total)
-    model, first = started(loaded, outputs)
+    model, first = started(loaded, outputs, kernel)
     made = Made(model, first, step)
     contents: dict[str, bytes] = {}
     libraries: dict[str, bytes] = {}
@@ -83,19 +89,22 @@ def export(
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), first.notes)
 
 
-def _check(flavour: str, target: Path, step: float, before: Sequence[Problem]) -> None:
+def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
     problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
     if flavour not in FLAVOURS:
         problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
+    if kernel not in KERNELS:
+        problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(KERNELS)}"))
     if not 0.0 <= step < float("inf"):
         problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
     if problems:
         raise SceneError(problems)
 
 
-def started(scene: Scene, outputs: Names | None) -> tuple[Model, Result]:
-    """The compiled model and the first millionth of its run; SimulationError when the scene cannot start."""
-    model = Model(scene, outputs, "compiled")
+def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
+    """The model and the first millionth of its run; SimulationError when the scene cannot start."""
+    compiler.needed("an FMU", "C code for its hosts")
+    model = Model(scene, outputs, kernel, inf)
     sim = scene.simulation
     glimpse = 1e-6 * float(sim.until)
     result = run(model, glimpse, glimpse, Settings(rtol=float(sim.rtol), method=sim.method))
@@ -125,6 +134,8 @@ class Made:
     def _units(self) -> dict[str, str]:
         """C text of the generated units."""
         kernel = self.model.kernel
+        if isinstance(kernel, PartsKernel):
+            return self._of_parts(kernel)
         system, parameters, quadratures, redundant = kernel.structure
         made = {u: (kernel.folder / f"{u}.c").read_text() for u in ("kernel", "outputs")}
         chosen = self.model.columns
@@ -140,6 +151,14 @@ class Made:
         if system.inputs:
             made["linear"] = (folder / "linear.c").read_text()
         return made
+
+    def _of_parts(self, kernel: PartsKernel) -> dict[str, str]:
+        """C text of the tables of a model made of parts, and of its parts."""
+        kernel.jacobian()
+        if self.model.system.inputs:
+            kernel.linear(self.model.columns)
+        texts = {name: unit_text(unit, f"trunnion_{name}") for name, unit in kernel.units.items()}
+        return texts | parts_texts(kernel.units.values())
 
     def documents(self, flavour: str) -> dict[str, bytes]:
         """Files by path in the archive: model description, picture, documentation page, licences."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import platform
+import shutil
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,9 +13,13 @@ from pathlib import Path
 from engine.basics.problems import Problem, SceneError
 from engine.kernel import cache, compiler
 from engine.kernel.library import RUNTIME, runtime_key, write_headers
+from engine.parts.store import FOLDER, MACHINE
 
 NATIVE = Path(__file__).resolve().parent / "native"
 FLAGS = (*(f for f in compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-s")
+
+PARTS: dict[str, tuple[str, ...]] = {"parts": (), "long_parts": compiler.STRAIGHT}
+"""Files of parts, and how they are compiled beyond ``FLAGS``, as for the engine (``compiler.part_flags``)."""
 
 
 @dataclass(frozen=True)
@@ -77,15 +82,21 @@ def shell_key() -> str:
 
 def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str) -> bytes:
     flags = {file: compiler.optimised_flags(file, text) for file, text in sources.items()}
-    key = cache.digest(shell_key(), target, cpu, identifier, *(x for f in sorted(sources) for x in (f, sources[f], *flags[f])))
+    machine = [f.read_bytes() for f in MACHINE] if "parts" in sources else []
+    texts = [x for f in sorted(sources) for x in (f, sources[f], *flags[f])]
+    key = cache.digest(shell_key(), *machine, target, cpu, identifier, *texts)
 
     def make(folder: Path) -> None:
         constant = _constant(target, cpu)
         for file, text in sources.items():
             (folder / f"{file}.c").write_text(text)
+            if file in PARTS:
+                shutil.copyfile(_parts(target, cpu, file, text), folder / f"{file}.o")
+                continue
             unit = ["-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")]
             _compile(target, cpu, constant, [*flags[file], *unit])
-        objects = [*sorted(constant.glob("*.o")), *(folder / f"{file}.o" for file in sources)]
+        machine = [] if "parts" not in sources else sorted(_machine(target, cpu).glob("*.o"))
+        objects = [*sorted(constant.glob("*.o")), *machine, *(folder / f"{file}.o" for file in sources)]
         link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
         if _system(target) == "macos":
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
@@ -106,6 +117,28 @@ def _constant(target: str, cpu: str) -> Path:
             _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
 
     return cache.entry(f"shell-{cache.digest(shell_key(), target, cpu)}", make)[0]
+
+
+def _machine(target: str, cpu: str) -> Path:
+    """Folder of the objects of what walks along the tapes of models made of parts: compiled once."""
+
+    def make(folder: Path) -> None:
+        for source in (f for f in MACHINE if f.suffix == ".c"):
+            unit = ["-c", str(source), "-o", str(folder / f"{source.stem}.o")]
+            _compile(target, cpu, _constant(target, cpu), [f"-I{FOLDER}", *unit])
+
+    return cache.entry(f"machine-{cache.digest(shell_key(), *(f.read_bytes() for f in MACHINE), target, cpu)}", make)[0]
+
+
+def _parts(target: str, cpu: str, file: str, text: str) -> Path:
+    """The object of parts of a model: the same for models of the same kinds."""
+    flags = PARTS[file]
+
+    def make(folder: Path) -> None:
+        (folder / "parts.c").write_text(text)
+        _compile(target, cpu, folder, [*flags, "-c", str(folder / "parts.c"), "-o", str(folder / "parts.o")])
+
+    return cache.entry(f"parts-{cache.digest(text, target, cpu, compiler.compiler_version(), *FLAGS, *flags)}", make)[0] / "parts.o"
 
 
 def _system(target: str) -> str:

@@ -51,6 +51,21 @@ int scratch : doubles it works with
 const int *code : calls
 """)
 
+DIRECTIONS = Record("tr_directions", "How directions are followed in a scene of parts (engine/parts/directions.py): vectors beside "
+                    "numbers, in cells that calls use together.", """
+int length : of the code
+const int *code : calls
+int vectors : how many, those that stay zero among them
+int cells : how many
+const int *cell : cells + 1: where each begins
+int directions : how many there are to choose from
+const int *order : directions: those that change alike behind each other
+const int *first : directions + 1: where what each changes begins
+const int *seed : three numbers each: vector, cell, where in x its size is (-1: one)
+int rows : of what is derived
+const int *row : rows: their vectors (-1: no direction reaches it)
+""")
+
 SCENE = Record("tr_scene", "A scene of parts: its tapes, the functions they call, the constants they read.", """
 tr_tape prepare
 tr_tape stage1
@@ -72,6 +87,11 @@ tr_tape narrow
 tr_tape respond
 tr_tape answer
 tr_tape derive
+tr_tape point
+tr_tape shift
+const tr_directions *directions : of what has derivatives
+int nc : constants
+const void *beside : another scene, whose constants lie behind (of the columns of a linear unit)
 const double *constants
 void (**part)(double *const *places, const int *numbers) : functions by their number in the code
 """)
@@ -140,10 +160,11 @@ void (*closure)({STATE}, double *h) : residuals of the loops, then their rates
 void (*events)({STATE}, double *g) : depth of every stop
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: not known
-void (*begin)({STATE}, double *w, double *maps, double *dy) : of a tree of parts that rubs: motion and rates; else 0
+void (*begin)({STATE}, double *w, double *maps, double *dy) : of parts that rub (a tree, many loops): motion, rates; else 0
 void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with ∂law/∂N
-void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : with frictions −e
-void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : with given frictions −η, apart
+void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : with −e; λ behind borne
+void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : [−η | λ] given; rows' gaps last
+void (*shift)(const double *c, double *w, const double *gap, double *dv) : many loops, after narrow: rows change by −gap
 void (*derive)({STATE}, double *w, const double *z, double *dy, double *power) : ẏ behind the coordinates' rates, after it
 """)
 
@@ -170,8 +191,9 @@ JACOBIAN = Record("tr_jacobian", "[F; R; scaled reactions (nkappa); what frictio
 int abi : must be TR_ABI
 int nc : constants
 int nw : values the point keeps
-void (*prepare)(const double *p, double *c) : constants from parameters
-void (*eval)({STATE}, const double *z, double *J) : all columns (0: one by one)
+const void *scene : of a unit that is made of parts, else 0
+void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
+void (*eval)({STATE}, const double *z, double *w, double *J) : all columns, with room for the point (0: one by one)
 void (*point)({STATE}, const double *z, double *w) : the point
 void (*along)({STATE}, const double *z, const double *w, const double *seed, double *J) : a direction
 """)
@@ -181,7 +203,8 @@ LINEAR = Record("tr_linear", "Directional derivatives: of F = ẏ and the multip
 int abi : must be TR_ABI
 int nc : constants
 int ninputs : external inputs
-void (*prepare)(const double *p, double *c) : constants from parameters
+const void *scene : of a unit that is made of parts, else 0
+void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
 void (*rates)({STATE}, const double *z, const double *seed, double *out) : of F and R
 void (*columns)({STATE}, const double *z, const double *a, const double *seed, double *out) : of the columns
 """)

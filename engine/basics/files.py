@@ -8,7 +8,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from engine.basics.extras import remedy, there
 from engine.basics.problems import Problem, SceneError
+
+PARQUET = ".parquet"
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
@@ -20,6 +23,9 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
     if target.suffix.lower() not in suffixes:
         what = f"{text!r} ends in {target.suffix!r}" if target.suffix else f"{text!r} has no suffix"
         return [Problem(where, f"{what}, which does not say what to write", f"end it in {' or '.join(suffixes)}")]
+    if target.suffix.lower() == PARQUET and not there("pyarrow"):
+        hint = f"{remedy('tables')}{', or end it in .csv' if '.csv' in suffixes else ''}"
+        return [Problem(where, f"{text!r} needs the package pyarrow, which is not installed", hint)]
     folder = target.parent
     if target.is_dir():
         return [Problem(where, f"{text!r} is a folder", "give the name of a file")]

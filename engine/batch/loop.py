@@ -15,8 +15,7 @@ from engine.abi.batches import BATCH, CASE, REDUCED
 from engine.basics.interrupts import Unwanted
 from engine.batch.preparing import Rows
 from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
-from engine.kernel.columns import needs_quadratures
-from engine.kernel.library import Kernel, kernel
+from engine.kernel.library import Kernel
 from engine.simulation import block as bl
 from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.diagnosis import diagnose
@@ -89,10 +88,10 @@ class _Watch:
 class Loop:
     """Runs cases of one structure in C. Make it once and use it for many chunks, from one thread at a time."""
 
-    def __init__(self, rows: Rows, chosen: Sequence[Reduction], method: str | None):
+    def __init__(self, rows: Rows, chosen: Sequence[Reduction], method: str | None, kernel: str):
         self.lib = _library()
         self.chosen = tuple(chosen)
-        self.model = Model(rows.built.scene, wanted_columns(chosen))
+        self.model = Model(rows.built.scene, wanted_columns(chosen), kernel)
         self.build_seconds = self.model.build_seconds
         self.batch = BATCH.ctype()
         self.memory: list[object] = []
@@ -130,8 +129,7 @@ class Loop:
         self.blocks.append(block)
 
     def _redundant(self) -> None:
-        m = self.model
-        made = kernel(m.system, len(m.built.parameters.values), m.columns, needs_quadratures(m.columns), True)
+        made = self.model.variant(True)
         self.build_seconds += made.build_seconds
         self._variant(made)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,6 +23,7 @@ from engine.scene.model import Scene
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
 from engine.simulation.audit import Audit
+from engine.simulation.choosing import kernel_for
 from engine.simulation.outcome import Outcome
 from engine.simulation.settings import Run
 from engine.system.build import build
@@ -44,10 +45,15 @@ class Plan:
     run: Run
     about: dict[str, Any] = field(default_factory=dict, compare=False)
 
+    @cached_property
+    def kernel(self) -> str:
+        """What evaluates all its cases."""
+        return kernel_for(self.run.kernel, build(self.scene).system, self.cases.count)
+
     @property
     def schema(self) -> pyarrow.Schema:
         """The Arrow schema of the batch's table."""
-        return schema(self.cases.paths, self.cases.units, self.reductions, self.about)
+        return schema(self.cases.paths, self.cases.units, self.reductions, self.about | {"kernel": self.kernel})
 
 
 def plan(
@@ -170,7 +176,7 @@ class Runner:
         for loop in self.loops:
             if fits(loop, rows):
                 return loop
-        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run.method))
+        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run.method, self.plan.kernel))
         del self.loops[:-16]
         return self.loops[-1]
 

@@ -80,11 +80,11 @@ class Sweep:
 
 
 def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Result:
-    """One case of a plan, run as ``engine.simulate`` runs it, keeping all its rows."""
+    """One case of a plan, run as ``engine.simulate`` runs it with the batch's kernel, keeping all its rows."""
     from engine.simulation.run import simulate
 
     r = of.run
-    return simulate(of.scene, r.until, r.every, r.rtol, r.method, overrides=of.cases.changes(case), outputs=outputs)
+    return simulate(of.scene, r.until, r.every, r.rtol, r.method, of.kernel, overrides=of.cases.changes(case), outputs=outputs)
 
 
 @described("engine.sweep")
@@ -103,6 +103,7 @@ def sweep(
     every: Amount | None = None,
     rtol: Amount | None = None,
     method: str | None = None,
+    kernel: str | None = None,
     workers: int | None = None,
     progress: SweepProgress | None = None,
 ) -> Sweep:
@@ -116,7 +117,7 @@ def sweep(
     then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
     """
     loaded = scene_given(scene, overrides)
-    asked = {"until": until, "every": every, "rtol": rtol, "method": method}
+    asked = {"until": until, "every": every, "rtol": rtol, "method": method, "kernel": kernel}
     values, wrong = settings_read("engine.sweep", asked)
     run = Run(**values)
     keep = names_given(reductions)
@@ -127,6 +128,7 @@ def sweep(
 def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | None = None) -> Sweep:
     """Run a whole plan on threads (the loop holds no lock of the interpreter while it steps). KeyboardInterrupt when it is
     stopped before any case is finished."""
+    brought("pyarrow", "tables", "a table of cases")
     started = time.perf_counter()
     threads = max(1, min(workers or os.cpu_count() or 1, of.cases.count))
     work = _Work(of, progress)

@@ -16,10 +16,10 @@ from engine.bounds.report import HoldBounds, PairBounds
 from engine.bounds.space import space
 from engine.bounds.statics import Statics, statics
 from engine.contact.resting import Pair
-from engine.recursion.springs import USUAL
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.hold import HoldReport
 from engine.simulation.hold import hold as one_answer
+from engine.system.loops import USUAL
 
 FEW, CELLS, FEWER = 4, 1000, 100
 """Up to FEW open directions a search may look at CELLS cells, beyond at FEWER, before it stops with a gap: seconds for each end."""

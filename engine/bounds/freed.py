@@ -12,6 +12,7 @@ import numpy as np
 
 from engine.joints import REGISTRY
 from engine.kernel.columns import columns
+from engine.parts.signals import value
 from engine.scene.model import Applied, Drive, Force, FromInput, Joint, Scene, SpringDamper, Start
 from engine.simulation.motions import external
 from engine.system.build import Built
@@ -97,26 +98,10 @@ def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[
 
 def _values(built: Built) -> dict[str, float]:
     """Every load of the scene at t = 0: "joint.freedom" and "forces.name.component" → N or N m."""
-    import casadi as ca
-
-    from engine.recursion.symbols import Symbols
-
-    sym = Symbols(built.system, len(built.parameters.values))
-    names, values = [], []
-    for j in built.system.joints:
-        for k, d in enumerate(j.devices):
-            if d.effort is not None:
-                names.append(f"{j.name}.{k}")
-                values.append(sym.load(d.effort))
-    for load in built.system.loads:
-        for k, s in enumerate(load.vector):
-            names.append(f"forces.{load.name}.{k}")
-            values.append(ca.SX(0) if s is None else sym.load(s))
-    if not names:
-        return {}
-    f = ca.Function("loads", [sym.x, sym.p], [ca.densify(ca.vertcat(*values))])
-    found = np.array(f(external(built, 0.0), np.array(built.parameters.values, float))).ravel()
-    return dict(zip(names, found.tolist(), strict=True))
+    signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
+    loads = {f"forces.{load.name}.{k}": s for load in built.system.loads for k, s in enumerate(load.vector)}
+    p, x = np.array(built.parameters.values, float), external(built, 0.0)
+    return {name: 0.0 if s is None else value(s, built.system.external, p, x) for name, s in (signals | loads).items()}
 
 
 def pose_columns(built: Built) -> list[str]:

@@ -11,10 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linprog
 
+from engine.basics.extras import brought
 from engine.bounds.program import FAR, Program, Row
 
+optimize = brought("scipy.optimize", "analysis", "what bounds friction at rest")
 LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False}
 """The smallest the solver takes: what is certified is certified to about this, of the loads. Programs are small: looking for what
 can be left out of them takes longer than solving them."""
@@ -206,7 +207,7 @@ class Relaxation:
         A, b = (np.array(upper), np.zeros(len(upper))) if upper else (None, None)
         E, e = (np.array(rows), right) if rows else (None, None)
         for how in (LINEAR, {**LINEAR, "presolve": True}):
-            found = linprog(cost, A, b, E, e, box, "highs-ds", options=how)
+            found = optimize.linprog(cost, A, b, E, e, box, "highs-ds", options=how)
             if found.status in (SOLVED, NONE):
                 break
         if found.status == NONE:

@@ -15,11 +15,11 @@ from engine.bounds.freed import Load, freed, pose_columns
 from engine.bounds.probe import Probe
 from engine.contact.registry import pairs_at_rest
 from engine.contact.resting import Pair, Rubs
-from engine.recursion.elements import Element, elements
 from engine.scene.model import Scene
 from engine.simulation.hold import resting, started
 from engine.simulation.run import Model
 from engine.system.build import Built, build
+from engine.system.elements import Element, elements
 from engine.system.leaves import Param
 from engine.system.structure import System
 

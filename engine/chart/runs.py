@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Callable
@@ -51,7 +52,7 @@ class Prepared:
 def prepare(scene: Scene, variant: Variant, measure: Measure, until: float, samples: int) -> Prepared:
     """Compile a scene with the law. The unit of the Jacobian is built here too, so that no timed run pays for it."""
     changed = with_law(scene, variant)
-    model = Model(changed, measure.names)
+    model = Model(changed, measure.names, runs=math.inf)
     model.block.attach_jacobian()
     return Prepared(changed, variant, model, measure, until, until / samples)
 

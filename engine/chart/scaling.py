@@ -109,7 +109,7 @@ def rubbing_chain(n: int) -> sm.Scene:
 
 def _stepped(n: int, scene: sm.Scene, repeats: int) -> Size:
     """The member of size n of a family: seconds that a step of fixed length takes, and seconds to build the scene."""
-    model = Model(scene, [next(iter(scene.joints)) + ".q[1]"])
+    model = Model(scene, [next(iter(scene.joints)) + ".q[1]"], runs=math.inf)
     settings = Settings(method="rk5", step=STEP)
 
     def once() -> float:
@@ -126,7 +126,7 @@ def _cases(counts: Sequence[int], repeats: int) -> tuple[Size, ...]:
     from engine.scene import load_scene
 
     scene = load_scene("spherical_pendulum")
-    model = Model(apply(scene, {"friction.law": exact_law(scene)}), ["ball.q*"])
+    model = Model(apply(scene, {"friction.law": exact_law(scene)}), ["ball.q*"], runs=math.inf)
     place = model.built.parameters.paths.index("joints.ball.friction.mu")
     settings = Settings(rtol=1e-6)
     out = []

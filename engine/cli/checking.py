@@ -99,7 +99,6 @@ def _bare(line: str) -> str:
 def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
     """(report as plain data, all columns) of a scene; its kernel is built, so that the first run finds it ready."""
     from engine.kernel.columns import columns
-    from engine.simulation.choosing import kernel_of
     from engine.simulation.run import Model
 
     model = Model(scene)
@@ -113,11 +112,19 @@ def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
         "freedoms": {"tree": system.nv, "constraint_rows": system.rows, "driven": _driven(system)},
         "loops": len(cut), "cut": cut, "states": {"coordinates": system.nq, "rates": system.nv},
         "parameters": len(model.built.parameters.values), "inputs": list(system.inputs),
-        "kernel": dict(zip(("kind", "why"), kernel_of(system), strict=True)),
+        "kernel": _kernel(system),
         "columns": {"available": len(every), "chosen": len(model.columns)},
         "start": _start(model),
     }  # fmt: skip
     return report, every
+
+
+def _kernel(system: Any) -> dict[str, str]:
+    """Which kernel a run has, and why; what many runs have, where that is another."""
+    from engine.simulation.choosing import RUNS, kernel_of
+
+    (one, why), (many, _) = kernel_of(system), kernel_of(system, RUNS)
+    return {"kind": one, "why": why, "many": many}
 
 
 def _driven(system: Any) -> int:
@@ -192,6 +199,11 @@ def _short_pins(scene: Scene) -> list[str]:
     return out
 
 
+def _told_kernel(kernel: dict[str, str]) -> str:
+    many = f"; sweeps of many cases, charts and FMUs: {kernel['many']}" if kernel["many"] != kernel["kind"] else ""
+    return f"{kernel['kind']} ({kernel['why']}{many})"
+
+
 def report_lines(r: dict[str, Any]) -> list[str]:
     """The report as lines of text."""
     bodies = [(b["name"], f"{b['mass']:.6g}", "(" + ", ".join(f"{x:.4g}" for x in b["center"]) + ")") for b in r["bodies"]]
@@ -213,7 +225,7 @@ def report_lines(r: dict[str, Any]) -> list[str]:
         + (f", {free['driven']} driven" if free["driven"] else ""),
         f"states: {r['states']['coordinates']} coordinates, {r['states']['rates']} rates; {r['parameters']} parameters"
         + (f"; inputs {', '.join(r['inputs'])}" if r["inputs"] else ""),
-        f"kernel: {r['kernel']['kind']} ({r['kernel']['why']})",
+        f"kernel: {_told_kernel(r['kernel'])}",
         f"columns: {r['columns']['chosen']} of {r['columns']['available']} (list them with --outputs)",
         *(f"note: {n}" for n in start["notes"]),
     ]  # fmt: skip

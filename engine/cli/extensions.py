@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from engine.basics.extras import extra_of, remedy
+from engine.basics.extras import Missing, brings, extra_of, remedy
 from engine.basics.problems import Problem, SceneError
 
 GROUP = "trunnion.commands"
@@ -64,7 +64,8 @@ def missing(name: str) -> Problem:
 def lacking(error: ImportError, words: list[str]) -> Problem | None:
     """What to say when a command finds a package missing that an extra would bring; None when none would: then it is a defect."""
     command = next((w for w in words if not w.startswith("-")), "")
-    extra = extra_of(error.name or "") if error.name else ""
+    own, module = EXTRAS.get(command, ("", ""))[0], error.name or ""
+    extra = own if brings(own, module) else error.extra if isinstance(error, Missing) else extra_of(module)
     if not extra:
         return None
     package = (error.name or "").partition(".")[0]

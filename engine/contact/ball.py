@@ -253,7 +253,7 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 BALL = ContactElement(
-    "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed_in, 1,
+    "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed_in, 1, springs=3,
     sizes=(Size("radius", "m", "radius of the ball", POSITIVE, '"20 mm"', symbol="r"),),
     pairs=((0, 1, 2),), rests=_rests, places=lambda g: [Place("pin", 0, 0.0, g["radius"])],
     pins=lambda g: [Solid("sphere", (g["radius"],))], frame="inboard", cone=_cone, drift=_drift,

@@ -136,6 +136,7 @@ class ContactElement:
     thrusts    components of f_c that faces across an axis carry.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
     count      number of contacts.
+    springs    how many numbers ``pressed`` gives.
     drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
                they follow from ``velocity`` alone.
     cone       (as ``speeds``) → measure of sliding of a pair that can turn without sliding: negative where it does (ball).
@@ -152,6 +153,7 @@ class ContactElement:
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
     pressed: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[SX]]
     count: int
+    springs: int
     sizes: tuple[Size, ...]
     pairs: tuple[tuple[int, ...], ...]
     places: Callable[[Mapping[str, float]], list[Place]]

@@ -132,7 +132,7 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 CROSS = ContactElement(
-    "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 4,
+    "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 4, springs=8,
     rests=_rests,
     sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="both",
     thrusts=("f1", "f2"),

@@ -111,7 +111,7 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 SLEEVE = ContactElement(
-    "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 5,
+    "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 5, springs=5,
     rests=_rests, sizes=(
         HALF_LENGTH, Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
         Size("half_height", "m", "b: half size of the guide along e3", POSITIVE, '"20 mm"', symbol="b", drawn=0.02),

@@ -13,6 +13,7 @@ from engine.system.structure import state_coordinates
 
 CONST = "const double*restrict "
 STATE = f"{CONST}x,{CONST}y,{CONST}c"
+PREPARE = f"const void*scene,{CONST}p,double*restrict c"
 
 
 def inputs(sym: Symbols) -> list[Input]:

@@ -12,19 +12,16 @@ from typing import Any
 
 import casadi as ca
 
-from engine.recursion.elements import elements
+from engine.kernel.records import HANDED
 from engine.recursion.kinematics import GROUND_MOTION, Motion, Step, walk
 from engine.recursion.loads import joint_forces, mass_matrix, velocity_force, wrenches
 from engine.recursion.reduction import Articulated, absorbed, project
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
+from engine.system.elements import elements
 from engine.system.leaves import Param
 from engine.system.structure import GROUND, Body, Joint, Load, System, state_coordinates
 
-MOTION = 18
-"""Scalars of a body's motion: R (9, column-major), r, ω, ṙ (3 each)."""
-HANDED = 27
-"""Scalars a body hands inward: ΔM as its blocks M11 (6: xx xy xz yy yz zz), M12 (9, column-major) and M22 (6), then ΔF (6)."""
 Pattern = tuple[float | None, ...]
 """Entry by entry: a constant, or None where it varies."""
 UPPER = [(i, j) for i in range(3) for j in range(i, 3)]

@@ -16,9 +16,12 @@ import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
+from engine.basics.extras import remedy, there
+from engine.basics.problems import Problem, SceneError
 from engine.kernel import programs
 
 log = logging.getLogger("trunnion.kernel")
@@ -35,6 +38,9 @@ LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 """Characters from which the code of a unit is compiled without a search for vectors in its straight-line code, which takes half of
 the time. Stepping units are up to 10 percent faster with it while they are short (the double pendulum's 33,000 characters: 5
 percent), and no longer, or 2 to 4 percent slower, from 43,000 on. Rows of columns are 2 percent faster (twelve models: 0 to 6)."""
+LONG_PART = 30_000
+"""The same of a part of scenes: from there on compiling takes half of the time without (free bodies, planar and rubbing ball
+joints); runs of five models took −3 to 7 percent longer when all parts were so."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
 """Units whose text is that of the columns asked for: no product is fused with a sum there, which the compiler does or leaves
@@ -51,6 +57,15 @@ TARGETS = {
     ("Darwin", "arm64"): "aarch64-macos.11.0",
 }
 
+PLATFORMS = {
+    ("Linux", "x86_64"): "manylinux_2_17_x86_64",
+    ("Linux", "aarch64"): "manylinux_2_17_aarch64",
+    ("Windows", "AMD64"): "win_amd64",
+    ("Darwin", "x86_64"): "macosx_11_0_x86_64",
+    ("Darwin", "arm64"): "macosx_11_0_arm64",
+}
+"""The same in the words of wheels."""
+
 
 class CompilerError(RuntimeError):
     """The compiler refused generated code: a defect of Trunnion, to be reported with the file it names."""
@@ -62,6 +77,12 @@ def host_target() -> str:
     if key not in TARGETS:
         raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TARGETS)}")
     return TARGETS[key]
+
+
+def wheel_platform() -> str:
+    """Platform that a wheel with libraries for this machine's target is for."""
+    host_target()
+    return PLATFORMS[platform.system(), platform.machine()]
 
 
 def cpu_level() -> str:
@@ -77,11 +98,17 @@ def cpu_level() -> str:
     return "x86_64_v3" if {"avx2", "fma", "bmi2"} <= set(flags) else "x86_64"
 
 
+def version_of(package: str) -> str:
+    """Version of a package that shapes what is compiled; "none" where it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
 def compiler_version() -> str:
     """Version of the ziglang package."""
-    from importlib.metadata import version
-
-    return version("ziglang")
+    return version_of("ziglang")
 
 
 def library_suffix() -> str:
@@ -119,14 +146,28 @@ def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
     return programs.run([str(_program()), "cc", *arguments], env)
 
 
+def needed(who: str, what: str) -> None:
+    """SceneError with the line to type where the packages that write and compile C are not installed. what: what is to be
+    compiled."""
+    missing = [m for m in ("casadi", "ziglang") if not there(m)]
+    if missing:
+        told = f"needs {what} compiled, and the package{'s' * (len(missing) - 1)} for that, {' and '.join(missing)}"
+        raise SceneError([Problem(who, f"{told}, {'are' if len(missing) > 1 else 'is'} not installed", remedy("compile"))])
+
+
 @lru_cache(maxsize=1)
 def _program() -> Path:
     """The compiler's executable, which the package ``ziglang`` carries beside its modules (``python -m ziglang`` starts the same
     one, after an interpreter)."""
     found = find_spec("ziglang")
     if found is None or found.origin is None:
-        raise CompilerError("the C compiler is missing: the package ziglang is not installed; pip install ziglang")
+        raise SceneError([Problem("the C compiler", "is missing: the package ziglang is not installed", remedy("compile"))])
     return Path(found.origin).with_name("zig.exe" if platform.system() == "Windows" else "zig")
+
+
+def part_flags(text: str) -> tuple[str, ...]:
+    """Flags beyond ``FLAGS`` with which a part of scenes is compiled."""
+    return STRAIGHT if len(text) > LONG_PART else ()
 
 
 def quick() -> bool:
@@ -149,6 +190,11 @@ def machine_flags() -> list[str]:
     """Target and CPU level of this machine."""
     level = cpu_level()
     return ["-target", host_target(), *([f"-mcpu={level}"] if level else [])]
+
+
+def build_object(source: Path, target: Path, cache: Path, extra: Sequence[str] = ()) -> None:
+    """One object file for this machine from a C file, to be made part of a library."""
+    run([*machine_flags(), *FLAGS, *extra, "-c", str(source), "-o", str(target)], cache)
 
 
 def build_library(sources: Sequence[Path], library: Path, include: Sequence[Path], cache: Path, extra: Sequence[str] = ()) -> None:

@@ -9,11 +9,12 @@ import casadi as ca
 from engine.contact.base import Contact
 from engine.kernel.powers import coordinates_of, drive_effort
 from engine.recursion.accelerations import Accelerations
-from engine.recursion.elements import acceleration_rows, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import acceleration_rows, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.loads import spring_line
 from engine.recursion.reactions import frames, on_inboard, pin_frame
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX
+from engine.system.elements import elements
 from engine.system.structure import Joint
 
 TINY = 1e-300

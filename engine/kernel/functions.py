@@ -9,11 +9,12 @@ from engine.kernel.calling import CONST, STATE, inputs, qdot
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.expressions import kinetic, potential
 from engine.kernel.powers import coordinates_of
-from engine.recursion.elements import Element, elements, laws, numbers, wrench
+from engine.recursion.elements import laws, numbers, wrench
 from engine.recursion.reduction import Model
 from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
+from engine.system.elements import Element, elements
 
 
 def closure_function(sym: Symbols, m: Model | None) -> Code:

@@ -13,24 +13,17 @@ from dataclasses import dataclass
 import casadi as ca
 
 from engine.basics.interrupts import heed
-from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
+from engine.kernel.calling import CONST, PREPARE, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.recursion.accelerations import Accelerations, outward
-from engine.recursion.elements import (
-    acceleration_rows,
-    bristle_rates,
-    elements,
-    joint_rates,
-    laws,
-    numbers,
-    reaction_rows,
-    wrench,
-)
+from engine.recursion.elements import acceleration_rows, bristle_rates, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.reduction import Model
-from engine.recursion.redundancy import rubbing_on_loops, scaled_reactions
+from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.springs import rubbing_rows
 from engine.recursion.vectors import SX
+from engine.system.elements import elements
 from engine.system.external import TABLE
+from engine.system.loops import rubbing_on_loops
 
 DENSE_STATES = 28
 """Up to this many states a dense function is generated. Measured: 16 bodies in a chain give 91,000 operations dense and 14,000 for
@@ -103,8 +96,8 @@ def _dense(sym, f: SX, y: SX, z: SX, ins: list[Input]) -> JacobianUnit:
     for made in (lambda: ca.jacobian(f, y), lambda: ca.jtimes(f, sym.x, time_direction(sym)), lambda: ca.jacobian(f, z)):
         heed()
         full.append(made())
-    stages = [Stage("j_prepare", f"{CONST}p,double*restrict c", "c"),
-              Stage("j_eval", f"{STATE},{CONST}z,double*restrict J", "")]
+    stages = [Stage("j_prepare", PREPARE, "c"),
+              Stage("j_eval", f"{STATE},{CONST}z,double*restrict w,double*restrict J", "")]
     code = emit(ins, [Output("J", 0, ca.vec(ca.densify(ca.horzcat(*full))), 1)], stages)
     return JacobianUnit(code.text, code.kept[0], 0, True)
 
@@ -117,7 +110,7 @@ def _directional(sym, f: SX, y: SX, z: SX, ins: list[Input]) -> JacobianUnit:
     direction = ca.vertcat(time_direction(sym) * seed[ny], seed[:ny], seed[ny + 1 :])
     column = ca.jtimes(f, arguments, direction)
     stages = [
-        Stage("j_prepare", f"{CONST}p,double*restrict c", "c"),
+        Stage("j_prepare", PREPARE, "c"),
         Stage("j_point", f"{STATE},{CONST}z,double*restrict w", "w"),
         Stage("j_along", f"{STATE},{CONST}z,{CONST}w,{CONST}seed,double*restrict J", ""),
     ]

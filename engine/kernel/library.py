@@ -14,14 +14,13 @@ import shutil
 import time
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from engine.abi.header import header
 from engine.abi.kernels import KERNEL
 from engine.basics.interrupts import heed, held
-from engine.kernel import cache, compiler
+from engine.kernel import built, cache, compiler
 from engine.kernel.columns import Column
 from engine.kernel.programs import awaited, side_by_side
 from engine.system.structure import System
@@ -50,14 +49,7 @@ def runtime_key() -> str:
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
     flags = " ".join(compiler.FLAGS) + str(compiler.STRAIGHT) + str(compiler.LONG_TEXT)
-    return (compiler.compiler_version(), compiler.host_target(), compiler.cpu_level(), flags, _casadi_version())
-
-
-def _casadi_version() -> str:
-    try:
-        return version("casadi")
-    except PackageNotFoundError:
-        return "none"
+    return (compiler.compiler_version(), compiler.host_target(), compiler.cpu_level(), flags, compiler.version_of("casadi"))
 
 
 def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
@@ -69,10 +61,18 @@ def kernel_key(system: System, parameters: int, chosen: list[Column], quadrature
 
 @lru_cache(maxsize=1)
 def runtime() -> ctypes.CDLL:
-    """The stepping code, compiled once a machine."""
+    """The stepping code: the installation's, else compiled once a machine."""
+    found = built.library("runtime")
+    if found:
+        return found
+    return ctypes.CDLL(str(compiled_runtime()))
+
+
+def compiled_runtime() -> Path:
+    """The runtime's library, compiled once a machine."""
     folder, made = cache.entry(f"runtime-{runtime_key()}", _build_runtime)
     log.debug("runtime %s from %s", "built" if made else "found", folder)
-    return ctypes.CDLL(str(folder / f"runtime{compiler.library_suffix()}"))
+    return folder / f"runtime{compiler.library_suffix()}"
 
 
 def _build_runtime(folder: Path) -> None:
@@ -107,6 +107,10 @@ class Kernel:
             self.libraries["jacobian"] = jacobian_library(self.key, self.structure)
         return self.address("jacobian")
 
+    def linear(self, chosen: list[Column]) -> int:
+        """Address of the table of the linear unit for these columns, built when it is first asked for."""
+        return linear_unit(self, chosen)
+
     def address(self, unit: str) -> int:
         """Address of a unit's table."""
         return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
@@ -121,6 +125,7 @@ def jacobian_library(key: str, structure: tuple[System, int, bool, bool]) -> cty
 
 def build_jacobian(folder: Path, structure: tuple[System, int, bool, bool]) -> None:
     """Build the Jacobian unit of a structure into the folder of a cache entry."""
+    compiler.needed("this run", "the Jacobian of its scene")
     from engine.kernel.source import jacobian_source
 
     system, parameters, _, redundant = structure
@@ -132,6 +137,7 @@ def linear_unit(built: Kernel, chosen: list[Column]) -> int:
     if "linear" not in built.libraries:
 
         def make(folder: Path) -> None:
+            compiler.needed("this linearization", "the derivatives of its scene")
             from engine.kernel.source import linear_source
 
             system, parameters, quadratures, redundant = built.structure
@@ -163,6 +169,7 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
 
 
 def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> None:
+    compiler.needed("this run", "the kernel of its scene")
     from engine.kernel.source import kernel_source
 
     started = time.perf_counter()

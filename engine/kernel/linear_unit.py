@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from engine.kernel.calling import CONST, STATE, active_rows, combination, inputs, qdot
+from engine.kernel.calling import CONST, PREPARE, STATE, active_rows, combination, inputs, qdot
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.jacobian_unit import residuals
@@ -31,7 +31,7 @@ def linear_text(system: System, parameters: int, chosen: list[Column], quadratur
     rates, kept = _rates(reduced(plain), redundant)
     columns, more = _columns(plain, chosen, quadratures)
     both = (
-        f"void l_prepare_all({CONST}p,double*restrict c){{l_prepare(p,c);l_prepare_columns(p,c+{kept});}}\n"
+        f"void l_prepare_all({PREPARE}){{l_prepare(p,c);l_prepare_columns(p,c+{kept});}}\n"
         f"void l_columns_at({CALL_COLUMNS}){{l_columns(x,y,c+{kept},z,a,seed,out);}}\n"
     )
     return "\n".join([rates, columns, both]), kept + more

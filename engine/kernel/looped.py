@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from engine.kernel.calling import CONST, STATE
-from engine.kernel.classes import HANDED, MOTION, BodyCode, Classes, Shape, classify, outward_step
+from engine.kernel.classes import BodyCode, Classes, Shape, classify, outward_step
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.recursion.elements import any_sets, elements
+from engine.kernel.records import HANDED, MOTION
 from engine.recursion.reactions import pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
+from engine.system.elements import any_sets, elements
 from engine.system.structure import System
 
 MIN_BODIES = 12

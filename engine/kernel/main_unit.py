@@ -31,21 +31,16 @@ from engine.kernel.functions import (
     stops_function,
 )
 from engine.kernel.looped import Looped, loops_pay
-from engine.kernel.powers import GIVING, powers
+from engine.kernel.powers import powers
+from engine.kernel.records import GIVING
 from engine.recursion.accelerations import outward
-from engine.recursion.elements import (
-    Element,
-    acceleration_rows,
-    any_sets,
-    bristle_rates,
-    elements,
-    joint_rates,
-    reaction_rows,
-)
+from engine.recursion.elements import acceleration_rows, bristle_rates, joint_rates, reaction_rows
 from engine.recursion.reduction import Model, reduced
-from engine.recursion.redundancy import inactive_rows_couple, rubbing_on_loops, rubs, scaled_reactions
+from engine.recursion.redundancy import inactive_rows_couple, scaled_reactions
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
+from engine.system.elements import Element, any_sets, elements
+from engine.system.loops import rubbing_on_loops, rubs
 
 PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq);"
 

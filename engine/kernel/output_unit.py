@@ -8,8 +8,6 @@ from typing import Any
 
 import casadi as ca
 
-from engine.abi import Post, Wants
-from engine.abi.kernels import POST
 from engine.abi.runs import EXTRA, LAST
 from engine.basics.interrupts import heed
 from engine.friction import REGISTRY as LAWS
@@ -18,7 +16,7 @@ from engine.kernel import expressions as ex
 from engine.kernel.calling import CONST, STATE, combination, inputs
 from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
-from engine.kernel.powers import names_of_powers
+from engine.kernel.records import names_of_powers, post_of, wants_of
 from engine.recursion.accelerations import Accelerations, given
 from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
@@ -213,31 +211,7 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     return OutputUnit(text, len(chosen), len(touching), nc, loops.numel(), post, energy, int(quadratures), wants)
 
 
-def wants_of(chosen: list[Column], solved: bool) -> int:
-    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``OutputUnit.wants``). solved: whether
-    they depend on multipliers or accelerations."""
-    names = {c.name for c in chosen}
-    contraction = "audit.contraction" in names
-    audit = bool(names & {"audit.constraint", "audit.complement", "audit.verdict"})
-    solution = solved or contraction or "audit.complement" in names
-    return Wants.CONTRACTION * contraction + Wants.AUDIT * audit + Wants.SOLUTION * solution
-
-
 def _second(name: str, ins: list[Input], values: list[SX]):
     stages = [Stage(f"o_prepare_{name}", f"{CONST}p,double*restrict c", "c"),
               Stage(f"o_{name}", f"{STATE},{CONST}z,{CONST}a,double*restrict out", "")]
     return emit(ins, [Output("out", 0, values or [SX(0, 1)], 1)], stages)
-
-
-def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
-    """What the runtime does with columns (``tr_post``); a held column whose normal force was not asked for is not held."""
-    names = {c.name: i for i, c in enumerate(chosen)}
-    out = []
-    for i, c in enumerate(chosen):
-        if c.post == "wrap":
-            out.append(POST.row(kind=Post.WRAP.value, column=i, partner=i))
-        elif c.post == "hold":
-            partner = names.get(c.name.rsplit(".", 1)[0] + ".normal_force")
-            if partner is not None:
-                out.append(POST.row(kind=Post.HOLD.value, column=i, partner=partner))
-    return out

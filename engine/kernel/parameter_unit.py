@@ -20,10 +20,11 @@ from engine.kernel.jacobian_unit import residuals, time_direction
 from engine.kernel.output_unit import Outputs
 from engine.kernel.powers import powers
 from engine.recursion.accelerations import Accelerations, outward
-from engine.recursion.elements import bristle_rates, elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import bristle_rates, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.reduction import Model, reduced, unreduced
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
+from engine.system.elements import elements
 from engine.system.structure import System
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from engine.kernel.records import names_of_powers
 from engine.recursion import cuts as cutting
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import joint_rates
@@ -12,10 +13,7 @@ from engine.recursion.loads import spring_line, wrenches
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
-from engine.system.structure import Device, Joint, System
-
-GIVING = 2
-"""How many of the powers give energy (drives, loads), or may give it: the last ones."""
+from engine.system.structure import Device, Joint
 
 
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
@@ -23,11 +21,6 @@ def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
     sym = m.sym
     values = [*(friction_power(m, j) for j in sym.system.frictional), _damping(m), _drive(m, acc, pick), _loads(m)]
     return list(zip(names_of_powers(sym.system), values, strict=True))
-
-
-def names_of_powers(system: System) -> list[str]:
-    """Names of ``powers``, in their order."""
-    return [*(f"friction:{j.name}" for j in system.frictional), "damping", "drive", "load"]
 
 
 def friction_power(m: Model, j: Joint) -> SX:

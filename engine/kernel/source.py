@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from engine.abi import Coordinate, RowKind
 from engine.abi.kernels import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST
 from engine.kernel.columns import Column
 from engine.kernel.emit import MATH
@@ -15,13 +14,14 @@ from engine.kernel.jacobian_unit import jacobian_unit
 from engine.kernel.linear_unit import linear_text
 from engine.kernel.main_unit import MainUnit, main_unit
 from engine.kernel.output_unit import OutputUnit, output_unit
+from engine.kernel.records import coordinate_kinds, element_table, row_kinds
 from engine.recursion.direct import direct_operators
 from engine.recursion.reduction import model, unreduced
-from engine.recursion.redundancy import rows_of
 from engine.recursion.symbols import Symbols
 from engine.system.coupling import fill, tables_of
+from engine.system.loops import rows_of
 from engine.system.pace import frequencies
-from engine.system.structure import System, state_coordinates
+from engine.system.structure import System
 
 PREAMBLE = MATH + '#include "tr_abi.h"\n'
 
@@ -66,7 +66,8 @@ def jacobian_source(system: System, parameters: int, redundant: bool) -> str:
     unit = jacobian_unit(model(Symbols(system, parameters)), redundant)
     names = ("j_eval", "0", "0") if unit.dense else ("0", "j_point", "j_along")
     functions = dict(zip(("eval", "point", "along"), names, strict=True))
-    struct = JACOBIAN.initialiser("trunnion_jacobian", abi="TR_ABI", nc=unit.nc, nw=unit.nw, prepare="j_prepare", **functions)
+    sizes = {"nc": unit.nc, "nw": unit.nw}
+    struct = JACOBIAN.initialiser("trunnion_jacobian", abi="TR_ABI", **sizes, scene="0", prepare="j_prepare", **functions)
     return PREAMBLE + unit.text + struct
 
 
@@ -74,7 +75,7 @@ def linear_source(system: System, parameters: int, chosen: list[Column], quadrat
     """C text of the linear unit."""
     text, nc = linear_text(system, parameters, chosen, quadratures, redundant)
     struct = LINEAR.initialiser(
-        "trunnion_linear", abi="TR_ABI", nc=nc, ninputs=len(system.inputs), prepare="l_prepare_all", rates="l_rates",
+        "trunnion_linear", abi="TR_ABI", nc=nc, ninputs=len(system.inputs), scene="0", prepare="l_prepare_all", rates="l_rates",
         columns="l_columns_at",
     )  # fmt: skip
     return PREAMBLE + text + struct
@@ -85,61 +86,10 @@ def _ints(name: str, values: Sequence[int]) -> str:
     return f"static const int {name}[]={{{','.join(map(str, values)) or '0'}}};\n"
 
 
-def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
-    """What each coordinate of the state is, what each rate is, and where quaternions begin among the coordinates."""
-    qkind: list[int] = []
-    vkind: list[int] = []
-    quat: list[int] = []
-    for j in system.tree:
-        states = state_coordinates(j)
-        if j.kind.quaternion >= 0:
-            quat.append(len(qkind) + states.index(j.kind.quaternion))
-        qkind += [Coordinate[j.kind.coordinates[i].upper()].value for i in states]
-        vkind += [Coordinate.ANGLE.value if j.kind.turns(k) else Coordinate.LENGTH.value for k in j.free]
-    return qkind, vkind, quat
-
-
-def row_kinds(system: System) -> list[int]:
-    """What each row of the cut joints holds."""
-    each = [[RowKind.TRAVEL] * len(c.kind.rows_s) + [RowKind.TURNING] * len(c.kind.rows_r) for c in system.cuts]
-    return [int(k) for kinds in each for k in kinds]
-
-
-def element_table(main: MainUnit) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
-    """Rows of the tables of elements and pairs, and the length of the law Jacobian block."""
-    rows: list[tuple[int, ...]] = []
-    sliders: list[tuple[int, ...]] = []
-    dn = contact = more = dmore = 0
-    for number, e in enumerate(main.elements):
-        n, nv = len(e.needs), e.joint.kind.nv
-        kappa0, count = main.turned.get(e.joint.name, (0, 0))
-        rows.append(ELEMENT.row(
-            n0=e.n0, needs=n, eta0=e.eta[0], neta=nv, rate0=e.rate0, nrates=nv, dn0=dn, kappa0=kappa0, nmore=count, more0=more,
-            dmore0=dmore,
-        ))  # fmt: skip
-        more, dmore = more + count, dmore + count * n
-        dn += nv * n
-        pairs = e.friction.sliders
-        each = e.contact.count // len(pairs)
-        for s in pairs:
-            first = min(s.eta) - e.eta[0]
-            own = [first + k for k in range(len(s.eta))]
-            mine = not e.joint.cut and all(k in e.joint.free for k in own)
-            v0 = e.joint.v0 + e.joint.free.index(first) if mine else -1
-            cone = int(e.contact.cone is not None and not e.friction.adams)
-            sliders.append(PAIR.row(
-                element=number, eta0=s.eta[0], neta=len(s.eta), rate0=e.rate0 + first, nrates=len(s.eta), kind=int(e.law_kind),
-                contact0=contact, ncontacts=each, v0=v0, cone=cone,
-                stores=int(bool(e.friction.bristles)),
-            ))  # fmt: skip
-            contact += each
-    return rows, sliders, dn
-
-
 def _kernel_text(system: System, main: MainUnit) -> str:
     z = main.sizes
     qkind, vkind, quat = coordinate_kinds(system)
-    elements, sliders, dn = element_table(main)
+    elements, sliders, dn = element_table(main.elements, main.turned)
     paces, filled = frequencies(system), fill(system, list(z.active))
     sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
         "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
@@ -158,7 +108,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, "element", "pair", "pace")}
-    names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "derive"), "0")
+    names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "shift", "derive"), "0")
     return PREAMBLE + main.text + text + KERNEL.initialiser(
         "trunnion_kernel", **sizes, **names, prepare="k_prepare_all", energy="0" if main.looped else "k_energy",
         **functions,

@@ -20,9 +20,10 @@ freedoms (n×6), 1 for each that moves and 0 for each that is held, determinant 
 Functions = tuple[list[Input], list[Output]]
 
 
-def narrowed(mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int) -> list[Functions]:
+def narrowed(mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int, looped: bool = False) -> list[Functions]:
     """Inputs and outputs of ``narrow`` (inertias and pivots, from K and what moves), ``pull`` (forces inward) and ``push``
-    (accelerations and reactions outward), which are stages from ``stage`` on. steady: F⁰ of the body (17)."""
+    (accelerations and reactions outward), which are stages from ``stage`` on; looped: and of those for loops' multipliers.
+    steady: F⁰ of the body (17)."""
     n = step.Pi.size2()
     turned, grip, moves = SX.sym("turned", 36), SX.sym("grip", n, 6), SX.sym("moves", n)
     own = ca.vertcat(ca.horzcat(mass.M11, mass.M12), ca.horzcat(mass.M12.T, mass.M22))
@@ -37,17 +38,19 @@ def narrowed(mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int)
     ins = [Input(at["turned"], turned, stage, transient=True), Input(at["grip"], ca.vec(grip), stage, transient=True),
            Input(at["moves"], moves, stage, transient=True)]  # fmt: skip
     outs = [Output(at["borne"], 0, ca.vec(borne), stage, True), Output(at["pivot"], 0, pivot, stage)]
-    return [(ins, outs), _pull(M, step, steady, (Pi, rows, inverse, moves), at, stage + 1), _push(M, step, Pi, V, at, stage + 2)]
+    inward = _pull(M @ step.w, MPi, step, steady, (rows, inverse, moves), at, stage + 1)
+    found = [(ins, outs), inward, _push(M, step, Pi, V, at, stage + 2)]
+    return [*found, *(_of_loops(step, Pi, MPi, inverse @ rows, V, at, stage + 3) if looped else [])]
 
 
-def _pull(M: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX, SX], at: dict[str, str], stage: int) -> Functions:
+def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX], at: dict[str, str], stage: int) -> Functions:
     """Forces inward: what bodies carried hand over (in ``fc``), what acts on the body, the force along the free freedoms (in
     ``yc``: devices less e) → y, all forces F̄ on the body, and what it hands over."""
-    Pi, rows, inverse, moves = projected
+    rows, inverse, moves = projected
     handed, force, along = SX.sym("handed", 6), SX.sym("force", 6), SX.sym("along", step.Pi.size2())
     F = steady + force + handed
-    y = inverse @ (rows @ (F - M @ step.w) + moves * along)
-    up = GammaT(step.lever, F - M @ (step.w + Pi @ y))
+    y = inverse @ (rows @ (F - Mw) + moves * along)
+    up = GammaT(step.lever, F - Mw - MPi @ y)
     ins = [Input(at["fc"], handed, stage), Input(at["force"], force, stage), Input(at["yc"], along, stage)]
     return ins, [Output(at["y"], 0, y, stage), Output(at["F"], 0, F, stage), Output(at["up"], 0, up, stage, True)]
 
@@ -62,6 +65,22 @@ def _push(M: SX, step: Step, Pi: SX, V: SX, at: dict[str, str], stage: int) -> F
     ins = [Input(at["Z"], Z, stage), Input(at["yc"], y, stage), Input(at["fc"], F, stage)]
     along = step.Pi.T @ N
     return ins, [Output(at[name], 0, v, stage) for name, v in (("qdd", qdd), ("Zo", moved), ("N", N), ("fq", along))]
+
+
+def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str], stage: int) -> list[Functions]:
+    """``press``: a force column f inward → y = P⁻¹ (Πᵀ + K) f, and what it hands over. ``sense``: a row r of constraint equations
+    inward → r Π, and what it asks of the inboard body's acceleration. They are each other's transpose only where nothing rubs.
+    ``swing``: accelerations outward that are caused by such columns alone."""
+    f, r, Z, y = SX.sym("f", 6), SX.sym("r", 6), SX.sym("Zc", 6), SX.sym("ys", step.Pi.size2())
+    pressed, along, carried = answer @ f, Pi.T @ r, Gamma(step.lever, Z)
+    qdd = y - V @ carried
+    press = [("yc", pressed, False), ("up", GammaT(step.lever, f - MPi @ pressed), True)]
+    sense = [("fq", along, False), ("up", GammaT(step.lever, r - V.T @ along), True)]
+    swing = [("qdd", qdd, False), ("Zo", carried + Pi @ qdd, False)]
+    out = []
+    for k, (ins, outs) in enumerate(((((("fc", f),)), press), ((("fc", r),), sense), ((("Z", Z), ("yc", y)), swing))):
+        out.append(([Input(at[n], v, stage + k) for n, v in ins], [Output(at[n], 0, v, stage + k, add) for n, v, add in outs]))
+    return out
 
 
 def _inverse(P: SX) -> tuple[SX, SX]:

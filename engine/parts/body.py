@@ -5,20 +5,21 @@ Its functions, in the order in which their inputs become known: ``prepare`` (num
 ``response`` (of a force column), ``weigh`` (what the body needs of its joint, by itself), ``carry``
 (a reaction handed inward), ``moved`` (its acceleration from that of its joint) and ``onward`` (as ``accelerations``, without the
 reaction). Where friction is found along the recursion
-(``articulated.py``) also ``narrow``, ``pull`` and ``push``."""
+(``articulated.py``) also ``narrow``, ``pull`` and ``push``, with loops ``press``, ``sense`` and ``swing``."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
 
 from engine.joints import REGISTRY
-from engine.kernel.classes import HANDED, MOTION, pack_handed, pack_motion, unpack_handed, unpack_motion
+from engine.kernel.classes import pack_handed, pack_motion, unpack_handed, unpack_motion
 from engine.kernel.emit import Code, Input, Output, Stage, emit
+from engine.kernel.records import HANDED, MOTION
 from engine.parts.articulated import NARROW, narrowed
+from engine.parts.known import Carried, Part
 from engine.parts.local import Numbers, PartSymbols, a_body, a_joint
 from engine.parts.one import SIGNATURE
 from engine.recursion.kinematics import Motion, Step, walk
@@ -26,53 +27,19 @@ from engine.recursion.loads import Mass, mass_matrix, velocity_force
 from engine.recursion.reduction import Articulated, absorbed, project
 from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
 
-POSE = 21
-"""Numbers of a joint's pose: its inboard and outboard frame in the world (9 each, column-major) and s = p_out − p_in (3)."""
 PLACES = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort", "up",
           "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq", *NARROW)  # fmt: skip
 """What the functions are handed, in the order of their one argument."""
 FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved", "onward", "narrow",
-             "pull", "push")  # fmt: skip
+             "pull", "push", "press", "sense", "swing")  # fmt: skip
+NARROWS, CROSSES = FUNCTIONS.index("narrow"), FUNCTIONS.index("press")
 AT = {name: f"a[{i}]" for i, name in enumerate(PLACES)}
 
 
-@dataclass(frozen=True)
-class Carried:
-    """Which part: joint type, which way it is walked, freedoms whose motion is prescribed; rubbed: friction is found along the
-    recursion."""
-
-    kind: str
-    forward: bool
-    driven: tuple[int, ...]
-    rubbed: bool = False
-
-    @property
-    def name(self) -> str:
-        """Of its functions in C."""
-        return f"p_{self.kind}_{'out' if self.forward else 'in'}{''.join(map(str, self.driven))}{'_rubbed' * self.rubbed}"
-
-    @property
-    def free(self) -> int:
-        """How many freedoms are not prescribed."""
-        return REGISTRY[self.kind].nv - len(self.driven)
-
-
-@dataclass(frozen=True)
-class BodyPart:
-    """C text of a part, and how many numbers it has, constants it computes from them, and values its passes keep."""
-
-    text: str
-    places: dict[str, tuple[str, ...]]
-    numbers: int
-    constants: int
-    work: int
-    kept: int
-    slim: int
-
-
 @cache
-def body_part(which: Carried) -> BodyPart:
-    """Build a part from the functions by which whole scenes are compiled."""
+def body_part(which: Carried) -> Part:
+    """Build a part from the functions by which whole scenes are compiled. Its sizes: how many numbers it has, constants it computes
+    from them, values its passes keep."""
     kind, count = REGISTRY[which.kind], Numbers()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     body = a_body(count)
@@ -97,11 +64,13 @@ def body_part(which: Carried) -> BodyPart:
         Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
     ]  # fmt: skip
     more = [_column(art, step), *(_outward(art, step, stage) for stage in (4, 5, 9)), *_balance(mass, motion, step)]
-    more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, FUNCTIONS.index("narrow")) if which.rubbed else []
+    more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, NARROWS, which.looped) if which.rubbed else []
     code = _emitted(which, [*ins, *[i for found, _ in more for i in found]], [*outs, *[o for _, found in more for o in found]])
     text, places = _with_own_places(which, code.text)
     constants, work, kept = code.kept[:3]
-    return BodyPart(text, places, count.count, constants, work, kept, sum(code.kept[FUNCTIONS.index("narrow") :]))
+    slim = sum(code.kept[NARROWS:])
+    sizes = {"numbers": count.count, "constants": constants, "work": work, "kept": kept, "slim": slim}
+    return Part(places, sizes, text)
 
 
 def _pose(step: Step) -> list[SX]:
@@ -161,7 +130,7 @@ def _with_own_places(which: Carried, text: str) -> tuple[str, dict[str, tuple[st
 
 def _emitted(which: Carried, ins: list[Input], outs: list[Output]) -> Code:
     keep = {"prepare": AT["constants"], "outward": AT["work"], "inward": AT["kept"], "narrow": AT["slim"]}
-    functions = FUNCTIONS if which.rubbed else FUNCTIONS[: FUNCTIONS.index("narrow")]
+    functions = FUNCTIONS if which.looped else FUNCTIONS[:CROSSES] if which.rubbed else FUNCTIONS[:NARROWS]
     stages = [Stage(f"{which.name}_{f}", SIGNATURE, keep.get(f, "")) for f in functions]
     return emit([i for i in ins if i.symbol.numel()], [o for o in outs if _length(o)], stages)
 

@@ -10,19 +10,18 @@ import casadi as ca
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import COMPONENTS
 from engine.joints import REGISTRY
-from engine.kernel.classes import MOTION, unpack_motion
-from engine.parts.body import POSE
-from engine.parts.local import PRESCRIBED, Numbers, PartSymbols, a_body
-from engine.parts.one import Part, one
+from engine.kernel.classes import unpack_motion
+from engine.kernel.records import MOTION
+from engine.parts.known import BARE, POSE, Numbers, Part
+from engine.parts.local import PRESCRIBED, PartSymbols, a_body
+from engine.parts.one import one
 from engine.recursion import cuts as cutting
 from engine.recursion.kinematics import GROUND_MOTION
 from engine.recursion.reactions import at_point, pinned
-from engine.recursion.springs import NO_SIZE, PART, spring_rows
+from engine.recursion.springs import PART, spring_rows
 from engine.recursion.vectors import SX, cross
+from engine.system.loops import NO_SIZE
 from engine.system.structure import GROUND, Device, FrictionElement, Joint
-
-BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
-"""What may be asked of a cut joint: all, or where nothing acts along its freedoms what stepping or closing needs."""
 
 
 @cache
@@ -119,9 +118,9 @@ def arm(bodies: int) -> Part:
 
 @cache
 def sprung(kind: str, pin_out: bool, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Part:
-    """Force and torque on the outboard part (6), pose, numbers of its friction (named ``sizes``; none where it has no friction) and
-    its stiffness if it says one, arm → what its contacts carry as springs, by which open reactions are chosen where joints on loops
-    rub."""
+    """Force and torque on the outboard part (6), pose, sizes of its contact element (named ``sizes``; none where it has no
+    friction) and its stiffness if it says one, arm → what its contacts carry as springs, by which open reactions are chosen where
+    joints on loops rub."""
     ft, pose, Ein, Eout, s = _posed()
     n = Numbers()
     friction = FrictionElement("", "", False, tuple((name, n.one()) for name in sizes), ()) if sizes else None

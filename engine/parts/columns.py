@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from engine.parts import closing
+from engine.parts.store import closing
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.recursion.elements import Element
+from engine.system.elements import Element
 from engine.system.structure import GROUND, Joint
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class Columns:
         joints = stepping.shares.joints if stepping.shares else []
         self.transmitted = {j.child: self._transmitted(j, N) for j in joints if not j.cut}
         self.branch: list[int] = []
+        self.where = stepping.where()
         self.own: dict[str, Block] = {}
         self.rubbing = {e.joint.name: e for e in stepping.parts}
         tape.zero(self.effort)
@@ -148,10 +149,10 @@ class Columns:
         for i in branch:
             tape.code += self.found.get(i, [])
             tape.code += self.transmitted[i][0] if i in self.transmitted else []
-        self.branch = branch
+        self.branch, moving = branch, set(branch)
         for e in self.stepping.parts if self.maps.held else []:
-            if e.joint.cut:
-                Z = [self.Z.part(6 * b, 6) if b in branch else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
+            if e.joint.cut and (e.joint.inb in moving or e.joint.out in moving):
+                Z = [self.Z.part(6 * b, 6) if b in moving else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
                 self.stepping.along_cut(tape, self.stepping.closing(e.joint), Z, self.held.part(e.eta[0], e.joint.kind.nv))
 
     def _constrain(self, out: Block, count: int) -> None:
@@ -168,8 +169,7 @@ class Columns:
         if self.maps.held:
             self.tape.copy(self.held, self.maps.Q(column))
         if self.stepping.shares:
-            where, moving = self.stepping.where(), self.stepping.moving
-            self.stepping.shares.write(self.tape, where, moving, self._shared, self.maps.kappa(column))
+            self.stepping.shares.write(self.tape, self.where, self.stepping.moving, self._shared, self.maps.kappa(column))
 
     def _shared(self, j: Joint) -> Block | None:
         """What a joint transmits in the column."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
@@ -12,45 +11,18 @@ from engine.contact import REGISTRY, ContactElement
 from engine.contact.base import COMPONENTS
 from engine.joints import REGISTRY as REGISTRY_OF_JOINTS
 from engine.kernel.expressions import TOUCHING, angle, oriented, touches
-from engine.parts.body import POSE
-from engine.parts.local import Numbers, PartSymbols
-from engine.parts.one import Part, one
+from engine.parts.known import POSE, Part, Rubbing
+from engine.parts.local import PartSymbols
+from engine.parts.one import one
 from engine.parts.small import pinned_by
-from engine.recursion.elements import Element, laws, wrench
+from engine.recursion.elements import laws, wrench
 from engine.recursion.reactions import pin_axes
 from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.vectors import SX
+from engine.system.elements import Element
 from engine.system.external import MODE
 from engine.system.leaves import Param
-from engine.system.structure import FrictionElement, Joint
-
-
-@dataclass(frozen=True)
-class Rubbing:
-    """Which part: a joint with friction, without names, numbers and places."""
-
-    joint: Joint
-    needs: tuple[str, ...]
-
-    @property
-    def name(self) -> str:
-        """Of its functions in C."""
-        f = self.joint.friction
-        assert f is not None
-        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), "pin_out" if self.joint.pin_out else "pin_in"]
-        return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers)]))
-
-
-def rubbing(e: Element) -> Rubbing:
-    """The part that an element is one of."""
-    f = e.friction
-    first, flag = min(e.eta), f.sliders[0].flag
-    sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
-    numbers = Numbers()
-    own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders)
-    joint = replace(e.joint, name="", inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
-                    devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None)  # fmt: skip
-    return Rubbing(joint, e.needs)
+from engine.system.structure import FrictionElement
 
 
 class _Rubbed(PartSymbols):
@@ -90,6 +62,23 @@ def law(which: Rubbing, alone: bool) -> Part:
     ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
     outs = {"eta": values} | ({} if alone else {"dN": ca.vec(ca.densify(ca.jacobian(values, N)))}) | {"sliding": sliding}
     return one(f"{which.name}_law{'_alone' if alone else ''}", ins, outs)
+
+
+@cache
+def residual(which: Rubbing) -> Part:
+    """numbers, N, rates, modes, states, η, accelerations of the freedoms → the residuals of η: η − law(N, rates), or of a pair that
+    is held at rest the acceleration."""
+    e = Element(which.joint, _contact(which), which.needs, 0, 0)
+    sym, nv = _Rubbed(which), which.joint.kind.nv
+    N, r, eta, acc = SX.sym("N", len(which.needs)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("acc", nv)
+    ls, g = laws(sym, e), {n: sym.leaf(x) for n, x in e.friction.numbers}
+    values = e.contact.friction(wrench(e, N), [r[k] for k in range(nv)], ls, g, e.friction.adams)
+    out = [eta[k] - value for k, value in enumerate(values)]
+    for s, x in zip(e.friction.sliders, ls, strict=True):
+        for i in s.eta if e.sets else ():
+            out[i] = ca.if_else(x.stuck, acc[i], out[i])
+    ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b, "eta": eta} | ({"acc": acc} if e.sets else {})
+    return one(f"{which.name}_residual", ins, {"out": out})
 
 
 @cache
@@ -144,10 +133,6 @@ def pressed(which: Rubbing, soft: bool) -> Part:
     ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
     name = f"{which.name}_pressed{'_soft' if soft else ''}"
     return one(name, ins, {"more": ca.densify(values), "dN": ca.vec(ca.densify(ca.jacobian(values, N)))})
-
-
-TOUCH = 7
-"""Numbers of a contact for columns: normal force, angle, elevation, normal (3), state."""
 
 
 @cache

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from engine.parts import friction, small
+from engine.parts.known import rubbing
 from engine.parts.places import coordinate_rates, element_places
 from engine.parts.rows import Rows
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
+from engine.parts.store import friction, small
 from engine.parts.tape import Block, Space
-from engine.recursion.elements import Element, elements
-from engine.recursion.redundancy import rubbing_on_loops
+from engine.system.elements import Element, elements
+from engine.system.loops import rubbing_on_loops
 from engine.system.structure import state_coordinates
 
 SLIDING = 3
@@ -43,7 +44,7 @@ def _laws(s: Scene, alone: bool) -> None:
     for e in elements(s.system):
         n, nv = len(e.needs), e.joint.kind.nv
         s.call(
-            tape, friction.law(friction.rubbing(e), alone), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
+            tape, friction.law(rubbing(e), alone), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
             eta=Block(Space.OUT, e.eta[0], nv), dN=Block(Space.DN, dn, nv * n),
             sliding=Block(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, e),
         )  # fmt: skip
@@ -63,7 +64,7 @@ def _held(s: Scene, alone: bool) -> None:
                 tape.zero(rows)
             continue
         N, u = Block(Space.N, e.n0, n), Block(Space.U, e.eta[0], e.joint.kind.nv)
-        s.call(tape, friction.held(friction.rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
+        s.call(tape, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
 
 
 def _pressed(s: Scene) -> None:
@@ -74,7 +75,7 @@ def _pressed(s: Scene) -> None:
         places = _states(s, e)
         if stiffness is not None:
             places["numbers"] = s.numbers([*(x for _, x in e.friction.numbers), stiffness])
-        part, more = friction.pressed(friction.rubbing(e), stiffness is not None), Block(Space.OUT, at, count)
+        part, more = friction.pressed(rubbing(e), stiffness is not None), Block(Space.OUT, at, count)
         N, r, dN = Block(Space.N, e.n0, n), Block(Space.R, e.rate0, nv), Block(Space.DN, dn, count * n)
         s.call(tape, part, N=N, r=r, more=more, dN=dN, **places)
         at, dn = at + count, dn + count * n

@@ -5,29 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from engine.parts.known import Numbers
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
-from engine.system.leaves import Leaf, Leaves, Param
+from engine.system.leaves import Leaf, Param
 from engine.system.structure import Body, Device, Joint, Signal
 
 PRESCRIBED = Device(drive=Signal("value", (0.0,)))
 """Stands for a freedom whose motion is given, whatever gives it."""
-
-
-class Numbers:
-    """Hands out the numbers of a part, one after the other."""
-
-    def __init__(self) -> None:
-        self.count = 0
-
-    def one(self) -> Param:
-        """The next number."""
-        self.count += 1
-        return Param(self.count - 1)
-
-    def some(self, n: int) -> Leaves:
-        """The next n numbers."""
-        return tuple(self.one() for _ in range(n))
 
 
 class PartSymbols(Symbols):

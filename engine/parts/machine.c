@@ -1,45 +1,22 @@
 /* Walks along the tapes of a scene that is made of parts (tape.py): calls of parts with the places of what they read and write. The functions
  * that hosts call are those of a kernel; the scene is found through the first of the constants. */
-#include <math.h>
-#include <string.h>
-
-#include "tr_abi.h"
-
-enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, POWER, SPACES };
-
-#define MOST_PLACES 32 /* of a call */
-
-static inline const tr_scene *scene_of(const double *c) {
-  const tr_scene *scene;
-  memcpy(&scene, c, sizeof scene);
-  return scene;
-}
-
-static void walk(const tr_scene *s, const tr_tape *tape, double *const *base) {
-  double *a[MOST_PLACES];
-  for (const int *code = tape->code, *end = code + tape->length; code < end;) {
-    const int places = code[1], numbers = code[2], *at = code + 3, *how = at + 2 * places;
-    for (int i = 0; i < places; ++i) a[i] = base[at[2 * i]] + at[2 * i + 1];
-    s->part[code[0]](a, how);
-    code = how + numbers;
-  }
-}
+#include "machine.h"
 
 /* -- functions of the machine itself ------------------------------------------------------------------------------------------- */
 
-static void zero(double *const *a, const int *how) { memset(a[0], 0, sizeof(double) * how[0]); }
+void tr_m_zero(double *const *a, const int *how) { memset(a[0], 0, sizeof(double) * how[0]); }
 
-static void copy(double *const *a, const int *how) { memcpy(a[1], a[0], sizeof(double) * how[0]); }
+void tr_m_copy(double *const *a, const int *how) { memcpy(a[1], a[0], sizeof(double) * how[0]); }
 
-static void gather(double *const *a, const int *how) {
+void tr_m_gather(double *const *a, const int *how) {
   for (int i = 0; i < how[0]; ++i) a[2][i] = how[1 + i] >= 0 ? a[0][how[1 + i]] : a[1][-1 - how[1 + i]];
 }
 
-static void add(double *const *a, const int *how) {
+void tr_m_add(double *const *a, const int *how) {
   for (int i = 0; i < how[0]; ++i) a[1][i] += a[0][i];
 }
 
-static void combine(double *const *a, const int *how) {
+void tr_m_combine(double *const *a, const int *how) {
   const int n = how[0];
   memcpy(a[3], a[0], sizeof(double) * n);
   for (int k = 0; k < how[1]; ++k) {
@@ -48,19 +25,19 @@ static void combine(double *const *a, const int *how) {
   }
 }
 
-static void pick(double *const *a, const int *how) {
+void tr_m_pick(double *const *a, const int *how) {
   for (int i = 0; i < how[0]; ++i) a[1][i] = a[0][how[1 + i]];
 }
 
-static void scale(double *const *a, const int *how) {
+void tr_m_scale(double *const *a, const int *how) {
   for (int i = 0; i < how[0]; ++i) a[2][i] = a[0][i] * a[1][0];
 }
 
-static void product(double *const *a, const int *how) {
+void tr_m_product(double *const *a, const int *how) {
   for (int i = 0; i < how[0]; ++i) a[2][0] += how[1] * a[0][i] * a[1][i];
 }
 
-static void dots(double *const *a, const int *how) {
+void tr_m_dots(double *const *a, const int *how) {
   for (int k = 0; k < how[1]; ++k) {
     const double *row = a[0] + (size_t)k * how[2];
     double sum = 0.0;
@@ -69,30 +46,21 @@ static void dots(double *const *a, const int *how) {
   }
 }
 
-static void along(double *const *a, const int *how) {
+void tr_m_along(double *const *a, const int *how) {
   for (int k = 0; k < how[1]; ++k)
     for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[0] + i] * a[1][k];
 }
 
-static void spread(double *const *a, const int *how) {
+void tr_m_spread(double *const *a, const int *how) {
   for (int k = 0; k < how[1]; ++k)
     for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[2] + i] * a[1][k];
 }
 
-/* Two sums that do not wait for each other. */
-static inline double dot(int n, const double *a, const double *b) {
-  double sum = 0.0, next = 0.0;
-  int k = 0;
-  for (; k + 1 < n; k += 2) sum += a[k] * b[k], next += a[k + 1] * b[k + 1];
-  if (k < n) sum += a[k] * b[k];
-  return sum + next;
-}
-
-static void gram(double *const *a, const int *how) {
+void tr_m_gram(double *const *a, const int *how) {
   for (int i = 0; i < how[1]; ++i) a[2][i] += dot(how[0], a[0] + (size_t)i * how[2], a[1]);
 }
 
-static void couple(double *const *a, const int *how) {
+void tr_m_couple(double *const *a, const int *how) {
   for (int j = 0; j < how[2]; ++j)
     for (int i = 0; i < (how[7] ? j + 1 : how[1]); ++i) {
       double *out = a[2] + i + (size_t)j * how[5], sum = how[6] ? 0.0 : *out;
@@ -100,7 +68,7 @@ static void couple(double *const *a, const int *how) {
     }
 }
 
-static void wrenches(double *const *a, const int *how) {
+void tr_m_wrenches(double *const *a, const int *how) {
   memset(a[2], 0, sizeof(double) * how[0] * how[3]);
   for (int k = 0; k < how[3]; ++k) {
     double *column = a[2] + (size_t)k * how[0];
@@ -109,12 +77,12 @@ static void wrenches(double *const *a, const int *how) {
   }
 }
 
-void (*const tr_machine_parts[])(double *const *, const int *) = {zero, copy, gather, add, combine, pick, scale, product, dots, along, spread, gram,
-                                                                    couple, wrenches};
+void (*const tr_machine_parts[])(double *const *, const int *) = {
+    tr_m_zero, tr_m_copy, tr_m_gather, tr_m_add, tr_m_combine, tr_m_pick, tr_m_scale, tr_m_product, tr_m_dots, tr_m_along, tr_m_spread,
+    tr_m_gram, tr_m_couple, tr_m_wrenches, tr_meet, tr_grip, tr_factor_loops, tr_solve_loops,
+};
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */
-
-#define BASES(...) double *const base[SPACES] = {[K] = (double *)s->constants, __VA_ARGS__}
 
 void tr_parts_prepare(const void *scene, const double *p, double *c) {
   const tr_scene *s = scene;
@@ -215,6 +183,13 @@ void tr_parts_answer(const double *c, double *w, const double *less, double *n, 
   double t[s->answer.scratch + 1];
   BASES([C] = (double *)c, [W] = w, [U] = (double *)less, [N] = n, [A] = acc, [T] = t);
   walk(s, &s->answer, base);
+}
+
+void tr_parts_shift(const double *c, double *w, const double *gap, double *dv) {
+  const tr_scene *s = scene_of(c);
+  double t[s->shift.scratch + 1];
+  BASES([C] = (double *)c, [W] = w, [U] = (double *)gap, [OUT] = dv, [T] = t);
+  walk(s, &s->shift, base);
 }
 
 void tr_parts_derive(const double *x, const double *y, const double *c, double *w, const double *z, double *dy, double *power) {

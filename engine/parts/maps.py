@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
 
 from engine.parts.tape import Block, Space
 
@@ -26,10 +28,14 @@ class Maps:
 
     def at(self, name: str) -> int:
         """Where S, Se, g0, N, rates, Q and the end are; N and Q have a column without multipliers first."""
+        return self._places[name]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
         every = 1 + self.columns
         sizes = {"S": self.active**2, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * every, "rates": self.nrates,
                  "Q": self.ne * every if self.held else 0, "kappa": self.nkappa * every, "end": 0}  # fmt: skip
-        return sum(list(sizes.values())[: list(sizes).index(name)])
+        return dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
 
     def N(self, column: int) -> Block:
         """Reaction components that multiplier ``column`` causes, −1: that there are without any."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from engine.kernel.emit import Input, Output, Stage, emit
+from engine.parts.known import Part
 from engine.recursion.vectors import SX
 
 SIGNATURE = "double*const*a,const int*how"
@@ -15,11 +16,13 @@ SIGNATURE = "double*const*a,const int*how"
 
 
 @dataclass(frozen=True)
-class Part:
-    """C text of some functions, and for each the names of its places in order."""
+class Told:
+    """The expressions of a part, and which outputs are added."""
 
-    text: str
-    places: dict[str, tuple[str, ...]]
+    name: str
+    inputs: dict[str, SX]
+    outputs: dict[str, SX]
+    added: tuple[str, ...]
 
 
 def one(name: str, inputs: dict[str, SX], outputs: Mapping[str, SX | Sequence[SX]], added: Sequence[str] = ()) -> Part:
@@ -33,4 +36,4 @@ def one(name: str, inputs: dict[str, SX], outputs: Mapping[str, SX | Sequence[SX
         [Input(at[k], v, 0) for k, v in ins.items()], [Output(at[k], 0, v, 0, k in added) for k, v in outs.items()],
         [Stage(name, SIGNATURE, "")],
     )  # fmt: skip
-    return Part(code.text, {name: tuple(at)})
+    return Part({name: tuple(at)}, text=code.text, told=Told(name, ins, outs, tuple(added)))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from engine.parts import small
 from engine.parts.scene import Scene
+from engine.parts.store import small
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.recursion.elements import Element
+from engine.system.elements import Element
 from engine.system.structure import state_coordinates
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from engine.parts.maps import Maps
-from engine.recursion.redundancy import rows_of, rubbing_on_loops
+from engine.system.loops import rows_of, rubbing_on_loops
 from engine.system.structure import System
 
 ROUND_OFF = 1e-12

@@ -1,14 +1,15 @@
-"""Tapes of trees whose friction is found along the recursion (``articulated``), without maps: the motion, the articulated inertias
-with ∂law/∂N, reactions of frictions, and ẏ."""
+"""Tapes of scenes whose friction is found along the recursion (``articulated``), without maps: the motion, the articulated inertias
+with ∂law/∂N, reactions of frictions, and ẏ. Of trees, or with what ``coupled`` adds of many loops."""
 
 from __future__ import annotations
 
-from engine.parts import friction
 from engine.parts.blocks import Moving
+from engine.parts.coupled import Coupled
 from engine.parts.places import coordinate_rates
 from engine.parts.stepping import Stepping
+from engine.parts.store import friction
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.recursion.elements import Element
+from engine.system.elements import Element
 from engine.system.structure import GROUND, Joint
 
 INERTIA = 36
@@ -16,17 +17,18 @@ INERTIA = 36
 
 
 class Recursive:
-    """Writes them behind those of ``stepping``, which is of a tree with friction."""
+    """Writes them behind those of ``stepping``, which is of a scene with friction."""
 
     def __init__(self, stepping: Stepping):
         self.stepping, self.scene, self.system = stepping, stepping.scene, stepping.system
-        self.element = {e.joint.child: e for e in stepping.parts}
+        self.element = {e.joint.child: e for e in stepping.parts if not e.joint.cut}
         count = len(self.system.bodies)
-        self.slim = [stepping.w_block(p.slim) for p in self.scene.parts]
+        self.slim = [stepping.w_block(p.sizes["slim"]) for p in self.scene.parts]
         self.Z, self.N, self.F = ([stepping.w_block(6) for _ in range(count)] for _ in range(3))
         self.y, self.qdd = stepping.w_block(self.system.nv), stepping.w_block(self.system.nv)
         self.one = self.scene.constant([1.0] * max((j.kind.nv for j in self.system.tree), default=1))
         self.none = self.scene.constant([0.0] * INERTIA)
+        self.coupled = Coupled(self) if self.system.cuts else None
         self._begin()
         self._narrow()
         self._respond()
@@ -39,6 +41,9 @@ class Recursive:
         tape.code += self.stepping.begun.code
         tape.scratch = self.stepping.begun.scratch
         self.stepping.write_rates(tape)
+        if self.coupled:
+            self.coupled.begin(tape)
+            self.coupled.shift(self.scene.tape("shift"))
         nq = self.system.nq
         coordinate_rates(self.scene, tape, Block(Space.Y, nq, self.system.nv), Block(Space.DY, 0, nq))
 
@@ -59,9 +64,10 @@ class Recursive:
         grips = {}
         for e in s.parts:
             j, n = e.joint, len(e.needs)
-            grips[j.child] = tape.scratch_block(6 * len(j.free))
-            part = friction.grip(j.kind_name, j.forward, j.pin_out, e.needs, tuple(j.free))
-            self.scene.call(tape, part, pose=s.moving[j.child].pose, dN=Block(Space.DN, dn, j.kind.nv * n), out=grips[j.child])
+            if not j.cut:
+                grips[j.child] = tape.scratch_block(6 * len(j.free))
+                part = friction.grip(j.kind_name, j.forward, j.pin_out, e.needs, tuple(j.free))
+                self.scene.call(tape, part, pose=s.moving[j.child].pose, dN=Block(Space.DN, dn, j.kind.nv * n), out=grips[j.child])
             dn += j.kind.nv * n
         for i in reversed(range(count)):
             j, parent = self.system.tree[i], self.scene.parent(i)
@@ -71,6 +77,8 @@ class Recursive:
                 moves=moves, slim=self.slim[i], pivot=Block(Space.OUT, i, 1),
                 borne=borne.part(INERTIA * (parent if parent != GROUND else count), INERTIA),
             )  # fmt: skip
+        if self.coupled:
+            self.coupled.narrow(tape)
 
     def _along(self, tape: Tape, j: Joint, m: Moving, less: Block | None) -> Block:
         """Forces along a joint's free freedoms: of its devices, and what friction is besides its law's derivative, −e."""
@@ -88,20 +96,33 @@ class Recursive:
         count = len(self.system.bodies)
         handed = tape.scratch_block(6 * (count + 1))
         tape.zero(handed)
+        forces = self.coupled.forces(tape) if self.coupled else [m.force for m in s.moving]
         for i in reversed(range(count)):
             j, m, parent = self.system.tree[i], s.moving[i], scene.parent(i)
             along = self._along(tape, j, m, self._own(j, Space.U, tape) if i in self.element else None)
             up = handed.part(6 * (parent if parent != GROUND else count), 6)
-            scene.body_call(tape, i, "pull", work=m.work, slim=self.slim[i], fc=handed.part(6 * i, 6), force=m.force, yc=along,
+            scene.body_call(tape, i, "pull", work=m.work, slim=self.slim[i], fc=handed.part(6 * i, 6), force=forces[i], yc=along,
                             y=s.own(self.y, j), F=self.F[i], up=up)  # fmt: skip
-        for i in range(count):
-            j, m, parent = self.system.tree[i], s.moving[i], scene.parent(i)
-            fq = tape.scratch_block(len(j.free))
+        if self.coupled:
+            self.coupled.solve(tape)
+        borne = self._outward(tape)
+        if self.coupled and self.coupled.again(tape, self.Z):
+            borne = self._outward(tape)
+        for i, e in self.element.items():
+            self._found(tape, e, borne[i])
+        if self.coupled:
+            self.coupled.found(tape, self.Z)
+
+    def _outward(self, tape: Tape) -> list[Block]:
+        """Accelerations, reactions and their parts along the free freedoms (each joint's), from y and F."""
+        s, scene, out = self.stepping, self.scene, []
+        for i, j in enumerate(self.system.tree):
+            fq, parent = tape.scratch_block(len(j.free)), scene.parent(i)
             carrier = scene.base if parent == GROUND else self.Z[parent]
-            scene.body_call(tape, i, "push", work=m.work, slim=self.slim[i], Z=carrier, yc=s.own(self.y, j),
+            scene.body_call(tape, i, "push", work=s.moving[i].work, slim=self.slim[i], Z=carrier, yc=s.own(self.y, j),
                             fc=self.F[i], qdd=s.own(self.qdd, j), Zo=self.Z[i], N=self.N[i], fq=fq)  # fmt: skip
-            if i in self.element:
-                self._found(tape, self.element[i], fq)
+            out.append(fq)
+        return out
 
     def _found(self, tape: Tape, e: Element, fq: Block) -> None:
         j, m, s = e.joint, self.stepping.moving[e.joint.child], self.stepping
@@ -133,9 +154,11 @@ class Recursive:
                     tape.copy(own, effort)
                     tape.call(Builtin.ADD, [given, effort], [j.kind.nv])
             efforts.append(effort)
-        y, F = s.write_inward(tape, efforts)
-        qdd, _, N = s.accelerate(tape, y, F, "accelerations", range(len(F)), scene.base)
-        for e in s.parts:
+        y, F = s.write_inward(tape, efforts, forces=self.coupled.given(tape) if self.coupled else None)
+        qdd, Z, N = s.accelerate(tape, y, F, "accelerations", range(len(F)), scene.base)
+        if self.coupled:
+            self.coupled.gaps(tape, Z)
+        for e in self.element.values():
             j, known = e.joint, s.moving[e.joint.child].known
             s.pin(tape, e, N[j.child], Block(Space.N, e.n0, len(e.needs)))
             for k in range(j.kind.nv):

@@ -9,14 +9,15 @@ from engine.abi.runs import EXTRA, LAST
 from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
 from engine.kernel.columns import Column
-from engine.kernel.powers import names_of_powers
-from engine.parts import closing, friction, small
+from engine.kernel.records import names_of_powers
 from engine.parts.blocks import Closed, Moving
+from engine.parts.known import TOUCH, rubbing
 from engine.parts.places import element_places
 from engine.parts.scene import Scene
+from engine.parts.store import closing, friction, small
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.recursion.elements import Element, elements
+from engine.system.elements import Element, elements
 from engine.system.structure import GROUND, Joint
 
 
@@ -184,21 +185,21 @@ class Rows:
         return Block(Space.EXTRA, EXTRA.numbers + flag, 1)
 
     def touching(self, e: Element) -> tuple[Block, Block]:
-        """Contacts of a joint: their columns (``friction.TOUCH`` each), and a ``tr_contact`` each."""
+        """Contacts of a joint: their columns (``TOUCH`` each), and a ``tr_contact`` each."""
         j, m = self.joint(e.joint.name)
         count = e.contact.count
         ft, part = self.on_outboard(j), closing.pin(j.kind_name, j.pin_out, COMPONENTS)
         pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         four = self.once(("four", j.name), 4 * count, lambda _: None)
         eta = self.scene.eta(j)
-        columns = self.once(("contacts", j.name), friction.TOUCH * count, lambda out: self.scene.call(
-            self.tape, friction.contacts(friction.rubbing(e)), N=pressed, r=m.v, eta=eta, pose=m.pose, columns=out, four=four,
+        columns = self.once(("contacts", j.name), TOUCH * count, lambda out: self.scene.call(
+            self.tape, friction.contacts(rubbing(e)), N=pressed, r=m.v, eta=eta, pose=m.pose, columns=out, four=four,
             **element_places(self.scene, e)))  # fmt: skip
         return columns, four
 
     def _contact(self, name: str, i: int, what: str, k: int = 0) -> Block:
         at = {"force": 0, "angle": 1, "elevation": 2, "normal": 3 + k, "state": 6}[what]
-        return self.touching(self.elements[name])[0].part(friction.TOUCH * i + at, 1)
+        return self.touching(self.elements[name])[0].part(TOUCH * i + at, 1)
 
     # -- the whole ----------------------------------------------------------------------------------------------------------
 

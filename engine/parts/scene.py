@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from engine.kernel.classes import MOTION
-from engine.parts import closing, small
+from engine.kernel.records import MOTION
 from engine.parts.blocks import Closed, Moving, Place
-from engine.parts.body import POSE
+from engine.parts.known import BARE, POSE
+from engine.parts.store import closing, small
 from engine.parts.tables import BODY, Tables
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.system.structure import GROUND, Device, Joint, Load, Signal, state_coordinates
@@ -24,7 +24,7 @@ class Scene(Tables):
         bias = place(6 * (len(self.system.bodies) + 1))
         for i, j in enumerate(self.system.tree):
             q, v, known = self.rates_of(tape, j, place)
-            motion, pose, work = place(MOTION), place(POSE), place(self.parts[i].work)
+            motion, pose, work = place(MOTION), place(POSE), place(self.work(i))
             m = Moving(q, v, known, motion, pose, work, self.zeros, self.zeros, bias.part(6 * i, 6))
             carrier = self.ground if self.parent(i) == GROUND else out[self.parent(i)].motion
             self.body_call(tape, i, "outward", q=q, v=v, known=known, carrier=carrier, work=m.work, motion=m.motion, pose=m.pose,
@@ -127,7 +127,7 @@ class Scene(Tables):
         part, nv, n = closing.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
         sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
                  "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE, "point": 3}  # fmt: skip
-        asked = closing.BARE[bare] or tuple(sizes)
+        asked = BARE[bare] or tuple(sizes)
         blocks = {name: place(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point])
@@ -167,7 +167,7 @@ class Scene(Tables):
         N = [tape.scratch_block(6) for _ in Z]
         for i, out in enumerate(N):
             tape.zero(out)
-            self.body_call(tape, i, "weigh", work=moving[i].work, force=moving[i].force, Z=Z[i], N=out)
+            self.body_call(tape, i, "weigh", work=moving[i].work, motion=moving[i].motion, force=moving[i].force, Z=Z[i], N=out)
         for c in closed:
             for b, g, w in ((c.joint.inb, "gin", "win"), (c.joint.out, "gout", "wout")):
                 if b != GROUND:

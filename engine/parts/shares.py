@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from engine.parts import closing
 from engine.parts.blocks import Closed, Moving
+from engine.parts.known import sized
 from engine.parts.scene import Scene
+from engine.parts.store import closing
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Tape
-from engine.recursion.redundancy import loop_joints, rows_of, rubs
-from engine.recursion.springs import NO_SIZE
+from engine.system.loops import NO_SIZE, loop_joints, rows_of, rubs
 from engine.system.structure import GROUND, Joint
 
 
@@ -24,6 +24,7 @@ class Shares:
         self.rows = dict(rows_of(scene.system))
         self.size = sum(self.rows.values())
         self._spins: dict[int, Block] = {}
+        self._numbers: dict[str, Block] = {}
         self._arms = {j.name: self._arm(j) for j in self.joints} if self.rubs else {}
 
     def at(self, name: str) -> int:
@@ -49,12 +50,13 @@ class Shares:
 
     def _sprung(self, tape: Tape, j: Joint, pose: Block, ft: Block, out: Block) -> None:
         f = j.friction
-        sizes = tuple(name for name, _ in f.numbers) if f else ()
-        leaves = [*(x for _, x in f.numbers)] if f else []
-        soft = j.stiffness is not None
+        own = sized(f.contact) if f else ()
+        found = [(name, x) for name, x in (f.numbers if f else ()) if name in own]
+        sizes, leaves, soft = tuple(name for name, _ in found), [x for _, x in found], j.stiffness is not None
         part = closing.sprung(j.kind_name, j.pin_out, sizes, soft, j.driven)
-        numbers = self.scene.numbers([*leaves, *([j.stiffness] if j.stiffness is not None else [])])
-        self.scene.call(tape, part, ft=ft, pose=pose, numbers=numbers, arm=self._arms[j.name], out=out)
+        if j.name not in self._numbers:
+            self._numbers[j.name] = self.scene.numbers([*leaves, *([j.stiffness] if j.stiffness is not None else [])])
+        self.scene.call(tape, part, ft=ft, pose=pose, numbers=self._numbers[j.name], arm=self._arms[j.name], out=out)
 
     def _weighed(self, tape: Tape, j: Joint, here: Moving | Closed, moving: list[Moving], ft: Block, out: Block) -> None:
         point = self._point(tape, j, here)

@@ -10,10 +10,11 @@ import casadi as ca
 from engine.contact import REGISTRY as CONTACTS
 from engine.joints import REGISTRY
 from engine.joints.base import quaternion_rate, to_quaternion
-from engine.kernel.classes import MOTION, unpack_motion
-from engine.parts.body import POSE
-from engine.parts.local import Numbers, PartSymbols, a_body
-from engine.parts.one import Part, one
+from engine.kernel.classes import unpack_motion
+from engine.kernel.records import MOTION
+from engine.parts.known import POSE, Numbers, Part
+from engine.parts.local import PartSymbols, a_body
+from engine.parts.one import one
 from engine.recursion.kinematics import Motion, Step
 from engine.recursion.loads import mass_matrix, spring_line, stop_force, wrenches
 from engine.recursion.reactions import pin_wrench

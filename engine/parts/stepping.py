@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from engine.kernel.classes import HANDED
-from engine.kernel.powers import GIVING
-from engine.parts import closing, friction, small
+from engine.kernel.records import HANDED
 from engine.parts.apart import Apart
 from engine.parts.blocks import Closed, Moving, Place
 from engine.parts.columns import Columns
+from engine.parts.known import rubbing
 from engine.parts.maps import Maps
 from engine.parts.places import coordinate_rates, element_places
+from engine.parts.powers import write_powers
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
+from engine.parts.store import closing, friction, small
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.recursion.elements import Element, any_sets, elements
 from engine.system.coupling import fill
+from engine.system.elements import Element, any_sets, elements
 from engine.system.structure import GROUND, Joint
 
 
@@ -37,9 +38,10 @@ class Stepping:
         self.nw = 0
         tape = scene.tape("stage1")
         self.moving = scene.outward(tape, self._w)
-        self.begun = Tape([*tape.code], tape.scratch)
         self.closed = scene.closed(tape, self.moving, self._w)
-        self.kept = [self._w(p.kept) for p in scene.parts]
+        self._closing = {c.joint.name: c for c in self.closed}
+        self.begun = Tape([*tape.code], tape.scratch)
+        self.kept = [self._w(p.sizes["kept"]) for p in scene.parts]
         self.y, self.F = self.write_inward(tape, [m.effort for m in self.moving], self._w)
         solved = self.maps.columns > 0
         if solved:
@@ -59,7 +61,7 @@ class Stepping:
 
     def closing(self, j: Joint) -> Closed:
         """The blocks of a cut joint."""
-        return next(c for c in self.closed if c.joint.name == j.name)
+        return self._closing[j.name]
 
     def _w(self, size: int) -> Block:
         self.nw += size
@@ -73,8 +75,10 @@ class Stepping:
         """Numbers that other functions of the kernel are handed, too."""
         return self._w(size)
 
-    def write_inward(self, tape: Tape, efforts: Sequence[Block], place: Place | None = None) -> tuple[Block, list[Block]]:
-        """The pass inward with these forces along the joints' freedoms: y (nv) and the forces on each body (6)."""
+    def write_inward(
+        self, tape: Tape, efforts: Sequence[Block], place: Place | None = None, forces: Sequence[Block] | None = None
+    ) -> tuple[Block, list[Block]]:
+        """The pass inward with these forces along the joints' freedoms (and on bodies): y (nv) and all forces on each body (6)."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (place or tape.scratch_block)(self.system.nv), [(place or tape.scratch_block)(6) for _ in range(n)]
         handed = [tape.scratch_block(HANDED) for _ in range(n + 1)]
@@ -82,8 +86,8 @@ class Stepping:
             tape.zero(h)
         for i in reversed(range(n)):
             m, j = self.moving[i], self.system.tree[i]
-            s.body_call(tape, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i], force=m.force, effort=efforts[i],
-                        up=handed[s.parent(i)], y=self.own(y, j), F=F[i], known=m.known)  # fmt: skip
+            s.body_call(tape, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i], force=forces[i] if forces else m.force,
+                        effort=efforts[i], up=handed[s.parent(i)], y=self.own(y, j), F=F[i], known=m.known)  # fmt: skip
         return y, F
 
     def accelerate(
@@ -207,7 +211,7 @@ class Stepping:
             if e.friction.bristles:
                 self._drift(tape, e, N, Block(Space.DY, at, e.joint.kind.nv))
                 at += e.joint.kind.nv
-        self._powers(tape, N)
+        write_powers(self.scene, tape, self.motion_of, self.moving, N, Space.POWER)
 
     def _drift(self, tape: Tape, e: Element, N: list[Block], out: Block) -> None:
         rows = tape.scratch_block(len(e.needs))
@@ -217,31 +221,5 @@ class Stepping:
             self.pin_of_cut(tape, e, ft, rows)
         else:
             self.pin(tape, e, N[e.joint.child], rows)
-        part, v = friction.drift(friction.rubbing(e)), self.motion_of(e.joint)[1]
+        part, v = friction.drift(rubbing(e)), self.motion_of(e.joint)[1]
         self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, e))
-
-    def _powers(self, tape: Tape, N: list[Block]) -> None:
-        """Powers beside the derivative."""
-        s, system = self.scene, self.system
-        count = len(system.frictional) + 1 + GIVING
-        each = [Block(Space.POWER, i, 1) for i in range(count)]
-        for out in each:
-            tape.zero(out)
-        for e, out in zip(self.parts, each, strict=False):
-            tape.call(Builtin.PRODUCT, [s.eta(e.joint), self.motion_of(e.joint)[1], out], [e.joint.kind.nv, -1])
-        damping, drive, loads = each[-3:]
-        for j in system.joints:
-            for k, d, q, rate in s.each_device(j, *self.motion_of(j)):
-                s.device(tape, d, "power", q, rate, damping)
-                if d.effort:
-                    tape.call(Builtin.PRODUCT, [s.value(tape, d.effort, tape.scratch_block), rate, loads], [1, 1])
-                if d.drive:
-                    effort = tape.scratch_block(1)
-                    s.drive_effort(tape, j, k, self.moving[j.child], N[j.child], effort)
-                    tape.call(Builtin.PRODUCT, [effort, rate, drive], [1, 1])
-        for load in system.loads:
-            if load.kind == "spring_damper":
-                s.call(tape, small.spring("power"), out=damping, **s.ends(load, self.moving))
-            else:
-                places = s.applied(tape, load, self.moving[load.bodies[0]], tape.scratch_block)
-                s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **places)

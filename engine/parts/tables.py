@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from engine.parts.body import BodyPart, Carried, body_part
-from engine.parts.one import Part
+from engine.parts.known import Carried, Part
+from engine.parts.store import body
 from engine.parts.tape import BUILTINS, Block, Builtin, Space, Tape
 from engine.system.leaves import Leaf, Param
 from engine.system.structure import Joint, System
@@ -26,14 +26,12 @@ class Tables:
     system: System
     constants: list[float] = field(default_factory=list)
     functions: dict[str, int] = field(default_factory=dict)
-    texts: dict[str, str] = field(default_factory=dict)
-    """Text of each part, by the first of its functions."""
-    texts_of: dict[str, str] = field(default_factory=dict)
-    """By which of these the text of a function is found."""
+    part_of: dict[str, Part] = field(default_factory=dict)
+    """The part that a function is one of."""
     tapes: dict[str, Tape] = field(default_factory=dict)
     nc: int = POINTER
     rubbed: bool = False
-    """Friction is found along the recursion."""
+    """Friction is found along the recursion, loops and all."""
     bare: bool = False
     """Of cut joints only what closes them is found, where nothing acts along their freedoms."""
     multipliers: int = 0
@@ -48,7 +46,7 @@ class Tables:
         self.prepare.zero(self.base)
         for k in range(3):
             self.prepare.call(Builtin.PRODUCT, [self.one, self.gravity.part(k, 1), self.base.part(k, 1)], [1, -1])
-        self.parts: list[BodyPart] = []
+        self.parts: list[Part] = []
         self.which: list[Carried] = []
         self.body_constants: list[Block] = []
         self.body_numbers: list[Block] = []
@@ -86,41 +84,47 @@ class Tables:
         self.prepare.call(Builtin.GATHER, [Block(Space.P, 0, 0), Block(Space.K, 0, 0), out], [len(leaves), *how])
         return out
 
-    def function(self, part: Part | BodyPart, name: str) -> int:
+    def function(self, part: Part, name: str) -> int:
         """Number of a part's function."""
         if name not in self.functions:
-            first = next(iter(part.places))
-            self.texts[first] = part.text
             for n in part.places:
-                self.functions[n], self.texts_of[n] = BUILTINS + len(self.functions), first
+                self.functions[n], self.part_of[n] = BUILTINS + len(self.functions), part
         return self.functions[name]
 
-    def call(self, tape: Tape, part: Part | BodyPart, name: str = "", /, **places: Block) -> None:
+    def own_function(self, name: str) -> int:
+        """Number of a function of the machine that only some tapes call."""
+        return self.functions.setdefault(name, BUILTINS + len(self.functions))
+
+    def call(self, tape: Tape, part: Part, name: str = "", /, **places: Block) -> None:
         """Call a part's function (its only one) with its places by their names."""
-        name = name or next(iter(part.places))
+        name = name or part.first
         tape.call(self.function(part, name), [places[p] for p in part.places[name]])
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
     def _body(self, j: Joint) -> None:
-        body = self.system.bodies[j.child]
-        which = Carried(j.kind_name, j.forward, j.driven, self.rubbed)
-        part = body_part(which)
+        carried = self.system.bodies[j.child]
+        which = Carried(j.kind_name, j.forward, j.driven, self.rubbed, self.rubbed and bool(self.system.cuts))
+        part = body.body_part(which)
         point = j.inb_point if j.forward else j.out_point
         pitch = [] if j.pitch is None else [j.pitch]
-        own = self.numbers([*j.inb_frame, *j.out_frame, *point, *pitch, body.mass, *body.center, *body.inertia])
-        if body.per_mass:
+        own = self.numbers([*j.inb_frame, *j.out_frame, *point, *pitch, carried.mass, *carried.center, *carried.inertia])
+        if carried.per_mass:
             moved = self.c_block(own.size)
             self.prepare.copy(own, moved)
             mass, inertia = own.part(own.size - BODY, 1), own.size - 6
             self.prepare.call(Builtin.SCALE, [own.part(inertia, 6), mass, moved.part(inertia, 6)], [6])
             own = moved
-        kept = self.c_block(part.constants)
+        kept = self.c_block(part.sizes["constants"])
         self.call(self.prepare, part, f"{which.name}_prepare", numbers=own, constants=kept)
         self.which.append(which)
         self.parts.append(part)
         self.body_constants.append(kept)
         self.body_numbers.append(own)
+
+    def work(self, i: int) -> int:
+        """How many numbers the passes of body i's part keep of its motion."""
+        return self.parts[i].sizes["work"]
 
     def body_call(self, tape: Tape, i: int, function: str, **places: Block) -> None:
         """Call a function of body i's part."""

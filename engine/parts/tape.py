@@ -34,6 +34,11 @@ class Space(IntEnum):
     A = 16
     EXTRA = 17
     POWER = 18
+    D = 19
+
+
+LANES = 4
+"""Directions that are followed at once: numbers of the vectors in D, beside numbers that they change (``directions.py``)."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,14 @@ class Builtin(IntEnum):
     whether they are one block on the diagonal (of which the upper triangle is computed): AᵀB, or added."""
     WRENCHES = 13
     """columns g, columns h (6), out; numbers of a column of out, where g goes in it, where h, how many, and which; else zeros."""
+    MEET = 14
+    """columns A, columns B, out; n, how many A, how many B, strides of A, of B, of out, whether it is new: AᵀB, or added."""
+    GRIP = 15
+    """D, columns Pw, columns P, p0, out (E + D Pw)⁻¹, that times −D P, times −D p0, determinant; freedoms, needs, how many P."""
+    FACTOR = 16
+    """S, out L, out U, pivots; n, its order, where the entries below each pivot begin in it, these (``system.coupling``)."""
+    SOLVE = 17
+    """L, U, g, out; the same: −S⁻¹ g."""
 
 
 BUILTINS = len(Builtin)

@@ -7,13 +7,10 @@ accelerations (which rest sets to zero), and its law with its numbers.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import casadi as ca
 
-from engine.abi import PairKind
-from engine.contact import REGISTRY as CONTACTS
-from engine.contact import ContactElement, Wrench
+from engine.contact import Wrench
 from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
 from engine.friction import Law
@@ -23,58 +20,8 @@ from engine.recursion.reactions import on_pin
 from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, zeros
-from engine.system.structure import GROUND, FrictionElement, Joint
-
-
-@dataclass
-class Element:
-    """A joint with friction and where its numbers lie: ``needs``: the components of f_c, m_c its forms use, which are rows n0, n0
-    + 1, … of the N block; rate0: the first of its freedoms among the rates of all such joints."""
-
-    joint: Joint
-    contact: ContactElement
-    needs: tuple[str, ...]
-    n0: int
-    rate0: int
-
-    @property
-    def friction(self) -> FrictionElement:
-        """The joint's friction data."""
-        assert self.joint.friction is not None
-        return self.joint.friction
-
-    @property
-    def eta(self) -> list[int]:
-        """Indices of its multipliers, one a freedom."""
-        return sorted(e for s in self.friction.sliders for e in s.eta)
-
-
-    @property
-    def law_kind(self) -> PairKind:
-        """What the law does at rest and at its kink."""
-        law = LAWS[self.friction.law]
-        if law.bristles:
-            return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH
-        return PairKind.SET if law.sets else PairKind.KINK if law.kinks else PairKind.SMOOTH
-
-    @property
-    def sets(self) -> bool:
-        """Whether the law is set-valued."""
-        return self.law_kind == PairKind.SET
-
-
-def elements(system) -> list[Element]:
-    """All joints with friction, in the system's order."""
-    out: list[Element] = []
-    n0 = rate0 = 0
-    for j in system.frictional:
-        f = j.friction
-        contact = CONTACTS[f.contact]
-        needs = contact.needs([name for name, _ in f.numbers], f.adams)
-        out.append(Element(j, contact, needs, n0, rate0))
-        n0 += len(needs)
-        rate0 += j.kind.nv
-    return out
+from engine.system.elements import Element, elements
+from engine.system.structure import GROUND, Joint
 
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
@@ -119,11 +66,6 @@ def _ground(m: Model) -> SX:
     from engine.recursion.loads import ground_acceleration
 
     return ground_acceleration(m.sym)
-
-
-def any_sets(system) -> bool:
-    """Whether some law of the system is set-valued at rest."""
-    return any(LAWS[j.friction.law].sets for j in system.frictional)
 
 
 def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:

@@ -7,41 +7,13 @@ from __future__ import annotations
 import casadi as ca
 
 from engine.recursion.accelerations import Accelerations
-from engine.recursion.elements import Element, elements, reaction_rows
+from engine.recursion.elements import reaction_rows
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
-from engine.recursion.springs import contact_rows, rubbing_rows, spin, springs_of
+from engine.recursion.springs import contact_rows, rubbing_rows, spin
 from engine.recursion.vectors import SX, cross
-from engine.system.structure import GROUND, Joint, System
-
-
-def loop_joints(system: System) -> list[Joint]:
-    """Joints on any loop, in the system's order: cut joints, and the tree joints on the way between the two bodies of each."""
-    found: list[str] = []
-    for c in system.cuts:
-        paths = []
-        for body in (c.inb, c.out):
-            path = []
-            while body != GROUND:
-                path.append(body)
-                body = system.bodies[body].parent
-            paths.append(path)
-        different = set(paths[0]) ^ set(paths[1])
-        found += [system.tree[b].name for b in sorted(different)] + [c.name]
-    wanted = set(found)
-    return [j for j in system.joints if j.name in wanted]
-
-
-def rubs(system: System) -> bool:
-    """Whether a joint on a loop has friction."""
-    return any(j.friction for j in loop_joints(system))
-
-
-def rows_of(system: System) -> list[tuple[str, int]]:
-    """How many rows of ``scaled_reactions`` belong to each joint, in their order."""
-    if rubs(system):
-        return [(j.name, springs_of(j)) for j in loop_joints(system)]
-    return [(j.name, 6 * sum(b != GROUND for b in (j.out, j.inb))) for j in loop_joints(system)]
+from engine.system.loops import loop_joints, rows_of, rubbing_on_loops, rubs
+from engine.system.structure import GROUND, Joint
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
@@ -79,16 +51,6 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
         maps += _friction_turns(m, acc)
     others = [c for c in range(m.columns) if c - 1 not in inactive]
     return bool(ca.sparsify(free.T @ maps[:, others]).nnz())
-
-
-def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
-    """Joints on loops that rub, where the rows of each begin among the scaled reactions, and how many of these friction changes."""
-    first, at = {}, 0
-    for name, rows in rows_of(system):
-        first[name] = at
-        at += rows
-    found = [e for e in elements(system) if e.joint.name in first]
-    return [(e, first[e.joint.name], springs_of(e.joint) - len(e.contact.thrusts) - len(e.joint.driven)) for e in found]
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:

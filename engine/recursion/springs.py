@@ -11,39 +11,21 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement, Wrench
 from engine.contact.base import COMPONENTS
 from engine.contact.journal import HALF_ROOT
 from engine.recursion.accelerations import Accelerations
-from engine.recursion.elements import Element, joint_rates, laws, numbers
+from engine.recursion.elements import joint_rates, laws, numbers
 from engine.recursion.reactions import frames, on_outboard, pinned
 from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross
+from engine.system.elements import Element
+from engine.system.loops import NO_SIZE, USUAL, contact_of
 from engine.system.structure import GROUND, Body, Joint
 
 PART = 0.1
 """Half length of the contacts of a joint without friction, of the radius of gyration of its parts."""
-USUAL = 1e8
-"""N/m; radial stiffness of the contacts of a joint that says none: about that of a steel pin of 20 mm in its bearing. It counts
-only beside joints that say theirs."""
-NO_SIZE = 1e-24
-"""m²: a size that is none, squared, where one is divided by. What is scaled by it is squared again and must stay finite."""
-
-
-def _element(j: Joint) -> ContactElement | None:
-    return CONTACTS[j.kind.friction] if j.kind.friction else None
-
-
-def springs_of(j: Joint) -> int:
-    """How many rows a joint has: its contacts', its faces', or all six components; and one for each drive."""
-    element = _element(j)
-    if element is None:
-        return 6 + len(j.driven)
-    example: Mapping[str, SX] = {label: SX(1) for s in element.sizes for label in s.labels}
-    none = Wrench(dict.fromkeys(COMPONENTS, SX(1)), 1)
-    return len(element.pressed(none, [], [], example)) + len(element.thrusts) + len(j.driven)
 
 
 def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
@@ -54,7 +36,7 @@ def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None)
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
     """The same from force and torque on the outboard part (3×columns each) at p_out, s, the joint's frames and its arm."""
-    element = _element(j)
+    element = contact_of(j)
     drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
     if element is None:
         rows = ca.vertcat(HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f))))

@@ -5,7 +5,8 @@
 
 /* The answer as it follows from the maps alone. */
 typedef struct tr_answer {
-  double *acc, *acc_size; /* accelerations of the frictional freedoms and the sum of the sizes of what makes them up (neta) */
+  double *acc, *acc_size; /* accelerations of the frictional freedoms and the sum of the sizes of what makes them up (neta); behind them, where
+                             no maps were asked, what is left of the loops' rows, and what of them without multipliers (active) */
   double *N, *N_size;     /* reaction components, likewise (nn) */
   double *law, *dn;       /* η that the laws ask for, and its derivative */
   tr_sliding *sliding;
@@ -55,17 +56,30 @@ static void tr_end_rates(const tr_sim *s, const tr_answer *it) {
  * known from those without any friction. */
 static void tr_form_answer_along(const tr_sim *s, tr_answer *it, int accelerates) {
   const tr_kernel *k = s->k;
-  const double *eta = TR_A(s, z);
-  double less[k->neta];
+  const double *eta = TR_A(s, z) + k->active;
+  double less[k->neta + k->active];
   it->sized = 0;
-  if (accelerates) {
+  if (accelerates || k->active) {
     memset(less, 0, sizeof less);
     k->answer(TR_A(s, c), TR_A(s, w), less, it->N, it->acc_size);
   }
   for (int i = 0; i < k->neta; ++i) less[i] = -eta[i];
+  memcpy(less + k->neta, TR_A(s, z), sizeof(double) * k->active);
   k->answer(TR_A(s, c), TR_A(s, w), less, it->N, it->acc);
   k->laws_alone(it->N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, it->law, (double *)it->sliding);
   for (int i = 0; i < k->neta && accelerates; ++i) it->acc_size[i] = fabs(it->acc_size[i]) + fabs(it->acc[i] - it->acc_size[i]);
+}
+
+/* η that the laws ask for at the loads of a solution that was found without maps, by another pass. */
+static void tr_laws_along(const tr_sim *s, double *law) {
+  const tr_kernel *k = s->k;
+  const double *z = TR_A(s, z);
+  double less[k->neta + k->active], acc[k->neta + k->active], N[k->nn];
+  tr_sliding sliding[k->nsliders + 1];
+  for (int i = 0; i < k->neta; ++i) less[i] = -z[k->active + i];
+  memcpy(less + k->neta, z, sizeof(double) * k->active);
+  k->answer(TR_A(s, c), TR_A(s, w), less, N, acc);
+  k->laws_alone(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, law, (double *)sliding);
 }
 
 /* Fills the answer. `accelerates`: its accelerations are asked for, of pairs that rest or are about to start. */

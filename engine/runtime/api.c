@@ -69,7 +69,7 @@ void tr_set_parameters(tr_sim *s) {
   for (int i = 0; i < s->k->npaces; ++i)
     s->friction.pace = fmax(s->friction.pace, fabs(TR_A(s, p)[s->k->pace[i].parameter]) * s->k->pace[i].hertz);
   if (s->o) s->o->prepare(s->o->scene, TR_A(s, p), TR_A(s, co));
-  if (s->j) s->j->prepare(TR_A(s, p), TR_A(s, cj));
+  if (s->j) s->j->prepare(s->j->scene, TR_A(s, p), TR_A(s, cj));
 }
 
 /* Close the loops at time t, from the state in the block: see tr_assemble_state. */

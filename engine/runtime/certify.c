@@ -1,20 +1,56 @@
 /* Numbers that certify an answer: how far fixed-point iteration contracts there, what is left of the equations, how many roots they have. */
 #include "modes.h"
 
+#define CONTRACTS 24       /* iterations of the power by which the contraction is found */
 #define SAME_ROOT 1e-7     /* of its friction: two roots that differ by less are one, found twice */
 #define SAME_AS_NONE 1e-14 /* of the reactions: the same for a root that is zero but for round-off */
+
+/* The same without maps, at a solution that was found so: what the laws make of the loads that frictions v cause, by passes with the law's
+ * derivative left out. Negative: not so. */
+static double tr_contraction_along(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const int e = k->neta, n = k->nn, a = k->active;
+  double *D = TR_A(s, dn), *N = TR_A(s, NN), v[e], less[e], N0[n], N1[n], borne[e + a], acc[e + a], law[e], large = NO_LOAD, size = 0.0;
+  if (!s->step.along || s->step.mapped || !tr_narrow_ideal(s)) return -1.0;
+  k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, law, D, TR_A(s, sliding));
+  memset(less, 0, sizeof less);
+  k->respond(TR_A(s, c), TR_A(s, w), less, N0, borne, acc);
+  for (int i = 0; i < n; ++i) large = fmax(large, fabs(N0[i]));
+  for (int i = 0; i < e; ++i) v[i] = 1.0 + 0.1 * i;
+  for (int it = 0; it < CONTRACTS; ++it) {
+    double len = 0.0, was = 0.0, most = 0.0;
+    for (int i = 0; i < e; ++i) most = fmax(most, fabs(v[i])), was += v[i] * v[i];
+    if (!(was > 0.0)) return 0.0;
+    for (int i = 0; i < e; ++i) less[i] = -v[i] * large / most; /* so large that it shows beside the other loads */
+    k->respond(TR_A(s, c), TR_A(s, w), less, N1, borne, acc);
+    for (int m = 0; m < k->nelements; ++m) {
+      const tr_element *el = k->element + m;
+      for (int j = 0; j < el->neta; ++j) {
+        double u = 0.0;
+        for (int q = 0; q < el->needs; ++q) u += D[el->dn0 + j + q * el->neta] * (N1[el->n0 + q] - N0[el->n0 + q]);
+        v[el->eta0 + j] = tr_row_kind(s, el->eta0 + j) == TR_ROW_LAW ? u * most / large : 0.0;
+      }
+    }
+    for (int i = 0; i < e; ++i) len += v[i] * v[i];
+    if (!(len > 0.0)) return 0.0;
+    size = sqrt(len / was);
+    for (int i = 0; i < e; ++i) v[i] /= sqrt(len);
+  }
+  return size;
+}
 
 /* Factor by which the fixed-point iteration η ← law(N(η)) contracts at the solution in place: the spectral radius of dlaw/dN · dN/dη,
  * by power iteration. Rows of pairs held at rest do not take part. */
 static double tr_contraction(tr_sim *s) {
   const tr_kernel *k = s->k;
   int e = k->neta;
-  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = 0.0;
+  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = k->shift ? tr_contraction_along(s) : -1.0;
   if (!e) return 0.0;
+  if (size >= 0.0) return size;
   tr_law(s, TR_A(s, z) + k->active);
   tr_law_jacobian(s);
   for (int i = 0; i < e; ++i) v[i] = 1.0 + 0.1 * i;
-  for (int it = 0; it < 24; ++it) {
+  for (int it = 0; it < CONTRACTS; ++it) {
     double len = 0.0, was = 0.0;
     for (int i = 0; i < e; ++i) {
       u[i] = v[i];
@@ -51,8 +87,9 @@ static double tr_load_without(tr_sim *s) {
   const double *N = TR_A(s, Np);
   double most = NO_LOAD;
   if (tr_recurs(s)) {
-    memset(TR_A(s, z), 0, sizeof(double) * s->k->neta);
-    if (!tr_loads_of(s, TR_A(s, z))) return most;
+    double *eta = TR_A(s, z) + s->k->active;
+    memset(eta, 0, sizeof(double) * s->k->neta);
+    if (!tr_loads_of(s, eta)) return most;
     N = tr_loads(s);
   }
   for (int i = 0; i < s->k->nn; ++i) most = fmax(most, fabs(N[i]));

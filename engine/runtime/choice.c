@@ -24,7 +24,7 @@ static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int
   const double *x = TR_A(s, x), *c = TR_A(s, cj);
   int n = s->ny + 1 + s->k->active + s->k->neta, ld = tr_jacobian_rows(s);
   if (j->eval) {
-    j->eval(x, y, c, z, J);
+    j->eval(x, y, c, z, TR_A(s, jp), J);
     return;
   }
   double *w = TR_A(s, jp), seed[n];

@@ -12,6 +12,7 @@
 #define TOL_RELEASE 1e-10 /* of the friction ratio: by so much more than it can hold a pair may be asked for, unnoticed */
 #define TOL_CONE 1e-10    /* of s²/|ω|²: how far a ball may be past the border between sliding and spinning, unnoticed */
 #define NEAR_RELEASE 0.05 /* of the friction ratio: a stage this close to release makes the step worth a closer look */
+#define MOVES_ALONG 2.0   /* times REST_BROKEN: a pair that is let go does not rest with the others when that is decided either */
 #define NEAR_MISS 1e-10   /* of the speed unit: a turn of more than a right angle at a higher speed is no stop, but too large a step */
 
 /* Rates of a slider from the maps in place. */
@@ -41,12 +42,23 @@ static int tr_moving_ball(const tr_sim *s, int i) {
   return tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s);
 }
 
+/* How far a held pair whose rest follows from others' is from resting with them, of what is too far: near positions in which it does it moves by a
+ * small part of what the mechanism does, and then by more. */
+static double tr_moves_along(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  double most = 0.0;
+  if (!s->k->active || !(tr_pair_speed(s, i) > REST_SPEED * tr_speed_unit(s))) return -INFINITY;
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
+    if (tr_contradicts(s, e)) most = fmax(most, tr_unrest(s, e) / REST_BROKEN - MOVES_ALONG);
+  return most > 0.0 ? most : -INFINITY;
+}
+
 /* How far a pair with a set-valued law is beyond its mode, in units of its tolerance: the end of sliding, release (after tr_holding), and
  * the border between sliding and spinning. */
 static double tr_set_violation(tr_sim *s, int i) {
   const tr_sliding *v = tr_sliding_of(s, i);
   int flag = tr_flag(tr_mode_of(s, i));
-  if (flag == TR_STUCK) return (tr_ratio(s, i) - 1.0) / TOL_RELEASE;
+  if (flag == TR_STUCK) return fmax((tr_ratio(s, i) - 1.0) / TOL_RELEASE, tr_moves_along(s, i));
   if (flag == TR_CONE) return v->cone / TOL_CONE;
   double stop = -v->speed / (tr_speed_unit(s) * TOL_SPEED);
   return tr_pair_of(s, i)->cone ? fmax(stop, -v->cone / TOL_CONE) : stop;

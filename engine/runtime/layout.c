@@ -35,7 +35,8 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(far, 3 * (pairs + k->nstops));
   const int along = k->begin != 0;
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
-  TR_PLACE(pivots, along * k->nbodies); TR_PLACE(less, along * e); TR_PLACE(borne, along * e); TR_PLACE(acc, along * e);
+  TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
+  TR_PLACE(acc, along * (a + e));
   TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
   int nz = a + e, dense = (ny + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
@@ -94,6 +95,6 @@ int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int
 #define TR_MOVE(field, next) memcpy(b + to->at.field, a + old.at.field, sizeof(double) * (old.at.next - old.at.field))
   TR_MOVE(p, c); TR_MOVE(c, co); TR_MOVE(co, cj);
   memcpy(b + to->at.x, a + old.at.x, sizeof(double) * (old.at.jac - old.at.x));
-  j->prepare(TR_A(to, p), TR_A(to, cj));
+  j->prepare(j->scene, TR_A(to, p), TR_A(to, cj));
   return 1;
 }

@@ -51,7 +51,7 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   const double *x = TR_A(s, x);
   s->step.watch = s->step.have_jac = 0;
   memset(dz, 0, sizeof dz), memset(seed, 0, sizeof seed);
-  l->prepare(TR_A(s, p), c);
+  l->prepare(l->scene, TR_A(s, p), c);
   if (k->rows) { /* first, because the differences move everything */
     if (!tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
     if ((a < k->rows || s->loops.rank_now < a) && !tr_open_derivative(s, l->ninputs, inputs, dy, dz)) return 0;

@@ -15,9 +15,18 @@
 #define NOTHING_OF_KIND 1e-12 /* of the other kind of rows: what is less is round-off of a kind that holds nothing */
 #define NOTHING_OF_ROW 1e-9   /* of the largest row of its kind: what is less takes that row's scale */
 
-/* Factor of S at the state whose maps are in place; returns its rank. */
+/* The maps of the state that was evaluated last, where that went without them (``recursive.c``). */
+static void tr_form_maps(tr_sim *s) {
+  if (s->step.mapped || !s->k->begin) return;
+  s->step.mapped = TR_MAPS_RAW;
+  s->k->stage1(TR_A(s, x), TR_A(s, yeval), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval), TR_A(s, power));
+}
+
+/* Factor of S at the state that was evaluated last; returns its rank. */
 static int tr_factor(tr_sim *s) {
   const tr_kernel *k = s->k;
+  tr_form_maps(s);
+  s->loops.apart = 0.0;
   s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active && tr_factor_sparse(s);
   if (s->loops.sparse) return s->loops.rank_now = k->active;
   s->loops.rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
@@ -35,6 +44,7 @@ static void tr_solve_S(tr_sim *s, const double *b, double *x) {
  * holds anything (`nothing`) none is scaled up: all pivots stay round-off. */
 static void tr_scale_rows(tr_sim *s, int nothing) {
   const tr_kernel *k = s->k;
+  tr_form_maps(s);
   const double *S = TR_A(s, maps);
   double *d = TR_A(s, d), big[2] = {0.0, 0.0};
   int n = k->active;
@@ -56,6 +66,7 @@ static void tr_scale_rows(tr_sim *s, int nothing) {
 static void tr_note_rank(tr_sim *s) {
   const tr_kernel *k = s->k;
   if (k->active == 0) return;
+  tr_form_maps(s);
   s->loops.sparse = 0;
   int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, EXACT_PIVOT, EXACT_PIVOT);
   if (r > s->loops.rank) {
@@ -114,13 +125,6 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
     tr_add_columns(a, r, V, x, sign, lam);
   }
   if (k->nmore) tr_keep_open(s, V, Q, &least);
-}
-
-/* The maps of the state that was evaluated last, where that went without them (``recursive.c``). */
-static void tr_form_maps(tr_sim *s) {
-  if (s->step.mapped || !s->k->begin) return;
-  s->step.mapped = TR_MAPS_RAW;
-  s->k->stage1(TR_A(s, x), TR_A(s, yeval), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval), TR_A(s, power));
 }
 
 /* q̈ of the sliding freedoms = Q0' + Qe' η with λ eliminated. */

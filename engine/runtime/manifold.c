@@ -69,13 +69,24 @@ static void tr_correction(tr_sim *s, const double *y, const double *h, int again
   const tr_kernel *k = s->k;
   int a = k->active;
   double b[a], dlam[a];
-  if (!again) tr_maps_of(s, y), tr_factor(s);
+  if (!again) {
+    tr_maps_of(s, y);
+    if (!tr_narrow_ideal(s)) tr_factor(s);
+  }
+  if (s->loops.apart > 0.0) {
+    for (int i = 0; i < a; ++i) b[i] = h[k->active_rows[i]];
+    k->shift(TR_A(s, c), TR_A(s, w), b, dv);
+    return;
+  }
   for (int i = 0; i < a; ++i) b[i] = -h[k->active_rows[i]];
   tr_solve_S(s, b, dlam);
   tr_impulse(s, y, dlam, 0, 0, again, dv);
 }
 
 static void tr_hold_still(tr_sim *s, double *y);
+
+/* Whether loops are so many that one correction is to do. */
+static inline int tr_many_loops(const tr_sim *s) { return s->k->nfill || s->k->shift; }
 
 /* Bring y at time t back onto the manifold, pairs at rest at rest. 1 on success (or nothing to do), 0 when the loops stay open. */
 static int tr_project(tr_sim *s, double t, double *y) {
@@ -92,7 +103,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
       s->step.trouble = TR_FAIL_NOT_FINITE;
       return 0;
     }
-    if (pos <= CLOSED || (it > 1 && pos > SHRINKS * before) || (k->nfill && before <= NEAR_CLOSED)) break;
+    if (pos <= CLOSED || (it > 1 && pos > SHRINKS * before) || (tr_many_loops(s) && before <= NEAR_CLOSED)) break;
     before = pos;
     tr_correction(s, y, h, 0, dv);
     k->qdot(y, dv, TR_A(s, c), dq);
@@ -107,11 +118,11 @@ static int tr_project(tr_sim *s, double t, double *y) {
   }
   for (int it = 0; it < CLOSE_RATES_MAX && vel > CLOSED; ++it) {
     double was = vel;
-    tr_correction(s, y, h + k->rows, k->nfill && before <= NEAR_CLOSED, dv);
+    tr_correction(s, y, h + k->rows, tr_many_loops(s) && before <= NEAR_CLOSED, dv);
     for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
     k->closure(x, y, c, h);
     tr_residual(s, h, &pos, &vel);
-    if (vel > SHRINKS * was || (k->nfill && was <= NEAR_CLOSED)) break;
+    if (vel > SHRINKS * was || (tr_many_loops(s) && was <= NEAR_CLOSED)) break;
   }
   if (s->friction.still) tr_hold_still(s, y);
   return 1;

@@ -60,7 +60,8 @@ static double tr_complement(tr_sim *s) {
   double size = 0.0, err = 0.0, *r = TR_A(s, r);
   const double *eta = TR_A(s, z) + k->active;
   if (!k->neta) return 0.0;
-  tr_law(s, eta);
+  if (k->shift && s->step.along && !s->step.mapped && !s->friction.still) tr_laws_along(s, TR_A(s, law));
+  else tr_law(s, eta);
   for (int i = 0; i < k->neta; ++i) r[i] = TR_A(s, law)[i] - eta[i];
   if (s->friction.still) tr_still_rows(s, eta, r, TR_A(s, lu));
   for (int i = 0; i < k->neta; ++i) size = fmax(size, fabs(eta[i])), err = fmax(err, fabs(r[i]));

@@ -9,7 +9,7 @@
 #include "modes.h"
 
 #define PRESS_MAX 40      /* iterations; two or three where only balls make δ nonlinear */
-#define PRESS_EXACT 1e-15 /* of the largest load: a step of round-off */
+#define PRESS_EXACT 1e-15 /* of the largest load that friction changes, or of what joints transmit at all: a step of round-off */
 #define PRESS_LAST 1e-9   /* of the largest load: the next step would be its square */
 #define PRESS_NONE 1e-250 /* N: no load at all, whose digits are none */
 
@@ -69,6 +69,18 @@ static double tr_press_residual(tr_sim *s, int r, const double *y, double *f) {
   return size;
 }
 
+/* Whether a step f of the amounts is nothing beside what the joints transmit, N: where friction turns no normal, loads that change are round-off. */
+static int tr_press_settled(const tr_sim *s, int r, const double *f, const double *N) {
+  const int n = s->k->nn;
+  double change = 0.0, most = 0.0;
+  for (int i = 0; i < n; ++i) {
+    double sum = 0.0;
+    for (int q = 0; q < r; ++q) sum += fabs(TR_A(s, openN)[i + q * n] * f[q]);
+    change = fmax(change, sum), most = fmax(most, fabs(N[i]));
+  }
+  return change <= PRESS_EXACT * most;
+}
+
 /* N += N_open y with y such that the contacts fit together; how N then follows η (Ne', n×e, in openE). After tr_eliminate. 0: no way. */
 static int tr_press(tr_sim *s, double *N) {
   const tr_kernel *k = s->k;
@@ -92,7 +104,8 @@ static int tr_press(tr_sim *s, double *N) {
     tr_lu_solve(r, F, perm, f);
     if (!tr_finite(r, f)) break;
     for (int q = 0; q < r; ++q) y[q] -= f[q], step = fmax(step, fabs(f[q])), size = fmax(size, fabs(y[q]));
-    if (step <= PRESS_EXACT * size || size < PRESS_NONE || (step <= PRESS_LAST * size && step < last)) {
+    if (step <= PRESS_EXACT * size || size < PRESS_NONE || (step <= PRESS_LAST * size && step < last) ||
+        tr_press_settled(s, r, f, N)) {
       memcpy(N, base, sizeof base);
       tr_add_columns(n, r, No, y, 1.0, N);
       memcpy(TR_A(s, openE), TR_A(s, Np) + n, sizeof(double) * n * e);

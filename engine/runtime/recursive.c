@@ -1,22 +1,24 @@
 /* Friction along the recursion: η of a tree by Newton's method whose every step is a pass over the bodies, without maps (METHOD, "Friction
- * along the recursion"). A kernel that has it brings `begin`, `narrow`, `respond`, `answer` and `derive`. The maps are formed when something
- * asks for them (tr_form_all): decisions, roots, certificates, and what this method does not find. */
+ * along the recursion"). A kernel that has it brings `begin`, `narrow`, `respond`, `answer` and `derive`; of many loops, whose λ is found with
+ * η, also `shift`. The maps are formed when something asks for them (tr_form_all): decisions, roots, certificates, and what this method does
+ * not find. */
 
 #include "multipliers.c"
 
-#define FACTORS_FIRST 2   /* iterations with a derivative of their own: what is left then is the square of the square of a stage's change */
+#define CLEAR_ALONG 1e-7  /* of a row's scale: a hundred times KEEP_PIVOT; the outermost loop of a ladder of a hundred has 1e-6 */
 #define PASS_WORK 1000    /* multiplications for each friction: what a pass over the bodies takes */
 #define LIGHT 1e-9        /* of the largest pivot of a joint: as GROUP_PIVOT, below it what is held together shares its load (``groups.c``) */
 #define NEAR_ROOT 1e-2    /* of the largest friction: the second step, where the loads of a state near by lead to the root that is followed */
 #define STEPS_TO_SLOW 0.1 /* of the step before: where steps with an old derivative shrink by less, a new one is worth it */
 
-/* Whether friction is found along the recursion in the modes in force: every pair slides, is held by itself, or has none. */
+/* Whether friction is found along the recursion in the modes in force: every pair slides, is held by itself, or has none. On loops that
+ * are not redundant every pair slides. */
 static int tr_recurs(const tr_sim *s) {
   const tr_friction *f = &s->friction;
   const int *row = tr_row_kinds(s);
-  if (!s->k->begin || f->eased > 0.0 || f->freed >= 0 || f->anywhere || s->moreau.h > 0.0) return 0;
+  if (!s->k->begin || f->eased > 0.0 || f->freed >= 0 || f->anywhere || s->moreau.h > 0.0 || s->loops.rank < s->k->active) return 0;
   if (!f->still) return 1;
-  if (f->shares || f->by_law) return 0;
+  if (f->shares || f->by_law || s->k->active) return 0;
   for (int i = 0; i < s->k->neta; ++i)
     if (row[i] > TR_ROW_FREE) return 0;
   return 1;
@@ -25,6 +27,10 @@ static int tr_recurs(const tr_sim *s) {
 /* Those maps, and what is made of them without loops. */
 static void tr_form_all(tr_sim *s) {
   if (s->step.mapped >= (s->k->sets ? TR_MAPS_HELD : TR_MAPS_OF_LOADS) || !s->k->begin) return;
+  if (s->k->active) {
+    tr_without_loops(s, s->k->sets);
+    return;
+  }
   double lam0[1];
   if (s->step.mapped < TR_MAPS_OF_LOADS) tr_eliminate(s, lam0);
   if (s->k->sets) tr_held_maps(s, lam0);
@@ -32,12 +38,31 @@ static void tr_form_all(tr_sim *s) {
 
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.still ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
-/* Inertias with the law's derivative as it is in `dn` (rows of what no law tells zeroed) and the modes in force. The sign of the determinant of
- * Newton's matrix, which is 1 where nothing rubs: every pivot is that without friction times a factor. 0: it has none. */
+/* Inertias with the law's derivative in `dlaw`, of the freedoms that move. The sign of the determinant of Newton's matrix, which is 1 where
+ * nothing rubs: every pivot is that without friction times a factor, those of cut joints' frictions and of S too. 0: it has none, or a pivot
+ * of S is so small that which rows count has to be decided with maps. */
+static int tr_pivots(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const double *pivot = TR_A(s, pivots), *own = pivot + k->nbodies + k->nelements, *d = TR_A(s, d);
+  const int n = k->nbodies + (k->active ? k->nelements + k->active : 0);
+  double least = INFINITY;
+  int sense = 1;
+  k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+  for (int i = 0; i < n; ++i) {
+    if (!(fabs(pivot[i]) > 0.0)) return 0;
+    if (pivot[i] < 0.0) sense = -sense;
+  }
+  for (int i = 0; i < k->active; ++i) least = fmin(least, fabs(own[i]) * d[i] * d[i]);
+  s->loops.apart = k->active ? sqrt(least) : 0.0;
+  if (!(least > CLEAR_ALONG)) return 0;
+  s->loops.rank_now = k->active; /* no row is given up */
+  return sense;
+}
+
+/* The same with the law's derivative as it is in `dn` (rows of what no law tells zeroed) and the modes in force. */
 static int tr_narrow(tr_sim *s) {
   const tr_kernel *k = s->k;
-  double *moves = TR_A(s, moves), *D = TR_A(s, dlaw), *pivot = TR_A(s, pivots);
-  int sense = 1;
+  double *moves = TR_A(s, moves), *D = TR_A(s, dlaw);
   memcpy(D, TR_A(s, dn), sizeof(double) * k->ndn);
   for (int i = 0; i < k->neta; ++i) moves[i] = tr_row_kind(s, i) != TR_ROW_STILL;
   for (int m = 0; m < k->nelements && s->friction.still; ++m) {
@@ -46,15 +71,18 @@ static int tr_narrow(tr_sim *s) {
       if (tr_row_kind(s, el->eta0 + j) != TR_ROW_LAW)
         for (int q = 0; q < el->needs; ++q) D[el->dn0 + j + q * el->neta] = 0.0;
   }
-  k->narrow(TR_A(s, c), TR_A(s, w), moves, D, pivot);
-  for (int i = 0; i < k->nbodies; ++i) {
-    if (!(fabs(pivot[i]) > 0.0)) return 0;
-    if (pivot[i] < 0.0) sense = -sense;
-  }
-  return sense;
+  return tr_pivots(s);
 }
 
-/* η and N that follow from the laws as they are linear about N with the derivative in place; law: η that they say at N. */
+/* The same where nothing rubs and all moves, for the closing of many loops; 0: not so. */
+static int tr_narrow_ideal(tr_sim *s) {
+  if (!s->k->shift || s->loops.rank < s->k->active) return 0;
+  memset(TR_A(s, dlaw), 0, sizeof(double) * s->k->ndn);
+  for (int i = 0; i < s->k->neta; ++i) TR_A(s, moves)[i] = 1.0;
+  return tr_pivots(s);
+}
+
+/* η (λ before it in z) and N that follow from the laws as they are linear about N with the derivative in place; law: η that they say at N. */
 static void tr_respond(tr_sim *s, const double *law, double *N, double *eta) {
   const tr_kernel *k = s->k;
   double *D = TR_A(s, dlaw), *less = TR_A(s, less), *borne = TR_A(s, borne);
@@ -68,6 +96,7 @@ static void tr_respond(tr_sim *s, const double *law, double *N, double *eta) {
     }
   }
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, TR_A(s, acc));
+  memcpy(TR_A(s, z), borne + k->neta, sizeof(double) * k->active);
   for (int m = 0; m < k->nelements; ++m) {
     const tr_element *el = k->element + m;
     for (int j = 0; j < el->neta; ++j) {
@@ -105,7 +134,7 @@ static int tr_loads_of(tr_sim *s, double *eta) {
 static int tr_iterate_along(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
-  double *eta = TR_A(s, z), *N = tr_loads(s), old[e], step, size, last = INFINITY;
+  double *eta = TR_A(s, z) + k->active, *N = tr_loads(s), old[e], step, size, last = INFINITY;
   const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
   if (!near && !tr_loads_of(s, eta)) return 0;
   for (int it = 1, fresh = 1; it <= NEWTON_MAX; ++it) {
@@ -114,19 +143,19 @@ static int tr_iterate_along(tr_sim *s, int near, int least) {
     else k->laws_alone(N, rates, x, c, TR_A(s, law), TR_A(s, sliding));
     const int sense = fresh ? tr_narrow(s) : 1;
     if (!sense || sense < least) return 0;
-    memcpy(old, eta, sizeof old);
+    memcpy(old, near && it == 1 ? TR_A(s, law) : eta, sizeof old);
     tr_respond(s, TR_A(s, law), N, eta);
     tr_compare(s, old, eta, &step, &size);
     s->stats.newton_iterations++;
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
-    if (near && it == 1) step = size; /* the loads were those of another state, whatever became of the frictions */
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
-    if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size)) {
+    if (near && it == 1) { /* loads may have changed across what the laws say of them, too */
+    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size)) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
     }
-    fresh = it < FACTORS_FIRST || step > STEPS_TO_SLOW * last;
-    last = near && it == 1 ? INFINITY : step;
+    fresh = step > STEPS_TO_SLOW * last;
+    last = step;
   }
   return 0;
 }
@@ -141,7 +170,7 @@ static int tr_any_ball(const tr_sim *s) {
 /* η at the state that has begun; 0: to be found in another way, from what was there. near: the loads in place are those of a state near by. */
 static int tr_newton_along(tr_sim *s, int near) {
   const tr_kernel *k = s->k;
-  double kept[k->neta + k->nn];
+  double kept[tr_nz(s)];
   memcpy(kept, TR_A(s, z), sizeof kept);
   for (near = near && s->step.loaded && !tr_any_ball(s); near >= 0; --near) {
     s->step.along = tr_iterate_along(s, near, 0);
@@ -157,7 +186,7 @@ static int tr_newton_along(tr_sim *s, int near) {
 /* The loads of frictions that were found with maps, from which the next iteration may begin. */
 static void tr_note_loads(tr_sim *s) {
   if (!s->k->begin) return;
-  tr_affine(s->k->nn, s->k->neta, TR_A(s, Np), TR_A(s, Np) + s->k->nn, TR_A(s, z), TR_A(s, NN));
+  tr_affine(s->k->nn, s->k->neta, TR_A(s, Np), TR_A(s, Np) + s->k->nn, TR_A(s, z) + s->k->active, TR_A(s, NN));
   tr_copy(s->k->nn, TR_A(s, NN), tr_loads(s));
   s->step.loaded = 1;
 }
@@ -168,8 +197,11 @@ static void tr_begin_along(tr_sim *s, const double *y, double *dy) {
   s->step.mapped = TR_MAPS_NONE, s->step.along = 0;
   if (y != TR_A(s, yeval)) memcpy(TR_A(s, yeval), y, sizeof(double) * s->ny);
 #ifdef TR_POISON
-  for (int i = 0; i < s->k->nn * (1 + s->k->neta); ++i) ((double *)map_N0(s->k, TR_A(s, maps)))[i] = TR_A(s, Np)[i] = NAN;
-  for (int i = 0; i < s->k->neta * (1 + s->k->neta) && s->k->sets; ++i) ((double *)map_Q0(s->k, TR_A(s, maps)))[i] = TR_A(s, Q)[i] = NAN;
+  const int columns = 1 + s->k->active + s->k->neta;
+  for (int i = 0; i < s->k->nn * columns; ++i) ((double *)map_N0(s->k, TR_A(s, maps)))[i] = NAN;
+  for (int i = 0; i < s->k->neta * columns && s->k->sets; ++i) ((double *)map_Q0(s->k, TR_A(s, maps)))[i] = NAN;
+  for (int i = 0; i < s->k->nn * (1 + s->k->neta); ++i) TR_A(s, Np)[i] = NAN;
+  for (int i = 0; i < s->k->neta * (1 + s->k->neta) && s->k->sets; ++i) TR_A(s, Q)[i] = NAN;
 #endif
 }
 
@@ -178,7 +210,7 @@ static void tr_begin_along(tr_sim *s, const double *y, double *dy) {
 static int tr_hold_apart(tr_sim *s) {
   const tr_kernel *k = s->k;
   double least = INFINITY, most = 0.0;
-  if (!k->begin || s->moreau.h > 0.0) return 0;
+  if (!k->begin || k->active || s->moreau.h > 0.0) return 0;
   for (int i = 0; i < k->nsliders; ++i)
     if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 < 0) return 0;
   memset(TR_A(s, dlaw), 0, sizeof(double) * k->ndn);

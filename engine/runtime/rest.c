@@ -2,6 +2,7 @@
 #include "modes.h"
 
 #define HELD_SPEED 1e-12 /* of the speed unit: what is slower is at rest, but for round-off of closing the loops */
+#define NOT_QUITE 1e-10 /* of the fastest rate: round-off of one that vanishes because others do */
 #define HELD_PART 0.25 /* of a period or a turn: eight points see every top of a margin that swings with it (``search.c``) */
 
 /* Whether pair i, of a class, is as slow as the class is while pair j of it is as good as at rest. */
@@ -43,7 +44,7 @@ static double tr_fastest(const tr_sim *s, const int *rest, int n) {
 
 /* Impulses of friction (deta, all multipliers) that stop the pairs `rest`: those of least norm where they depend on each other, none
  * along freedoms whose motion is prescribed. 0 when there are none. After tr_held_maps. */
-static int tr_stopping_impulses(tr_sim *s, const int *rest, int n, double *deta) {
+static int tr_stopping_impulses(tr_sim *s, const int *rest, int n, int own, double *deta) {
   tr_form_all(s);
   const tr_kernel *k = s->k;
   int e = k->neta, c[e + 1], count = 0;
@@ -53,7 +54,8 @@ static int tr_stopping_impulses(tr_sim *s, const int *rest, int n, double *deta)
     const tr_pair *pair = tr_pair_of(s, rest[q]);
     for (int j = 0; j < pair->nrates; ++j) {
       int i = pair->eta0 + j;
-      if (!tr_is_prescribed(s, i)) v[count] = rates[pair->rate0 + j], c[count++] = i;
+      const int follows = own && s->friction.still && tr_row_kinds(s)[i] != TR_ROW_STILL;
+      if (!follows && !tr_is_prescribed(s, i)) v[count] = rates[pair->rate0 + j], c[count++] = i;
     }
   }
   if (!count) return 0;
@@ -71,7 +73,7 @@ static int tr_stopping_impulses(tr_sim *s, const int *rest, int n, double *deta)
 }
 
 /* Take what is left of their rates from the pairs at rest: by impulses of their own friction, then exactly. Maps in place. */
-static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
+static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own) {
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta;
   const double *rates = map_rates(k, TR_A(s, maps));
@@ -79,7 +81,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
     double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
     tr_without_loops(s, 1);
     const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
-    if (tr_stopping_impulses(s, rest, n, deta)) {
+    if (tr_stopping_impulses(s, rest, n, own, deta)) {
       for (int i = 0; i < a; ++i) {
         dlam[i] = 0.0;
         for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
@@ -96,7 +98,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
       }
     }
   }
-  for (int q = 0; q < n; ++q) {
+  for (int q = 0; q < n && !own; ++q) {
     const tr_pair *pair = tr_pair_of(s, rest[q]);
     for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) y[k->nq + pair->v0 + j] = 0.0;
   }
@@ -108,13 +110,29 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n) {
 static int tr_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n) {
   const tr_kernel *k = s->k;
   for (int more = n; n; n = more) {
-    tr_bring_to_rest(s, y, rest, n);
+    tr_bring_to_rest(s, y, rest, n, 0);
     tr_maps_of(s, y);
     if (!k->active) break; /* in a tree no pair's rest follows from another's */
     more = tr_at_rest(s, also, rest);
     if (more <= n) break;
   }
   return n;
+}
+
+/* Rates of stuck tree joints (or their derivatives) stay exactly zero. Where rest follows from that of others it may do so not quite: such a pair moves
+ * with the mechanism, by more than round-off, and would hold all of it if it were stopped. */
+static void tr_keep_still(const tr_sim *s, double *v) {
+  double most = 0.0;
+  for (int i = 0; i < s->k->nv && s->k->active; ++i) most = fmax(most, fabs(v[s->k->nq + i]));
+  const double small = fmax(NOT_QUITE * most, HELD_SPEED * s->set.rate);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (!tr_is_stuck(s, i) || pair->v0 < 0) continue;
+    for (int j = 0; j < pair->nrates; ++j) {
+      double *rate = v + s->k->nq + pair->v0 + j;
+      if (tr_row_kinds(s)[pair->eta0 + j] == TR_ROW_STILL || !s->friction.still || fabs(*rate) <= small) *rate = 0.0;
+    }
+  }
 }
 
 /* Pairs at rest stay there at the state y, whose loops have just been closed by whatever moves most easily, held or not: the rates that this
@@ -124,14 +142,7 @@ static void tr_hold_still(tr_sim *s, double *y) {
   tr_maps_of(s, y);
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_stuck(s, i)) rest[n++] = i, moves |= tr_pair_speed(s, i) > HELD_SPEED * tr_speed_unit(s);
-  if (moves) tr_bring_to_rest(s, y, rest, n);
-}
-
-/* Rates of stuck tree joints stay exactly zero. */
-static void tr_keep_still(const tr_sim *s, double *v) {
-  for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 >= 0)
-      for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) v[s->k->nq + tr_pair_of(s, i)->v0 + j] = 0.0;
+  if (moves) tr_bring_to_rest(s, y, rest, n, 1), tr_keep_still(s, y);
 }
 
 /* Longest step of a mechanism whose pairs may stick: a quarter of the fastest load's period, and while something is held, whose load shows

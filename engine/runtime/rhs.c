@@ -169,6 +169,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   if (tr_recurs(s) && tr_rhs_along(s, y, dy)) {
     tr_put_powers(s, dy);
     if (s->step.watch) tr_watch(s);
+    if (s->step.watch && k->active) tr_watch_loops(s);
     if (s->friction.still) tr_keep_still(s, dy);
     return 1;
   }

@@ -12,6 +12,7 @@
 /* How far the loops are from being singular: the root of the last pivot of the factor in place, 0 where a row is given up. */
 static double tr_independence(const tr_sim *s) {
   const int r = s->loops.rank;
+  if (s->loops.apart > 0.0) return s->loops.apart;
   return r && s->loops.rank_now >= r ? TR_A(s, S)[(r - 1) * (s->k->active + 1)] : 0.0;
 }
 
@@ -26,7 +27,8 @@ static double tr_singular_step(tr_sim *s) {
   tr_loops *l = &s->loops;
   if (!tr_rubs_on_loops(s)) return INFINITY;
   if (!l->known) {
-    tr_maps_at(s, s->clock.t, TR_A(s, y)), tr_factor(s);
+    tr_maps_at(s, s->clock.t, TR_A(s, y));
+    if (!tr_narrow_ideal(s)) tr_factor(s);
     l->known = 1, l->begin = tr_independence(s), l->trend = 0.0;
   }
   if (l->begin <= INDEPENDENCE_LEAST || l->trend == 0.0) return INFINITY;

@@ -12,7 +12,7 @@ static int tr_start_sets(tr_sim *s, double *y) {
     if (tr_is_set(s, i)) tr_mode_of(s, i)->flag = tr_pair_speed(s, i) > REST_SPEED * tr_speed_unit(s) ? TR_SLIPS : TR_STUCK;
   int n = tr_at_rest(s, -1, rest);
   if (n == 0) return TR_OK;
-  tr_bring_to_rest(s, y, rest, n);
+  tr_bring_to_rest(s, y, rest, n, 0);
   tr_maps_of(s, y);
   if (tr_decide(s, rest, n, -1)) {
     tr_note_answers(s, s->clock.t, rest, n, ANSWERS_AT_START);

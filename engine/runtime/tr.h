@@ -73,6 +73,7 @@ typedef struct tr_loops {
   int sparse;          /* and whether that is one by structure (``sparse.c``) */
   int open;            /* directions of reactions that friction decides on (``pressed.c``) */
   double least_pivot;  /* smallest pivot within the rank when that was found */
+  double apart;        /* root of the smallest pivot of the factor that was made along the recursion (``recursive.c``); 0: by maps */
   int known;           /* how far from singular (``singular.c``) the loops are at the start of the step: */
   double begin, end;   /* there and at its end */
   double least, trend; /* the least at its stages; change in the last step, 1/s */

@@ -54,6 +54,14 @@ static int tr_loops_closed(const tr_sim *s, const double *maps, const double *z)
   return closed;
 }
 
+/* The same of an answer that was found without maps: every row has to be met so. */
+static int tr_rows_closed(const tr_sim *s, const tr_answer *it) {
+  const double *gap = it->acc + s->k->neta, *first = it->acc_size + s->k->neta;
+  int closed = 1;
+  for (int i = 0; i < s->k->active; ++i) closed &= fabs(gap[i]) <= LOOP_OPENS * fabs(first[i]) + tr_faint_opening(s, i);
+  return closed;
+}
+
 /* The loops' equations S λ + Se η + g0 = 0. */
 static int tr_loops_open(const tr_sim *s, const double *maps, const double *z) {
   const tr_kernel *k = s->k;
@@ -73,9 +81,13 @@ static int tr_law_missed(tr_sim *s, int i, tr_answer *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0;
-  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) gap = fmax(gap, fabs(eta[e] - it->law[e])), size += fabs(it->law[e]);
-  if (gap <= LAW_MISSED * size) return 0;
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* without a coefficient friction is the round-off of its load */
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
+    const double off = fabs(eta[e] - it->law[e]);
+    gap = fmax(gap, off), force = fmax(force, off / TR_A(s, arm)[e]), size += fabs(it->law[e]);
+  }
+  for (int q = 0; q < el->needs; ++q) load = fmax(load, fabs(it->N[el->n0 + q]));
+  if (gap <= LAW_MISSED * size || force <= FRICTION_NOTHING * load) return 0;
   tr_size_laws(s, it);
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
     for (int q = 0; q < el->needs; ++q) size += fabs(it->dn[el->dn0 + e - el->eta0 + q * el->neta]) * it->N_size[el->n0 + q];
@@ -175,18 +187,18 @@ static int tr_pairs_broken(tr_sim *s, tr_answer *it, const int *rest, int n) {
 static int tr_broken(tr_sim *s, const double *y, const int *rest, int n) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
-  int a = k->active, e = k->neta, m = k->nn, broken = a && tr_loops_open(s, maps, z) ? TR_BREAKS_LOOP : 0;
-  if (k->nstops && !rest) broken |= tr_stops_missed(s, y);
-  if (!e) return broken;
-  double acc[2 * e], N[2 * m], law[e], dn[k->ndn + 1];
+  int a = k->active, e = k->neta, m = k->nn, broken = k->nstops && !rest ? tr_stops_missed(s, y) : 0;
+  double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
-  tr_answer it = {acc, acc + e, N, N + m, law, dn, sliding, 0};
-  if (!s->step.mapped && !(s->moreau.h > 0.0)) { /* what seems broken is looked at once more with the maps */
+  tr_answer it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0};
+  if (e && !s->step.mapped && !(s->moreau.h > 0.0)) { /* what seems broken is looked at once more with the maps */
     tr_form_answer_along(s, &it, rest || tr_any_stuck(s));
-    if (!tr_pairs_broken(s, &it, rest, n)) return broken;
+    if (tr_rows_closed(s, &it) && !tr_pairs_broken(s, &it, rest, n)) return broken;
     tr_form_maps(s);
   }
   tr_form_maps(s);
+  if (a && tr_loops_open(s, maps, z)) broken |= TR_BREAKS_LOOP;
+  if (!e) return broken;
   tr_form_answer(s, &it, rest || s->moreau.h > 0.0 || tr_any_stuck(s));
   return broken | tr_pairs_broken(s, &it, rest, n);
 }

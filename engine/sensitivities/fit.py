@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.basics.extras import brought
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.scene.contexts import bound_of
 from engine.scene.finding import parse_path
@@ -80,7 +81,7 @@ class _Search:
 
     def run(self) -> Fit:
         """The least-squares fit, inside the bounds that the scene's numbers have."""
-        from scipy.optimize import least_squares
+        least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
 
         bounds = [bound_of(parse_path(n) or ()) for n in self.names]
         low, high = (np.array([getattr(b, side) for b in bounds]) / self.unit for side in ("least", "most"))

@@ -1,22 +1,27 @@
-"""The compiled sensitivity unit at one state: the motion's values, its multipliers, and derivatives along given directions."""
+"""The sensitivity unit at one state: the motion's values, its multipliers, and derivatives along given directions."""
 
 from __future__ import annotations
 
 import ctypes
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs
 
 from engine.abi.header import header
+from engine.basics.extras import brought
 from engine.basics.problems import SimulationError
 from engine.kernel import cache, compiler
 from engine.kernel.columns import Column, needs_quadratures
+from engine.kernel.library import Kernel
+from engine.parts.derived import Sensitivities
+from engine.parts.kernel import PartsKernel
 from engine.simulation.run import Model
 from engine.system.external import NOW
 
+lapack = brought("scipy.linalg.lapack", "analysis", "what differentiates runs")
 NEWTON = 20
 RANK = 1e-9
 """Singular values below this part of the largest (rows and columns scaled) belong to redundant constraints."""
@@ -27,7 +32,7 @@ FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_po
 
 
 class Unit:
-    """The compiled functions of one structure, with one set of parameter values.
+    """The functions of one structure, with one set of parameter values.
 
     Its values f are [F; R; V; H] (``kernel.parameter_unit``): F has the rates of the ny states and nquad integrals. Other sizes:
     na active constraint rows, ne friction multipliers, np run-time numbers (those of the kernel, then the external inputs).
@@ -36,11 +41,9 @@ class Unit:
     def __init__(self, model: Model, chosen: list[Column]):
         self.system, self.chosen = model.system, chosen
         kernel = model.kernel
-        folder, _ = cache.entry(f"sensitivity-{kernel.key}", lambda f: _build(f, model, chosen))
-        self.lib = ctypes.CDLL(str(folder / f"sensitivity{compiler.library_suffix()}"))
-        for name, arguments in FUNCTIONS.items():
-            getattr(self.lib, name).argtypes = [ctypes.c_void_p] * arguments
-        self.n = json.loads((folder / "sizes.json").read_text())
+        parts = isinstance(kernel, PartsKernel)
+        self.functions: Compiled | Sensitivities = _of_parts(kernel, chosen) if parts else Compiled(model, chosen)
+        self.n = self.functions.sizes
         self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
         self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
         self.np = len(model.built.parameters.values) + len(self.system.inputs)
@@ -52,7 +55,6 @@ class Unit:
         self._by_each = np.zeros((self.nz, self.width))  # the directions along which the multipliers change one by one
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
         self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # where derivatives along these are written, again and again
-        self._each = list(zip(_rows(self._by_each), _rows(self._by_z_rows), strict=True))
         self._factored: tuple[Any, ...] | None = None
         self._places = tuple(map(_at, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
@@ -60,22 +62,20 @@ class Unit:
     def prepare(self, p: np.ndarray) -> None:
         """Compute the constants that depend on the parameter values p alone."""
         self.p = np.ascontiguousarray(p)
-        self.lib.s_prepare(_at(self.p), _at(self.c))
-        self.lib.so_prepare(_at(self.p), _at(self.co))
+        self.functions.prepare(_at(self.p), _at(self.c), _at(self.co))
 
     def point(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """All values f at (x, y, z). Later derivatives are taken at this point, until the next call."""
         c, w, f = self._places
         self._now = (_at(x), _at(y), c, _at(z), w)
         self._keep = (x, y, z)
-        self.lib.s_point(*self._now, f)
+        self.functions.point(*self._now, f)
         return self.f[: self.n["values"]]
 
     def along(self, seeds: np.ndarray) -> np.ndarray:
         """Derivatives of f along the rows of ``seeds`` (k × [y | z | p | t]): a matrix of values × k."""
         out = np.empty((len(seeds), self.n["values"] + 1))
-        for s, o in zip(_rows(seeds), _rows(out), strict=True):
-            self.lib.s_along(*self._now, s, o)
+        self.functions.along(self._now, seeds, out)
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -101,8 +101,7 @@ class Unit:
     def _by_z(self) -> np.ndarray:
         """Derivatives of f by the multipliers (values × nz), until the next call."""
         self._factored = None
-        for s, o in self._each:
-            self.lib.s_along(*self._now, s, o)
+        self.functions.along(self._now, self._by_each, self._by_z_rows)
         return self._by_z_rows[:, : self.n["values"]].T
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
@@ -113,7 +112,7 @@ class Unit:
             return b / rows[0] / A[0, 0]
         b = (b.T / rows).T
         if lu is not None:
-            return (dgetrs(lu, pivots, b)[0].T / columns).T
+            return (lapack.dgetrs(lu, pivots, b)[0].T / columns).T
         try:
             found = np.linalg.lstsq(A, b, rcond=RANK)[0]
         except np.linalg.LinAlgError as e:
@@ -131,7 +130,7 @@ class Unit:
             columns = np.linalg.norm(A, axis=0) if len(A) > 1 else np.ones(1)
             columns[columns == 0] = 1.0
             A = A / columns
-            lu, pivots, failed = dgetrf(A)
+            lu, pivots, failed = lapack.dgetrf(A)
             size = np.abs(lu.diagonal())
             regular = not failed and size.min() > REGULAR * size.max()
             self._factored = A, rows, columns, *((lu, pivots) if regular else (None, None))
@@ -168,11 +167,44 @@ class Unit:
         acc = np.ascontiguousarray(rate[v])
         at = tuple(map(_at, (x, y, self.co, full, acc, extra)))
         value, out = np.zeros(len(self.chosen) + 1), np.zeros((m, len(self.chosen) + 1))
-        self.lib.so_point(*at, _at(self.wo), _at(value))
+        self.functions.output_point(*at, _at(self.wo), _at(value))
         seeds_ = np.vstack([S, lam, dF[v], dp, np.zeros((1, m))]).T.copy()
-        for s, o in zip(_rows(seeds_), _rows(out), strict=True):
-            self.lib.so_along(*at, _at(self.wo), s, o)
+        self.functions.outputs_along((*at, _at(self.wo)), seeds_, out)
         return value[:-1], out[:, :-1].T
+
+
+class Compiled:
+    """The functions of a unit that is compiled for the scene."""
+
+    def __init__(self, model: Model, chosen: list[Column]):
+        folder, _ = cache.entry(f"sensitivity-{model.kernel.key}", lambda f: _build(f, model, chosen))
+        lib = ctypes.CDLL(str(folder / f"sensitivity{compiler.library_suffix()}"))
+        for name, arguments in FUNCTIONS.items():
+            getattr(lib, name).argtypes = [ctypes.c_void_p] * arguments
+        self.sizes: dict[str, int] = json.loads((folder / "sizes.json").read_text())
+        self.lib, self.point, self.output_point = lib, lib.s_point, lib.so_point
+
+    def prepare(self, p: int, c: int, co: int) -> None:
+        """Constants from parameters."""
+        self.lib.s_prepare(p, c)
+        self.lib.so_prepare(p, co)
+
+    def along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
+        """Derivatives of the motion's values along the rows of ``seeds``, into the rows of ``out``."""
+        for s, o in zip(_rows(seeds), _rows(out), strict=True):
+            self.lib.s_along(*now, s, o)
+
+    def outputs_along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
+        """The same of the columns."""
+        for s, o in zip(_rows(seeds), _rows(out), strict=True):
+            self.lib.so_along(*now, s, o)
+
+
+def _of_parts(kernel: Kernel, chosen: list[Column]) -> Sensitivities:
+    """The functions of a unit that is made of parts."""
+    system, parameters, quadratures, redundant = kernel.structure
+    active = list(range(system.rows)) if redundant else kernel.facts["active_rows"]
+    return Sensitivities(system, parameters, active, chosen, quadratures and needs_quadratures(chosen))
 
 
 def _at(a: np.ndarray) -> int:
@@ -188,6 +220,7 @@ def _rows(a: np.ndarray) -> list[int]:
 
 def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
     """Write and compile the unit in a new folder of the cache."""
+    compiler.needed("derivatives by parameters", "those of the scene's equations")
     from engine.kernel.parameter_unit import parameter_unit
 
     system, parameters, quadratures, redundant = model.kernel.structure

@@ -169,7 +169,7 @@ class Block:
 
     def derivatives(self) -> np.ndarray:
         """∂ẏ/∂[y, t] at the present state (ny × (ny + 1)); attaches the Jacobian unit when it is missing."""
-        if "jacobian" not in self.kernel.libraries or not self._has_jacobian:
+        if not self._has_jacobian:
             self.attach_jacobian()
         out = np.zeros((self.ny + 1, self.ny))
         if not self.lib.tr_derivatives(self.at, out.ctypes.data):

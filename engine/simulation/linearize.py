@@ -13,7 +13,6 @@ import numpy as np
 
 from engine.abi import Status
 from engine.basics.problems import SimulationError
-from engine.kernel.library import linear_unit
 from engine.scene.given import Amount, Amounts, Names
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import OK, Settings
@@ -96,7 +95,7 @@ class _Point:
     def __init__(self, model: Model):
         self.model, self.block = model, model.block
         self.block.attach_jacobian()
-        self.unit = linear_unit(model.kernel, model.columns)
+        self.unit = model.kernel.linear(model.columns)
 
     def along(self, inputs: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(δẋ, δcolumns) along one direction, given by the changes ``dy`` of the states and ``inputs`` of the inputs' signals."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from engine.joints import REGISTRY
+from engine.parts.signals import motion
 from engine.scene.contexts import slides
 from engine.simulation.block import signals
 from engine.system.build import Built
@@ -25,17 +26,8 @@ def driven(built: Built) -> list[tuple[str, int, Signal]]:
 
 def positions(built: Built, t: float = 0.0) -> dict[tuple[str, int], float]:
     """Coordinate of every driven freedom at t, rad or m, by joint and number of the freedom (from 0)."""
-    drives = driven(built)
-    if not drives:
-        return {}
-    import casadi as ca
-
-    from engine.recursion.symbols import Symbols
-
-    sym = Symbols(built.system, len(built.parameters.values))
-    q = ca.densify(ca.vertcat(*[sym.motion(drive)[0] for _, _, drive in drives]))
-    found = ca.Function("q", [sym.x, sym.p], [q])(external(built, t), np.array(built.parameters.values, float))
-    return {(name, k): float(at) for (name, k, _), at in zip(drives, np.array(found).ravel(), strict=True)}
+    drives, p, x = driven(built), np.array(built.parameters.values, float), external(built, t)
+    return {(name, k): float(motion(drive, built.system.external, p, x)[0]) for name, k, drive in drives}
 
 
 def external(built: Built, t: float) -> np.ndarray:

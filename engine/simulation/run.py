@@ -19,19 +19,21 @@ from engine.scene.overrides import Given, scene_given
 from engine.scene.suggest import shown
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
-from engine.simulation.choosing import kernel_of
+from engine.simulation.choosing import kernel_for
 from engine.simulation.result import Result
-from engine.simulation.settings import KERNELS, Run, described, settings_given
+from engine.simulation.settings import Run, described, settings_given
 from engine.simulation.stepping import OneRun, Progress
 from engine.system.build import Built, build
 from engine.system.structure import System
 
 log = logging.getLogger("trunnion.simulate")
+
+
 class Model:
     """A scene made ready to run: structure, kernel and block. Runs of the same structure share the kernel, and the scene's
-    numbers may be changed between runs."""
+    numbers may be changed between runs. runs: how many of them were asked for (infinity: it is stepped for long)."""
 
-    def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str = KERNELS[0]):
+    def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1):
         started = time.perf_counter()
         self.built: Built = build(scene)
         everything = columns(self.built.system)
@@ -40,16 +42,19 @@ class Model:
             raise SceneError(problems)
         self.columns: list[Column] = select(everything, wanted)
         self.build_seconds = 0.0
-        self.kernel_kind = kernel_of(self.built.system)[0] if kernel == KERNELS[0] else kernel
+        self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
     def _load(self, redundant: bool) -> None:
-        table = self.built.parameters
-        chosen = (self.columns, needs_quadratures(self.columns), redundant)
-        self.kernel: Kernel = _maker(self.kernel_kind)(self.built.system, len(table.values), *chosen)
+        self.kernel = self.variant(redundant)
         self.build_seconds += self.kernel.build_seconds
-        self.block = bl.Block(self.kernel, self.built.numbers, np.array(table.values))
+        self.block = bl.Block(self.kernel, self.built.numbers, np.array(self.built.parameters.values))
+
+    def variant(self, redundant: bool) -> Kernel:
+        """Its kernel, or the redundant one."""
+        chosen = (self.columns, needs_quadratures(self.columns), redundant)
+        return _maker(self.kernel_kind)(self.system, len(self.built.parameters.values), *chosen)
 
     def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray) -> int:
         """Start a run from an assembled block. When friction turns out to depend on reactions that redundant loops leave open, the
@@ -120,14 +125,14 @@ def simulate(
     loaded = scene_given(scene, overrides)
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step, "kernel": kernel}
     chosen = settings_given("engine.simulate", asked)
-    fixed, made_of = chosen.pop("step") or 0.0, chosen.pop("kernel") or KERNELS[0]
+    fixed = chosen.pop("step") or 0.0
     own = Run(**chosen)
     end, spacing, tolerance = own.of(loaded)
     jams = loaded.simulation.jams == "impact"
     settings = bl.Settings(tolerance, own.method_of(loaded), fixed, max_steps=max_steps, through_jams=jams)
     patterns = names_given(loaded.outputs if outputs is None else outputs)
     check_settings(end, spacing, settings, loaded, patterns)
-    return OneRun(Model(loaded, patterns, made_of), end, spacing, settings, progress).result()
+    return OneRun(Model(loaded, patterns, own.kernel), end, spacing, settings, progress).result()
 
 
 def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:

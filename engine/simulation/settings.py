@@ -17,7 +17,7 @@ from engine.scene.model import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 KERNELS = ("auto", "compiled", "parts")
-"""What evaluates a scene, the usual one first: by the structure (``choosing``)."""
+"""What evaluates a scene, the usual one first: by the structure and the request (``choosing``)."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class Run:
     every: float | None = None
     rtol: float | None = None
     method: str | None = None
+    kernel: str | None = None
 
     def of(self, scene: Scene) -> tuple[float, float, float]:
         """(until, s; every, s; rtol) of a run of this scene."""

@@ -56,12 +56,12 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
     return [others - {at} for at, others in enumerate(out)]
 
 
-def fill(system: System, active: Sequence[int]) -> Fill:
-    """Entries of the factor of S over the active rows; none where a dense one is as good."""
+def fill(system: System, active: Sequence[int], part: float = FEW_ENTRIES) -> Fill:
+    """Entries of the factor of S over the active rows; none where they are more than this part of a dense one's, as good then."""
     if len(active) < MANY_ROWS:
         return Fill()
     loops = rows_by_loop(system, active)
-    near, most = coupled(system, [c for c, _ in loops]), FEW_ENTRIES * len(active) * (len(active) + 1) / 2
+    near, most = coupled(system, [c for c, _ in loops]), part * len(active) * (len(active) + 1) / 2
     sequence, after, entries, left = [], [], 0, set(range(len(loops)))
     while left:
         at = min(left, key=lambda k: (len(near[k]), k))

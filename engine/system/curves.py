@@ -84,24 +84,53 @@ def curve(table: sm.Table, drives: bool) -> Curve:
 def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None = None) -> np.ndarray:
     """Second derivatives at the knots (n) of the cubic spline through (t, v) whose slopes at the ends are ``ends``; without them
     its second derivatives there are zero (natural). A tridiagonal system: time and memory grow with n."""
-    from scipy.linalg import solve_banded
-
     n, h = len(t), np.diff(t)
     if n < 3 and ends is None:
         return np.zeros(n)
     slope = np.diff(v) / h
-    bands, right = np.zeros((3, n)), np.zeros(n)
-    bands[1, 0] = bands[1, -1] = 1.0
-    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = h[1:] / 6, (h[:-1] + h[1:]) / 3, h[:-1] / 6
+    above, diagonal, below, right = np.zeros(n - 1), np.ones(n), np.zeros(n - 1), np.zeros(n)
+    above[1:], diagonal[1:-1], below[:-1] = h[1:] / 6, (h[:-1] + h[1:]) / 3, h[:-1] / 6
     right[1:-1] = np.diff(slope)
     if ends is not None:
-        bands[1, 0], bands[0, 1], right[0] = h[0] / 3, h[0] / 6, slope[0] - ends[0]
-        bands[1, -1], bands[2, -2], right[-1] = h[-1] / 3, h[-1] / 6, ends[1] - slope[-1]
-    return solve_banded((1, 1), bands, right)
+        diagonal[0], above[0], right[0] = h[0] / 3, h[0] / 6, slope[0] - ends[0]
+        diagonal[-1], below[-1], right[-1] = h[-1] / 3, h[-1] / 6, ends[1] - slope[-1]
+    return tridiagonal(below, diagonal, above, right)
+
+
+def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution (n) of a system with three diagonals (n − 1, n, n − 1) by elimination, which is stable without exchanging rows
+    where the diagonal outweighs the others, as a spline's does."""
+    low, d, up, x = (a.tolist() for a in (below, diagonal, above, right))
+    for i in range(1, len(d)):
+        factor = low[i - 1] / d[i - 1]
+        d[i] -= factor * up[i - 1]
+        x[i] -= factor * x[i - 1]
+    x[-1] /= d[-1]
+    for i in reversed(range(len(d) - 1)):
+        x[i] = (x[i] - up[i] * x[i + 1]) / d[i]
+    return np.array(x)
 
 
 def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Slopes at the knots (n) of Fritsch and Carlson's piecewise cubic (PCHIP): zero where the values turn or stay."""
-    from scipy.interpolate import PchipInterpolator
+    """Slopes at the knots (n) of Fritsch and Carlson's piecewise cubic (PCHIP): zero where the values turn or stay, else a harmonic
+    mean of the slopes on both sides (Fritsch and Butland), at the ends that of a parabola as far as it keeps to them."""
+    h = np.diff(t)
+    slope = np.diff(v) / h
+    if len(t) == 2:
+        return np.full(2, slope[0])
+    one, two = 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]
+    before, after = slope[:-1], slope[1:]
+    goes_on = np.sign(before) * np.sign(after) > 0
+    inside = np.zeros(len(t) - 2)
+    inside[goes_on] = (one + two)[goes_on] / (one[goes_on] / before[goes_on] + two[goes_on] / after[goes_on])
+    return np.array([_end_slope(h[0], h[1], slope[0], slope[1]), *inside, _end_slope(h[-1], h[-2], slope[-1], slope[-2])])
 
-    return PchipInterpolator(t, v).derivative()(t)
+
+def _end_slope(h: float, beside: float, slope: float, next_: float) -> float:
+    """Slope at an end, from the lengths and slopes of the piece there and of the one beside it."""
+    found = ((2 * h + beside) * slope - h * next_) / (h + beside)
+    if np.sign(found) != np.sign(slope):
+        return 0.0
+    if np.sign(slope) != np.sign(next_) and abs(found) > 3 * abs(slope):
+        return 3 * slope
+    return found

@@ -64,6 +64,10 @@ static void fmu_defaults(fmu_state *s) {
 static void fmu_adopt(fmu_state *s) {
   tr_sim *sim = FMU_SIM(s);
   sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
+  if (!sim->k->scene) return; /* constants of what is made of parts begin with the place of its scene (engine/parts/machine.h) */
+  memcpy(TR_A(sim, c), &sim->k->scene, sizeof(void *));
+  memcpy(TR_A(sim, co), &sim->o->scene, sizeof(void *));
+  memcpy(TR_A(sim, cj), &sim->j->scene, sizeof(void *));
 }
 
 static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {

@@ -7,6 +7,7 @@ import numpy as np
 from engine.scene import Scene
 from engine.simulation import block as bl
 from engine.simulation.run import Model
+from engine.simulation.settings import KERNELS
 from engine.system.structure import state_coordinates
 from tests.reference.random_scenes import Case
 
@@ -14,9 +15,9 @@ ENERGY = ("energy.*",)
 """Columns that need every integral: with them a block has all that right-hand sides can have, and little else to compile."""
 
 
-def block_at(case: Case, outputs: tuple[str, ...] = ENERGY) -> bl.Block:
+def block_at(case: Case, outputs: tuple[str, ...] = ENERGY, kernel: str = KERNELS[0]) -> bl.Block:
     """The engine's block at the case's state and time, with its friction modes chosen for that state."""
-    model = Model(case.scene, outputs)
+    model = Model(case.scene, outputs, kernel)
     block, system = model.block, model.system
     block.configure(bl.Settings(rtol=1e-9))
     for j in system.tree:

@@ -43,9 +43,9 @@ def block_on_table(push: float = 0.0, speed: float = 0.0, law: str = "coulomb", 
                     friction=sm.FrictionDefaults(law=law))  # fmt: skip
 
 
-def begun(scene: sm.Scene, method: str = "auto") -> bl.Block:
+def begun(scene: sm.Scene, method: str = "auto", kernel: str = "auto") -> bl.Block:
     """The scene's block at its start."""
-    model = Model(scene, ENERGY)
+    model = Model(scene, ENERGY, kernel)
     settings = bl.Settings(rtol=1e-8, method=method)
     model.block.configure(settings)
     assert model.block.assemble() == 1
@@ -73,7 +73,7 @@ def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, brok
 
 @pytest.mark.parametrize("name", ["spherical_pendulum", "double_pendulum", "crank_slider"])
 def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: str) -> None:
-    block = begun(load_scene(name))
+    block = begun(load_scene(name), kernel="compiled")
     unit, sizes = block.kernel.libraries["kernel"], block.kernel.sizes
     rng = stream(name, "alone")
     N, r, u = rng.normal(size=sizes["nn"]), rng.normal(size=sizes["nrates"] + 9), rng.normal(size=sizes["neta"])

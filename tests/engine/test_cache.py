@@ -48,7 +48,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def key(scene: Scene, outputs: tuple[str, ...] = ("pivot*",)) -> str:
     """The cache key of a scene's kernel."""
-    return Model(scene, outputs).kernel.key
+    return Model(scene, outputs, "compiled").kernel.key
 
 
 # -- entries ------------------------------------------------------------------------------------------------------------------
@@ -90,7 +90,7 @@ def test_a_half_written_entry_is_made_again(home: Path) -> None:
     folder.mkdir()
     for name in ("kernel.so", "outputs.so", "facts.json", "kernel.c"):
         (folder / name).write_bytes(b"rubbish")
-    kernel = Model(scene, ("pivot*",)).kernel
+    kernel = Model(scene, ("pivot*",), "compiled").kernel
     assert kernel.folder == folder
     assert kernel.build_seconds > 0.0
     assert all(f.read_bytes() != b"rubbish" for f in folder.iterdir())
@@ -106,7 +106,7 @@ def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: P
         "import casadi\n"
         "pathlib.Path(sys.argv[2]).touch()\n"
         "while not pathlib.Path(sys.argv[1]).exists(): time.sleep(0.001)\n"
-        "r = simulate('crank_slider_free', until=0.1, every=0.1, outputs=['guide.q*'])\n"
+        "r = simulate('crank_slider_free', until=0.1, every=0.1, outputs=['guide.q*'], kernel='compiled')\n"
         "print(r.stats.build_time > 0, repr(float(r['guide.q[1]'][-1])))\n"
     )
     go, ready = home.parent / "go", [home.parent / f"ready{i}" for i in (0, 1)]
@@ -122,7 +122,8 @@ def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: P
     assert [p.returncode for p in both] == [0, 0]
     assert texts[0] == texts[1]
     assert texts[0][0] == "True"  # neither process found the kernel in the cache
-    assert float(texts[0][1]) == pytest.approx(simulate("crank_slider_free", until=0.1, every=0.1)["guide.q[1]"][-1], abs=1e-12)
+    here = simulate("crank_slider_free", until=0.1, every=0.1, kernel="compiled")
+    assert float(texts[0][1]) == pytest.approx(here["guide.q[1]"][-1], abs=1e-12)
     assert len(list(home.glob("kernel-*/complete"))) == 2  # that of the two processes, and the one above with all columns
     assert not [p for p in home.iterdir() if p.name.startswith(".")]
 
@@ -246,7 +247,8 @@ def test_another_value_is_the_same_kernel() -> None:
         ("simulation.rtol", 1e-3),
     ):
         assert key(apply(scene, {path: value})) == base, path
-    assert simulate(apply(scene, {"bodies.bob.mass": 3.0}), until=0.1, outputs=["pivot*"]).stats.build_time == 0.0
+    heavy = apply(scene, {"bodies.bob.mass": 3.0})
+    assert simulate(heavy, until=0.1, outputs=["pivot*"], kernel="compiled").stats.build_time == 0.0
 
 
 def test_a_zero_that_is_zero_no_more_is_another_kernel_unless_it_is_tunable() -> None:

@@ -109,7 +109,7 @@ def test_nor_does_it_depend_on_where_rows_are_asked_for(every: float) -> None:
 
 
 def test_the_stepping_unit_is_the_same_code() -> None:
-    kernels = [Model(load_scene("double_pendulum"), [*MOTION, *more]).kernel for more in ASKED]
+    kernels = [Model(load_scene("double_pendulum"), [*MOTION, *more], "compiled").kernel for more in ASKED]
     assert len({(k.folder / "kernel.c").read_text() for k in kernels}) == 1
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from itertools import product
 
+import casadi as ca
 import numpy as np
 import pytest
 
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import Wrench
+from engine.contact.base import COMPONENTS
 from tests.engine.forms import ELEMENTS, States, evaluated, functions, modes, random_states, reference
 
 STATES = 300
@@ -33,6 +37,13 @@ def test_closed_forms_are_the_roots_of_the_contact_equations(element: str, law: 
             )
             if not np.isnan(c.normal).any():
                 assert np.abs(vector / np.linalg.norm(vector) - c.normal).max() <= 1e-9, (i, n)
+
+
+@pytest.mark.parametrize("element", CONTACTS)
+def test_an_element_has_as_many_springs_as_its_contacts_press_on(element: str) -> None:
+    declared, wrench = CONTACTS[element], Wrench(dict.fromkeys(COMPONENTS, ca.SX(1)), 1)
+    sizes = {label: ca.SX(1) for s in declared.sizes for label in s.labels}
+    assert len(declared.pressed(wrench, [], [], sizes)) == declared.springs
 
 
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)

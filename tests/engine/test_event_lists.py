@@ -32,11 +32,16 @@ PLATFORM = ["platform.position[*]", "energy.residual", "energy.dissipated"]
 """Columns of runs of a platform, which share its kernel with ``test_many_pairs.py``."""
 
 
-def run(seed: int, method: str, rtol: float) -> Result:
+ROUND_OFF = (3, 6, 128)
+"""Loops whose rows below were measured on the compiled kernel: on parts round-off closes loop 3 at its start in another position,
+and of a run of 6 and one of 128 a time is off by 150 and 590 x rtol x duration."""
+
+
+def run(seed: int, method: str, rtol: float, kernel: str = "auto") -> Result:
     """A random loop that rubs in every joint, for three of its time scales."""
     case = rubbing("loop", seed)
     until = 3.0 * time_scale(case)
-    return simulate(case.scene, until=until, every=until, method=method, rtol=rtol, outputs=["energy.kinetic"])
+    return simulate(case.scene, until=until, every=until, method=method, rtol=rtol, outputs=["energy.kinetic"], kernel=kernel)
 
 
 @pytest.mark.parametrize(
@@ -74,11 +79,12 @@ def run(seed: int, method: str, rtol: float) -> Result:
 )
 def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, settings: list[tuple[str, float]]) -> None:
     """Up to a part of the run."""
-    exact = run(seed, "rk8", 1e-10)
+    kernel = "compiled" if seed in ROUND_OFF else "auto"
+    exact = run(seed, "rk8", 1e-10, kernel)
     until = exact.settings["until"]
     for method, rtol in settings:
         known = max(rtol, exact.settings["rtol"])
-        assert difference(run(seed, method, rtol), exact, known, until, part * until) == "", (method, rtol)
+        assert difference(run(seed, method, rtol, kernel), exact, known, until, part * until) == "", (method, rtol)
 
 
 def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_every_setting() -> None:

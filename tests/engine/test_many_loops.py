@@ -39,9 +39,9 @@ def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> s
     return replace(s, body=hung or "ground", point=point)
 
 
-def beside(seed: int) -> Case:
-    """Random loops, every third of which hangs on the first body of the one before."""
-    cases = [random_loop(f"beside{seed}_{k}", drives=0.0, friction=0.0) for k in range(COUNT)]
+def beside(seed: int, friction: float = 0.0, **options) -> Case:
+    """Random loops, every third of which hangs on the first body of the one before. friction: part of the joints that rub."""
+    cases = [random_loop(f"beside{seed}_{k}", drives=0.0, friction=friction, **options) for k in range(COUNT)]
     bodies, joints, q, qd, tree = {}, {}, {}, {}, []
     for k, c in enumerate(cases):
         hung = f"c{k - 1}_b1" if k % 3 == 2 else None

@@ -7,12 +7,12 @@ import pytest
 
 from engine.kernel.looped import MIN_BODIES
 from engine.parts.kernel import parts_kernel
-from engine.recursion.elements import elements
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
-from engine.simulation.choosing import MANY, kernel_of
+from engine.simulation.choosing import MANY, RUNS, kernel_of
 from engine.simulation.run import Model, simulate
 from engine.system.build import build
+from engine.system.elements import elements
 from tests.benchmarks.parts import chain
 from tests.engine.test_many_pairs import links
 from tests.engine.test_parts import State, called, tree
@@ -117,8 +117,19 @@ def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
     assert ends[0] == pytest.approx(ends[1], abs=1e-3)
 
 
-def test_the_kernel_is_chosen_by_the_structure_alone_and_told() -> None:
+def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_told() -> None:
+    """Nothing is compiled for one run; for many of a small structure it is."""
     few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
-    assert [kernel_of(build(s).system)[0] for s in (few, many)] == ["compiled", "parts"]
-    for scene, kind in ((few, "compiled"), (many, "parts")):
-        assert simulate(scene, until=0.01, outputs=("j0.q[1]",)).settings["kernel"] == kind
+    for runs, kinds in ((1, ["parts", "parts"]), (RUNS - 1, ["parts", "parts"]), (RUNS, ["compiled", "parts"])):
+        assert [kernel_of(build(s).system, runs)[0] for s in (few, many)] == kinds
+    for asked, kind in (({}, "parts"), ({"kernel": "compiled"}, "compiled"), ({"kernel": "parts"}, "parts")):
+        assert simulate(few, until=0.01, outputs=("j0.q[1]",), **asked).settings["kernel"] == kind
+
+
+def test_a_ball_without_a_coefficient_swings_as_one_without_friction() -> None:
+    """Its friction was round-off of 1e-33 N where the law says none: steps were refused until the time stood still."""
+    ball = {"overrides": {"joints.ball.friction.mu": 0.0}, "outputs": ("*.position[*]",), "until": 1.0, "every": 0.1}
+    one, other = (simulate("spherical_pendulum", kernel=kind, **ball) for kind in ("parts", "compiled"))
+    assert one.outcome.ok
+    assert one.stats.steps == other.stats.steps
+    np.testing.assert_allclose([one[c] for c in one.names], [other[c] for c in one.names], atol=1e-9)

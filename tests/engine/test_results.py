@@ -138,7 +138,7 @@ def test_counts_are_those_of_the_method() -> None:
 
 def test_the_result_says_how_it_was_run() -> None:
     r = simulate("simple_pendulum", until=0.5, every=0.25, rtol=1e-8, method="rk5", step=0.01)
-    how = {"until": 0.5, "every": 0.25, "rtol": 1e-8, "method": "rk5", "step": 0.01, "kernel": "compiled"}
+    how = {"until": 0.5, "every": 0.25, "rtol": 1e-8, "method": "rk5", "step": 0.01, "kernel": "parts"}
     assert r.settings == how
     assert r.scene.name == "simple_pendulum"
     assert str(r.outcome) == "done at t = 0.5 s"

@@ -19,6 +19,8 @@ from fmpy.fmi2 import FMU2Slave
 import engine
 from engine.scene import scene_from_dict
 from engine.scene.overrides import apply
+from engine.simulation.choosing import kernel_for
+from engine.system.build import build
 from fmu.export import export
 
 FOLDER = Path(tempfile.mkdtemp(prefix="trunnion-fmu-tests-"))
@@ -112,8 +114,8 @@ class Host:
 REFERENCE = """
 import json, sys, numpy, engine
 for line in sys.stdin:
-    name, until, every, changes, file = json.loads(line)
-    r = engine.simulate(name, until=until, every=every, overrides=changes)
+    name, until, every, changes, kernel, file = json.loads(line)
+    r = engine.simulate(name, until=until, every=every, overrides=changes, kernel=kernel)  # as in the FMU
     numpy.savez(file, data=r.data, names=numpy.array(r.names))
     print("done", flush=True)
 """
@@ -129,14 +131,15 @@ def reference() -> subprocess.Popen[str]:
     return made
 
 
-def engine_run(model: str, until: float) -> dict[str, np.ndarray]:
+def engine_run(model: str, until: float, kernel: str | None = None) -> dict[str, np.ndarray]:
     """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for."""
-    file = FOLDER / f"{model.replace(':', '-')}.npz"
     name, _, law = model.partition(":")
+    kernel = kernel_for(kernel, build(engine.load_scene(name)).system, np.inf)
+    file = FOLDER / f"{model.replace(':', '-')}-{kernel}.npz"
     process = reference()
     assert process.stdin is not None
     assert process.stdout is not None
-    print(json.dumps([name, until, until / ROWS, LAWS[law], str(file)]), file=process.stdin, flush=True)
+    print(json.dumps([name, until, until / ROWS, LAWS[law], kernel, str(file)]), file=process.stdin, flush=True)
     assert process.stdout.readline() == "done\n", "the engine's run ended in an error, which stands above"
     with np.load(file) as data:
         return dict(zip(data["names"], data["data"].T, strict=True))

@@ -68,7 +68,7 @@ def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPa
         return started[-1]
 
     monkeypatch.setattr(programs.subprocess, "Popen", sleeping)
-    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01))
+    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01, kernel="compiled"))
     assert started
     assert all(p.returncode == -signal.SIGKILL for p in started)
     assert left(own_cache) == []
@@ -91,7 +91,7 @@ def test_pressed_again_it_does_not_disturb_the_ending_of_compilers(own_cache: Pa
 
     monkeypatch.setattr(programs.subprocess, "Popen", sleeping)
     monkeypatch.setattr(programs, "_kill", killing)
-    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01))
+    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01, kernel="compiled"))
     assert all(p.returncode == -signal.SIGKILL for p in started)
     assert left(own_cache) == []
 
@@ -113,7 +113,7 @@ def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
         return leaves(name, make)
 
     monkeypatch.setattr(cache, "entry", entry)
-    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01))
+    interrupted(lambda: engine.simulate("simple_pendulum", until=0.01, kernel="compiled"))
     assert left(own_cache) == []
 
 

@@ -89,7 +89,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pyarrow.csv.write_csv", full)
+    monkeypatch.setattr("engine.simulation.tables.lines_of", full)
     with pytest.raises(SceneError, match="No space left"):
         pendulum.save(target)
     assert target.read_bytes() == old

@@ -13,11 +13,12 @@ from engine.chart.runs import Prepared
 from engine.kernel.calling import active_rows, combination, qdot
 from engine.kernel.jacobian_unit import residuals
 from engine.recursion.accelerations import Accelerations, outward
-from engine.recursion.elements import elements, joint_rates, laws, numbers, reaction_rows, wrench
+from engine.recursion.elements import joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.reduction import Model, model
 from engine.recursion.symbols import Symbols
 from engine.simulation.block import Settings
 from engine.simulation.run import Model as Ready
+from engine.system.elements import elements
 
 SX = ca.SX
 

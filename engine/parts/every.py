@@ -1,0 +1,144 @@
+"""Every part that a scene may be made of: what the build hook compiles, so that an installed Trunnion compiles nothing.
+
+The list follows from what joint types, contact elements and laws declare, so that a new one is in it. Left out is what hardly a
+scene has: of a planar joint two freedoms prescribed, of a free body one or two; Adams' approximation with laws that it is not
+compared with; friction in redundant loops of joints that say their stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import chain, combinations, product
+from typing import Any
+
+from engine.basics.numbers import Number
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact.base import COMPONENTS
+from engine.friction import REGISTRY as LAWS
+from engine.joints import REGISTRY as JOINTS
+from engine.joints import JointKind
+from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
+from engine.system.structure import FrictionElement, Joint, Slider
+
+Asked = tuple[Any, ...]
+"""Module, function and arguments of a part (``store.part``)."""
+MANY = 3
+"""Freedoms of a joint from which on one, all or none of them may be driven (of more than these all or none); of fewer any."""
+COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
+"""Laws with which Adams' approximation of normal forces is compared: one that smooths another, and that."""
+SIDES = (False, True)
+DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic"), ("ramp", "begun", "harmonic")
+
+
+def every() -> Iterator[Asked]:
+    """All of them, each once, and the tangents of those that Jacobians and linear units are made of."""
+    told = dict.fromkeys(chain(_small(), _bodies(), _cuts(), _frictions()))
+    yield from told
+    yield from (("tangents", "tangent", module, name, tuple(which), False) for module, name, *which in told if _smooth(name, which))
+
+
+SMOOTH = {
+    "signal", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward", "moved", "turned",
+    "weigh", "carry", "energies", "point", "acceleration", "orientation", "along", "over", "reaction",
+}  # fmt: skip
+"""Functions that write parts of which Jacobians and linear units need tangents, whatever they are asked for."""
+
+
+def _smooth(name: str, which: Sequence[Any]) -> bool:
+    """Whether there are tangents of a part. Those of contacts have as much code as all others, for columns that are seldom
+    linearised: there are those of the usual laws."""
+    if name == "contacts":
+        friction = which[0].joint.friction
+        return friction.law in COMPARED and not friction.adams
+    forces = name in ("device", "load", "spring") and which[-1] != "power"
+    return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
+
+
+def _small() -> Iterator[Asked]:
+    yield from (("small", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
+    yield from (("small", "device", what) for what in ("force", "power", "potential"))
+    yield from (("small", "spring", what) for what in ("wrench", "power", "potential"))
+    yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
+    yield from (("small", "depth", upper) for upper in SIDES)
+    yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over"))
+    yield from (("closing", "outboard", forward) for forward in SIDES)
+    yield from (("closing", "reaction", pin_out) for pin_out in SIDES)
+    yield from (("closing", "weighed", sign) for sign in (1, -1))
+    yield from (("closing", "arm", bodies) for bodies in (1, 2))
+    yield from (("inverse", "weigh", sign) for sign in (1, -1))
+
+
+def driven(kind: JointKind) -> list[tuple[int, ...]]:
+    """Which freedoms of a joint may be prescribed together."""
+    able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
+    counts = {0, 1, len(able)} if kind.nv == MANY else {0, len(able)} if kind.nv > MANY else range(len(able) + 1)
+    return list(dict.fromkeys(chain.from_iterable(combinations(able, n) for n in sorted(counts))))
+
+
+def _bodies() -> Iterator[Asked]:
+    for kind, forward in product(JOINTS.values(), SIDES):
+        for which, how in product(driven(kind), ((), (True,), (True, True))):
+            yield "body", "body_part", Carried(kind.name, forward, which, *how)
+        for which in driven(kind):
+            plain = Carried(kind.name, forward, which)
+            yield from (("inverse", name, plain) for name in ("outward", "moved", "turned", "carry"))
+            yield "tangents", "solving", plain
+        yield from (("small", "along", kind.name, forward, k) for k in range(kind.nv))
+
+
+def _cuts() -> Iterator[Asked]:
+    for kind in JOINTS.values():
+        if kind.cuttable:
+            yield from (("closing", "cut", kind.name, *each) for each in product(("", "inb", "out"), BARE))
+        for pin_out, soft, which in product(SIDES, SIDES, driven(kind)):
+            yield "closing", "sprung", kind.name, pin_out, (), soft, which
+
+
+def _frictions() -> Iterator[Asked]:
+    for kind in JOINTS.values():
+        if kind.friction:
+            for law, adams, pin_out in product(LAWS, SIDES, SIDES):
+                for names in numbers(law, kind.friction) if law in COMPARED or not adams else ():
+                    yield from _rubbing(_of(kind, law, adams, pin_out, names))
+
+
+def numbers(law: str, contact: str) -> list[tuple[str, ...]]:
+    """The numbers that friction of a joint may be told by: all that are needed, and any others."""
+    declared = [*LAWS[law].numbers, *CONTACTS[contact].sizes]
+    return [tuple(label for n in given for label in n.labels) for given in _given(declared)]
+
+
+def _given(declared: Sequence[Number]) -> Iterator[list[Number]]:
+    """What is needed with any of the others; a number that is needed beside one of these comes with it and without it is idle."""
+    loose = [n for n in declared if not n.needed and n.default is None and not n.needed_with]
+    for some in chain.from_iterable(combinations(loose, k) for k in range(len(loose) + 1)):
+        names = {n.name for n in some}
+        yield [n for n in declared if n.needed or n.default is not None or n.name in names or n.needed_with in names]
+
+
+def _of(kind: JointKind, law: str, adams: bool, pin_out: bool, names: tuple[str, ...]) -> Rubbing:
+    contact, own = CONTACTS[kind.friction], Numbers()
+    sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
+    friction = FrictionElement(contact.name, law, adams, tuple((name, own.one()) for name in names), sliders)
+    joint = Joint("", kind.name, 0, 0, (), (), (), (), pin_out, None, (), friction, False, 0, True)
+    return Rubbing(joint, contact.needs(names, adams))
+
+
+def _rubbing(which: Rubbing) -> Iterator[Asked]:
+    joint, friction = which.joint, which.joint.friction
+    assert friction is not None
+    kind, law = joint.kind, LAWS[friction.law]
+    yield from (("friction", name, which, alone) for name in ("law", *(["held"] if law.sets else [])) for alone in SIDES)
+    yield "friction", "pressed", which, False
+    yield from (("friction", name, which) for name in ("contacts", "residual"))
+    if law.bristles:
+        yield "friction", "drift", which
+    for needs in (which.needs, COMPONENTS):
+        yield "closing", "pin", kind.name, joint.pin_out, needs
+    for forward in SIDES:
+        yield "small", "pin", kind.name, forward, joint.pin_out, which.needs
+        for moved in driven(kind):
+            free = tuple(k for k in range(kind.nv) if k not in moved)
+            yield "friction", "grip", kind.name, forward, joint.pin_out, which.needs, free
+    names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
+    for soft, moved in product(SIDES, driven(kind)):
+        yield "closing", "sprung", kind.name, joint.pin_out, names, soft, moved

@@ -1,0 +1,68 @@
+"""Joints with friction as the complement equations take them (METHOD, "Complement equations"): which components of its reaction the
+contact forms of each need, and where its numbers lie. No symbolic library here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from engine.abi import PairKind
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import ContactElement
+from engine.friction import REGISTRY as LAWS
+from engine.system.structure import FrictionElement, Joint, System
+
+
+@dataclass
+class Element:
+    """A joint with friction and where its numbers lie: ``needs``: the components of f_c, m_c its forms use, which are rows n0, n0
+    + 1, … of the N block; rate0: the first of its freedoms among the rates of all such joints."""
+
+    joint: Joint
+    contact: ContactElement
+    needs: tuple[str, ...]
+    n0: int
+    rate0: int
+
+    @property
+    def friction(self) -> FrictionElement:
+        """The joint's friction data."""
+        assert self.joint.friction is not None
+        return self.joint.friction
+
+    @property
+    def eta(self) -> list[int]:
+        """Indices of its multipliers, one a freedom."""
+        return sorted(e for s in self.friction.sliders for e in s.eta)
+
+    @property
+    def law_kind(self) -> PairKind:
+        """What the law does at rest and at its kink."""
+        law = LAWS[self.friction.law]
+        if law.bristles:
+            return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH
+        return PairKind.SET if law.sets else PairKind.KINK if law.kinks else PairKind.SMOOTH
+
+    @property
+    def sets(self) -> bool:
+        """Whether the law is set-valued."""
+        return self.law_kind == PairKind.SET
+
+
+def elements(system: System) -> list[Element]:
+    """All joints with friction, in the system's order."""
+    out: list[Element] = []
+    n0 = rate0 = 0
+    for j in system.frictional:
+        f = j.friction
+        assert f is not None
+        contact = CONTACTS[f.contact]
+        needs = contact.needs([name for name, _ in f.numbers], f.adams)
+        out.append(Element(j, contact, needs, n0, rate0))
+        n0 += len(needs)
+        rate0 += j.kind.nv
+    return out
+
+
+def any_sets(system: System) -> bool:
+    """Whether some law of the system is set-valued at rest."""
+    return any(j.friction is not None and LAWS[j.friction.law].sets for j in system.frictional)

@@ -1,0 +1,88 @@
+"""FMUs made of parts: tables and parts as C text, which are the engine's run on parts to the last bit; what is kept of one moves to
+another place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import engine
+from engine.basics.problems import SceneError
+from engine.kernel import compiler
+from fmu import platforms
+from fmu.export import export
+
+from .hosting import FOLDER, Host, arm, engine_run, exported, fmu_run
+
+MODELS = ("spherical_pendulum", "crank_slider")
+UNTIL = 0.5
+
+
+def of_parts(model: str, flavour: str = "native") -> Path:
+    """The FMU of a model (or of ``arm``), made of parts."""
+    file = FOLDER / f"{model}-{flavour}-parts.fmu"
+    if not file.exists():
+        export(arm() if model == "arm" else model, file, flavour=flavour, kernel="parts")
+    return file
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
+    expected = engine_run(model, UNTIL, kernel="parts")
+    names = [n for n in expected if n != "time"]
+    for flavour in ("native", "python"):
+        found = fmu_run(of_parts(model, flavour), UNTIL, names)
+        assert not [n for n in names if not np.array_equal(found[n], expected[n])]
+
+
+def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
+    here, there = Host(of_parts("arm")), Host(of_parts("arm"))
+    assert here.unzipped != there.unzipped
+    columns = here.all_outputs()
+    here.run(0.0, 20, 0.01)
+    kept = here.fmu.serializeFMUState(here.fmu.getFMUState())
+    expected = here.run(0.2, 20, 0.01, *columns)
+    here.fmu.freeInstance()  # and its library
+    there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
+    assert there.run(0.2, 20, 0.01, *columns) == expected
+
+
+def test_directional_derivatives_are_those_of_compiled_code() -> None:
+    both = []
+    for file in (of_parts("arm"), exported("arm")):
+        host = Host(file)
+        host.run(0.0, 10, 0.01)
+        names = ["knee.qdd[1]", "hip.drive.effort[1]", "two.acceleration[1]"]
+        known = [host.reference[n] for n in ("motor", "angle")]
+        both.append([host.fmu.getDirectionalDerivative([host.reference[n] for n in names], [k], [1.0]) for k in known])
+    np.testing.assert_allclose(*both, rtol=1e-6)  # both at the end of runs of rtol 1e-6
+    assert np.abs(both[0]).max() > 0.1
+
+
+def test_for_another_structure_of_the_same_kinds_only_tables_are_compiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def pendulum(count: int) -> engine.Scene:
+        from tests.engine.test_many_pairs import links
+
+        return links(count, 0, "revolute", apart=False)
+
+    export(pendulum(2), tmp_path / "first.fmu", kernel="parts")
+    compiled: list[str] = []
+    usual = platforms._compile
+    monkeypatch.setattr(platforms, "_compile", lambda *given: (compiled.append(given[-1][-1]), usual(*given))[1])
+    export(pendulum(3), tmp_path / "second.fmu", kernel="parts")
+    assert {Path(name).stem for name in compiled} <= {"kernel", "outputs", "jacobian", "model", "-lc"}
+
+
+def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None:
+    export("spherical_pendulum", tmp_path / "usual.fmu")
+    assert (tmp_path / "usual.fmu").read_bytes() == exported("spherical_pendulum").read_bytes()
+
+
+def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"'quick' is no kernel \(one of auto, compiled, parts\)"):
+        export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
+    monkeypatch.setattr(compiler, "there", lambda module: False)
+    with pytest.raises(SceneError, match=r"pip install 'trunnion\[compile\]'"):
+        export("spherical_pendulum", tmp_path / "a.fmu")
