@@ -26,7 +26,13 @@ from tests.presentation.test_interrupted_builds import GROUPS, SLEEPS, left
 
 MU = "joints.ball.friction.mu"
 ASKED = JobRequest.model_validate(
-    {"scene": "spherical_pendulum", "over": {MU: "0.1:0.6:4"}, "reductions": ["final:ball.qd[2]"], "until": 0.01}
+    {
+        "scene": "spherical_pendulum",
+        "over": {MU: "0.1:0.6:4"},
+        "reductions": ["final:ball.qd[2]"],
+        "until": 0.01,
+        "kernel": "compiled",
+    }
 )
 JOB = document_of(ASKED, plan_of_request(ASKED, Limits()))
 
