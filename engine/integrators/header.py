@@ -50,9 +50,10 @@ def _explicit(t: Tableau) -> str:
         names = ",".join(f"{name}_{kind}{i}" for i in range(len(rows))) or "0"
         parts.append(f"static const tr_combination {name}_{kind}s[]={{{names}}};")
     parts.append(f"static const double {name}_c[]={_numbers([*t.C, 1.0, *t.C_dense])};")
+    parts.append(f"static const double {name}_lead[]={_numbers([x for row in t.lead() for x in row])};")
     parts.append(
         f"static const tr_explicit {name}_method={{.stages={s},.extra={len(t.C_dense)},.errors={len(t.E)},.dense={len(t.D)},"
-        f".ends_in_error={int(t.first_same_as_last)},.stiff_at={t.stiff_at!r},.c={name}_c,.argument={name}_argument,"
+        f".ends_in_error={int(t.first_same_as_last)},.stiff_at={t.stiff_at!r},.c={name}_c,.lead={name}_lead,.argument={name}_argument,"
         f".solution={name}_solution,.error={name}_errors,.dense_row={name}_denses}};\n"
     )
     return "\n".join(parts)

@@ -23,4 +23,5 @@ D = (
 RK5 = Tableau(
     "rk5", "Dormand and Prince, order 5(4)", order=5, error_orders=(4,), dense_order=4, first_same_as_last=True,
     A=A, B=B, C=C, E=(E,), D=D,
+    led=((), (0,), (0, 1), (1, 2), (0, 2, 3), (0, 2, 4)),
 )  # fmt: skip

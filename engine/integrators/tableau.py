@@ -3,6 +3,7 @@ and C code is written from it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -13,6 +14,11 @@ LONGEST = 40.0
 """Real stability intervals are looked for up to here."""
 MARGIN = 0.7
 """Part of the real stability interval beyond which steps are limited by stability, not by accuracy."""
+
+
+def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float) -> float:
+    """The polynomial through the nodes listed that is 1 at node j and 0 at the others, at a place."""
+    return math.prod((at - nodes[k]) / (nodes[j] - nodes[k]) for k in through if k != j)
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,9 @@ class Tableau:
     A_dense: Rows = ()
     C_dense: Sequence[float] = ()
     D: Rows = ()
+    led: Sequence[Sequence[int]] = ()
+    """Earlier stages, of different nodes, through which what is solved for at a stage (friction) is led on to it by a polynomial,
+    to begin there; none given: the start and the last two."""
     stiff_at: float = field(init=False)
     """Estimate of h|λ| beyond which stability limits the steps: a part of the real stability interval, to the nearest half."""
 
@@ -69,6 +78,14 @@ class Tableau:
         """Number of rows of K: stages, the derivative at the end, extra stages."""
         return self.stages + 1 + len(self.A_dense)
 
+    def lead(self) -> list[list[float]]:
+        """Weights of the earlier stages in what a stage begins from, a row each (``led``)."""
+        rows = []
+        for i in range(self.stages):
+            through = self.led[i] if self.led else sorted({0, i - 1, i - 2} & set(range(i)), key=lambda j: -j)[:3]
+            rows.append([_lagrange(self.C, through, j, self.C[i]) if j in through else 0.0 for j in range(self.stages)])
+        return rows
+
     def _shapes(self) -> None:
         """ValueError for coefficients whose sizes do not fit each other."""
 
@@ -87,6 +104,10 @@ class Tableau:
             refuse(f"a row of the dense output has at most {self.rows} entries")
         if s > 1 and tuple(self.A[-1]) == tuple(self.B[:-1]) and self.B[-1] == 0:
             refuse("its last stage is the derivative at the end of the step: leave it out")
+        if self.led and [len({self.C[j] for j in row}) for row in self.led] != [len(row) for row in self.led]:
+            refuse("friction is led on through stages of different nodes")
+        if self.led and [all(j < i for j in row) for i, row in enumerate(self.led)] != [True] * s:
+            refuse("friction is led on to each stage through earlier ones")
         nodes = max(abs(sum(row) - c) for row, c in zip((*self.A, *self.A_dense), (*self.C, *self.C_dense), strict=True))
         if nodes > 1e-13:
             refuse(f"a node is not the sum of its row, by {nodes:.1e}")

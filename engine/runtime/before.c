@@ -6,13 +6,14 @@
 #define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
 #define BRANCH_BACK 1e-12     /* of the step: so far before its event what ends there is looked for first, */
 #define BRANCH_GROWS 10.0     /* then so many times that, */
-#define BRANCH_FAR 1e-2       /* and no farther */
+#define BRANCH_FAR 1e-2       /* and no farther; */
+#define BRANCH_CLEAR 100.0    /* the state is taken so many times as far back: at the very end of a root it is not found again */
 #define BRANCH_ENDS 10.0      /* tolerances of its end: it is still there (as CLOSE_ENOUGH) */
 
-/* The state where an event cuts the step short, with the loops closed; where they stay open, as it is. */
+/* The state where an event cuts the step short, on the manifold; where loops stay open, as it is. */
 static void tr_event_state(tr_sim *s, double t, double *out) {
   tr_dense_state(s, s->pending.theta, out);
-  if (s->k->active && !tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
+  if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
 /* The branch of a ball's friction that ends at the event that cuts the step short may have ended already at the state y there: it ends as a root
@@ -24,7 +25,7 @@ static void tr_back_on_branch(tr_sim *s, double t, double *y) {
   if (i >= s->k->nsliders || !tr_is_set(s, i) || !tr_moving_ball(s, i)) return;
   for (double part = BRANCH_BACK; part < BRANCH_FAR; part *= BRANCH_GROWS) {
     if (tr_rhs(s, t, y, TR_A(s, dy)) && tr_violation(s, i, 0) <= BRANCH_ENDS) break;
-    s->pending.theta = found * (1.0 - part);
+    s->pending.theta = found * (1.0 - fmin(part * BRANCH_CLEAR, BRANCH_FAR));
     tr_event_state(s, s->step.t0 + s->pending.theta * s->step.size, y);
   }
   s->pending.theta = found;

@@ -104,17 +104,13 @@ static double tr_works_of_step(const tr_sim *s, double h, const double *e, const
   return second ? tr_of_both(error, tr_works2(s, second, y, ynew, first, n, unit)) : error;
 }
 
-/* Put x (e numbers) where Newton's iteration is to begin at stage i: where the parabola (at first, the line) through the start and the last two
- * leads. old: x at the start and at the last stage and the one before it, e each. */
-TR_INLINE void tr_lead_on(int e, double *x, const double *node, int i, double *old) {
-  const double c = node[i], b = node[i - 1], a = i > 1 ? node[i - 2] : 0.0;
-  double *start = old, *now = old + e, *before = now + e;
-  tr_copy(e, i > 1 ? now : x, before), tr_copy(e, x, now);
-  if (i == 1) tr_copy(e, x, start);
-  for (int j = 0; i > 1 && j < e; ++j) {
-    double first = (now[j] - start[j]) / b, second = a > 0.0 && a != b ? (first - (before[j] - start[j]) / a) / (b - a) : 0.0;
-    x[j] = start[j] + c * (first + (c - b) * second);
-  }
+/* Put x (e numbers) where Newton's iteration is to begin at stage i: where the polynomial through earlier stages leads. old: x at the stages
+ * before, e each. */
+TR_INLINE void tr_lead_on(int e, double *x, const tr_explicit *m, int i, const double *old) {
+  const double *weight = m->lead + i * m->stages;
+  for (int j = 0; j < e; ++j) x[j] = 0.0;
+  for (int k = 0; k < i; ++k, old += e)
+    for (int j = 0; j < e && weight[k] != 0.0; ++j) x[j] += weight[k] * old[j];
 }
 
 /* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
@@ -123,10 +119,11 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), nv = n / 4;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const int e = tr_nz(s) - s->k->active;
-  double old[3 * e + 1];
+  double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
   for (int i = 1; i < m->stages; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
-    if (e) tr_lead_on(e, TR_A(s, z) + s->k->active, m->c, i, old);
+    tr_copy(e, eta, old + (i - 1) * e);
+    if (e) tr_lead_on(e, eta, m, i, old);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
   m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);

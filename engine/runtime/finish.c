@@ -23,7 +23,8 @@ static void tr_end_state(tr_sim *s, double *out) {
   tr_copy(tr_nz(s), TR_A(s, zend), TR_A(s, z));
 }
 
-/* The row of an event that cuts the step short, as it was up to there. */
+/* The row of an event that cuts the step short, as it was up to there. Closed once more, the state of a ball at the end of a branch may be
+ * beyond it, by round-off. */
 static int tr_event_row(tr_sim *s, double t, double *row) {
   double *y = TR_A(s, yout);
   tr_mode modes[s->k->nsliders + 1];
@@ -31,7 +32,7 @@ static int tr_event_row(tr_sim *s, double t, double *row) {
   tr_back_on_branch(s, t, y);
   tr_keep_modes(s, modes);
   if (s->k->sets) tr_keep_directions(s, t, y), tr_keep_shares(s, t, y);
-  int code = tr_output(s, t, y, row);
+  int code = tr_output_at(s, t, y, row, 1);
   tr_put_modes(s, modes);
   return code;
 }

@@ -190,6 +190,20 @@ static int tr_lu(int n, double *A, int *perm) {
   }
 }
 
+/* b ← A⁻¹ b of three unknowns by cross products, with one division; 0 when singular to working precision. */
+static inline int tr_solve_three(const double *A, double *b) {
+  const double *x = A, *y = A + 3, *z = A + 6, r[3] = {b[0], b[1], b[2]};
+  const double yz[3] = {y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]};
+  const double rx[3] = {r[1] * x[2] - r[2] * x[1], r[2] * x[0] - r[0] * x[2], r[0] * x[1] - r[1] * x[0]};
+  const double det = x[0] * yz[0] + x[1] * yz[1] + x[2] * yz[2];
+  if (!(fabs(det) > TR_NO_PIVOT)) return 0;
+  const double inv = 1.0 / det;
+  b[0] = (r[0] * yz[0] + r[1] * yz[1] + r[2] * yz[2]) * inv;
+  b[1] = -(z[0] * rx[0] + z[1] * rx[1] + z[2] * rx[2]) * inv;
+  b[2] = (y[0] * rx[0] + y[1] * rx[1] + y[2] * rx[2]) * inv;
+  return 1;
+}
+
 /* Sense (±1) of a determinant from the factors and exchanges of tr_lu. */
 static int tr_lu_sense(int n, const double *A, const int *perm) {
   int sense = 1;

@@ -16,6 +16,7 @@ typedef struct tr_explicit {
   int ends_in_error;   /* an estimator uses the derivative at the end of the step */
   double stiff_at;     /* estimate of h|λ| from which on stability limits the steps */
   const double *c;     /* nodes of all rows */
+  const double *lead;  /* stages × stages, by rows: weights of earlier stages in what is solved for at a stage, to begin there */
   void (*argument)(int stage, int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   void (*solution)(int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   const tr_combination *error, *dense_row;

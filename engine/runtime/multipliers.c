@@ -10,66 +10,7 @@
 #define NEWTON_QUADRATIC 1e-7 /* of the largest friction: the next step would be its square, round-off, where steps also shrink by */
 #define NEWTON_SHRINKS 0.1
 
-/* y = b + A x, A m×n, four rows at a time: up to three numbers behind y are overwritten, which arrays of the block have room for. */
-static inline void tr_affine(int m, int n, const double *b, const double *A, const double *x, double *y) {
-  for (int i = 0; i < m; i += 4) {
-    tr_vec sum = *(const tr_vec *)(b + i);
-    for (int j = 0; j < n; ++j) sum += *(const tr_vec *)(A + i + (size_t)j * m) * x[j];
-    *(tr_vec *)(y + i) = sum;
-  }
-}
-
-static void tr_form_all(tr_sim *s);
-
-/* The law at these frictions: N, law(N), its derivative and the sliding speeds, with λ eliminated (after tr_eliminate). */
-static void tr_law(tr_sim *s, const double *eta) {
-  const tr_kernel *k = s->k;
-  tr_form_all(s);
-  const double *N0 = TR_A(s, Np);
-  double *N = TR_A(s, NN);
-  tr_affine(k->nn, k->neta, N0, N0 + k->nn, eta, N);
-  if (tr_open_count(s)) tr_press(s, N);
-  k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
-}
-
-/* `count` rows (at most 3) of an element, of ne multipliers and so many needs, from its first-th of e multipliers on, in J = E − D Ne'. */
-TR_SIZED void tr_rows_of(int e, int n, int ne, const int needs, const int count, int first, const double *D, const double *Ne, double *J) {
-  static const double unit[8] = {0.0, 0.0, 1.0};
-  for (int j = 0, own = -first; j < e; ++j, ++own, Ne += n, J += e) {
-    const double *begin = unit + (own >= 0 && own < count ? 2 - own : 5);
-    double row[3];
-    TR_UNROLL
-    for (int q = 0; q < count; ++q) row[q] = begin[q];
-    TR_UNROLL
-    for (int i = 0; i < needs; ++i) {
-      TR_UNROLL
-      for (int q = 0; q < count; ++q) row[q] = tr_less(row[q], D[q + i * ne], Ne[i]);
-    }
-    TR_UNROLL
-    for (int q = 0; q < count; ++q) J[q] = row[q];
-  }
-}
-
-/* J = E − dlaw/dN · Ne' (e×e) into `lu`. The sizes of journals and balls are compiled by themselves. */
-static void tr_law_jacobian(tr_sim *s) {
-  const int e = s->k->neta, n = s->k->nn;
-  const double *by_friction = tr_by_friction(s);
-  for (int m = 0; m < s->k->nelements; ++m) {
-    const tr_element *el = s->k->element + m;
-    const int ne = el->neta, needs = el->needs;
-    const double *D = TR_A(s, dn) + el->dn0, *Ne = by_friction + el->n0;
-    double *J = TR_A(s, lu) + el->eta0;
-    if (ne == 1 && needs == 4) tr_rows_of(e, n, 1, 4, 1, el->eta0, D, Ne, J);
-    else if (ne == 3 && needs == 3) tr_rows_of(e, n, 3, 3, 3, el->eta0, D, Ne, J);
-    else
-      for (int r = 0, count; r < ne; r += count) {
-        count = ne - r > 1 ? 2 : 1;
-        if (count == 2) tr_rows_of(e, n, ne, needs, 2, el->eta0 + r, D + r, Ne, J + r);
-        else tr_rows_of(e, n, ne, needs, 1, el->eta0 + r, D + r, Ne, J + r);
-      }
-  }
-}
-
+#include "laws.c"
 #include "impending.c"
 
 /* Residual and Jacobian rows of pairs held at rest replace those of their law: q̈ = 0 (scaled to the own multiplier), η = 0 where the
@@ -103,6 +44,16 @@ static void tr_still_rows(tr_sim *s, const double *eta, double *r, double *J) {
 
 static void tr_ease(const tr_sim *s, const double *eta, double *r, double *J);
 
+/* How large a step is, and η after it, as forces at the surface: a torque is small in a small mechanism. */
+static inline void tr_take_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
+  *step = *size = 0.0;
+  for (int i = 0; i < e; ++i) {
+    eta[i] += r[i];
+    *step = fmax(*step, fabs(r[i]) * per_lever[i]);
+    *size = fmax(*size, fabs(eta[i]) * per_lever[i]);
+  }
+}
+
 /* Newton on η − law(N(η)) = 0 from the given η; 1 on convergence. The last step is taken after its size shows quadratic
  * convergence has made the next one negligible (the Jacobian is exact). */
 static int tr_newton(tr_sim *s, double *eta) {
@@ -110,28 +61,27 @@ static int tr_newton(tr_sim *s, double *eta) {
   int e = k->neta;
   const double *arm = TR_A(s, arm);
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
+  const int three = e == 3 && !k->active; /* of loops the factors are looked at (tr_runs_away) */
   for (int i = 0; i < e; ++i) per_lever[i] = arm[i] > 0.0 ? 1.0 / arm[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     if (tr_gives_up(s, (double)e * e * (e + k->nn))) return 0;
     tr_law(s, eta);
     tr_law_jacobian(s);
     const double *law = TR_A(s, law);
-    double size = 0.0, step = 0.0;
+    double size, step;
     for (int i = 0; i < e; ++i) r[i] = law[i] - eta[i];
     if (s->friction.eased > 0.0) tr_ease(s, eta, r, J);
     if (s->friction.still) tr_still_rows(s, eta, r, J);
     if (e == 1) {
       if (!(fabs(J[0]) > SINGULAR)) return 0;
       r[0] /= J[0];
+    } else if (three) {
+      if (!tr_solve_three(J, r)) return 0;
     } else {
       if (!tr_lu(e, J, (int *)TR_A(s, perm) + k->active)) return 0;
       tr_lu_solve(e, J, (int *)TR_A(s, perm) + k->active, r);
     }
-    for (int i = 0; i < e; ++i) {
-      eta[i] += r[i]; /* compared as forces at the surface: a torque is small in a small mechanism */
-      step = fmax(step, fabs(r[i]) * per_lever[i]);
-      size = fmax(size, fabs(eta[i]) * per_lever[i]);
-    }
+    tr_take_step(e, r, per_lever, eta, &step, &size);
     s->stats.newton_iterations++;
     if (!(step < INFINITY)) return 0;
     if (step <= NEWTON_EXACT * size || (step <= NEWTON_QUADRATIC * size && step <= NEWTON_SHRINKS * last) || size == 0.0) {
@@ -239,7 +189,7 @@ static int tr_multipliers(tr_sim *s, int deciding) {
   }
   double warm[e];
   memcpy(warm, eta, sizeof warm);
-  if (!tr_newton_in_sense(s, eta)) {
+  if (!tr_newton_in_sense(s, eta) && !tr_newton_by_its_tilt(s, warm)) {
     memset(eta, 0, sizeof(double) * e);
     if (!tr_newton_in_sense(s, eta) && !(deciding && tr_newton_otherwise(s, warm)) && !tr_newton_by_tilt(s, warm) &&
         !(s->friction.anywhere && tr_newton_anywhere(s, eta))) {

@@ -114,11 +114,11 @@ static void tr_post_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Evaluate the requested columns at (t, y); y is brought onto the manifold first, and the multipliers are solved for where a column
- * depends on them (and at the start, whose solution the first step begins from). row[0] = t. TR_OK;
+/* Evaluate the requested columns at (t, y), which is on the manifold (closed), or brought onto it first; the multipliers are solved for where a
+ * column depends on them (and at the start, whose solution the first step begins from). row[0] = t. TR_OK;
  * TR_FAIL_MULTIPLIERS when it cannot be evaluated; TR_FAIL_NOT_FINITE when a column is no number, though the motion may be one: squares
  * of forces overflow long before the forces do. */
-static int tr_output(tr_sim *s, double t, double *y, double *row) {
+static int tr_output_at(tr_sim *s, double t, double *y, double *row, int closed) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
   int watch = s->step.watch;
@@ -127,7 +127,7 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
   s->step.watch = 0;
   s->stats.outputs++;
   const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
-  int ok = tr_project(s, t, y);
+  int ok = closed || tr_project(s, t, y);
   if (!solved) tr_set_time(s, t);
   else if (ok) ok = tr_rhs(s, t, y, TR_A(s, dy));
   if (ok) {
@@ -140,3 +140,6 @@ static int tr_output(tr_sim *s, double t, double *y, double *row) {
   s->step.watch = watch;
   return !ok ? TR_FAIL_MULTIPLIERS : tr_finite(o->nout, row + 1) ? TR_OK : TR_FAIL_NOT_FINITE;
 }
+
+/* The same at a state that may be off the manifold by a little. */
+static int tr_output(tr_sim *s, double t, double *y, double *row) { return tr_output_at(s, t, y, row, 0); }

@@ -147,6 +147,20 @@ static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   return balls > 1 && ok && !moved;
 }
 
+/* η by the tilt of a ball that slides near its cone, the one that it has had: from no friction Newton's method may come to one inside the
+ * cone, which is no root. 1 when found. */
+static int tr_newton_by_its_tilt(tr_sim *s, const double *warm) {
+  double *eta = TR_A(s, z) + s->k->active;
+  for (int i = 0, found; i < s->k->nsliders; ++i) {
+    if (!tr_slides_on_cone(s, i)) continue;
+    memcpy(eta, warm, sizeof(double) * s->k->neta);
+    found = tr_tilt_near(s, eta, i);
+    tr_forget_tilts(s);
+    if (found) return 1;
+  }
+  return 0;
+}
+
 /* η by the tilt of one ball that slides near its cone, tried in turn, then of all; 1 when found. */
 static int tr_newton_by_tilt(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
