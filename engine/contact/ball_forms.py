@@ -30,10 +30,11 @@ def cross(a, b) -> list[SX]:
 
 
 class Touch(NamedTuple):
-    """A ball that rubs: the force f and its square, ω, f·ω, of (114) the weights 1, k and k² over 1 + k²ω², and μ_e squared."""
+    """A ball that rubs: the force f and its square, the unit vector along ω, f along it, of (114) the weights 1, k|ω| and k²ω² over
+    1 + k²ω², and μ_e squared."""
 
     f: list[SX]
-    omega: list[SX]
+    way: list[SX]
     FF: SX
     fw: SX
     one: SX
@@ -43,43 +44,46 @@ class Touch(NamedTuple):
 
     def load(self) -> tuple[SX, list[SX]]:
         """(f_n, n f_n)."""
-        wf = cross(self.omega, self.f)
-        n = [-(self.one * self.f[i] + self.k * wf[i] + self.kk * self.fw * self.omega[i]) for i in range(3)]
+        wf = cross(self.way, self.f)
+        n = [-(self.one * self.f[i] + self.k * wf[i] + self.kk * self.fw * self.way[i]) for i in range(3)]
         return ca.sqrt(self.FF / (1 + self.mue2)), n
 
     def turning(self) -> list[SX]:
         """n × f, by (ω×f)×f = (f·ω) f − f² ω and F²/f_n = f_n (1 + μ_e²)."""
-        fn, wf = ca.sqrt(self.FF / (1 + self.mue2)), cross(self.omega, self.f)
+        fn, wf = ca.sqrt(self.FF / (1 + self.mue2)), cross(self.way, self.f)
         share, across = self.fw / fn, self.k * fn * (1 + self.mue2)
-        return [across * self.omega[i] - self.k * share * self.f[i] - self.kk * share * wf[i] for i in range(3)]
+        return [across * self.way[i] - self.k * share * self.f[i] - self.kk * share * wf[i] for i in range(3)]
 
 
 def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch:
-    """A ball with the law's branch in force. Names ending in _p and _s are of the proportional and of the sliding branch. With
-    k = μ_e/s the weights are s², μ_e s and μ_e² over s² + μ_e²ω²: no division waits for the root. Of the divisor −1 over it is
-    made, for the symbolic library turns each product with 1/x into a division."""
+    """A ball with the law's branch in force. Names ending in _p and _s are of the proportional and of the sliding branch. With the tilt
+    u = s/|ω| and k|ω| = μ_e/u the weights are u², μ_e u and μ_e² over u² + μ_e²: no division waits for the root. Of the divisor −1
+    over it is made, for the symbolic library turns each product with 1/x into a division."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
-    FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
+    speed = ca.sqrt(dot(omega, omega) + TINY)
+    way = [x / speed for x in omega]
+    FF, fw = dot(f, f) + TINY, dot(f, way)
     along2 = fw * fw / FF
     slope, level = slope_of(f, rates, law, g), level_of(f, rates, law, g)
     of_p: Sequence[SX | None] = [None] * 4
     of_s: Sequence[SX | None] = [None] * 4
     if slope is not None:
-        k = slope * g["radius"]
-        one = 1 / (1 + k * k * ww)
-        of_p = (one, k * one, k * k * one, k * k * (ww - along2) / (1 + k * k * along2))
+        k = slope * g["radius"] * speed
+        one = 1 / (1 + k * k)
+        of_p = (one, k * one, k * k * one, k * k * (1 - along2) / (1 + k * k * along2))
     if level is not None:
         mue = level * law.side(rates, (1.0, 1.0, 1.0))
-        s2, drag = ca.fmax(ww - along2 * (1 + mue * mue), FLOOR * ww), drag_of(rates, omega, law, g)
+        u2, drag = ca.fmax(1 - along2 * (1 + mue * mue), FLOOR), drag_of(rates, omega, law, g)
         if drag is not None:
+            drag = drag * speed
             half, square = along2 * mue * drag, 1 + along2 * drag * drag
-            s2 = (s2 / (ca.sqrt(half * half + square * s2 + TINY) + half)) ** 2  # the positive root, without its cancellation
-        s2 = ca.if_else(law.tilt > 0, law.tilt * law.tilt * ww, s2) + TINY
-        s = ca.sqrt(s2)
-        mue = mue if drag is None else mue + drag * s
-        part = -1 / (s2 + mue * mue * ww)
-        of_s = (-s2 * part, -mue * s * part, -mue * mue * part, mue * mue)
-    return Touch(f, omega, FF, fw, *map(law.choose, of_s, of_p))
+            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # the positive root, without its cancellation
+        u2 = ca.if_else(law.tilt > 0, law.tilt * law.tilt, u2)
+        u = ca.sqrt(u2)
+        mue = mue if drag is None else mue + drag * u
+        part = -1 / (u2 + mue * mue)
+        of_s = (-u2 * part, -mue * u * part, -mue * mue * part, mue * mue)
+    return Touch(f, way, FF, fw, *map(law.choose, of_s, of_p))
 
 
 def load_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:

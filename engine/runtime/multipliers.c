@@ -189,7 +189,7 @@ static int tr_multipliers(tr_sim *s, int deciding) {
   }
   double warm[e];
   memcpy(warm, eta, sizeof warm);
-  if (!tr_newton_in_sense(s, eta) && !tr_newton_by_its_tilt(s, warm)) {
+  if (!tr_newton_in_sense(s, eta) && (deciding || !tr_newton_by_its_tilt(s, warm))) {
     memset(eta, 0, sizeof(double) * e);
     if (!tr_newton_in_sense(s, eta) && !(deciding && tr_newton_otherwise(s, warm)) && !tr_newton_by_tilt(s, warm) &&
         !(s->friction.anywhere && tr_newton_anywhere(s, eta))) {
