@@ -6,8 +6,7 @@
 #define BEFORE_GROWS 10.0     /* so many times that, back to the step's start */
 #define BRANCH_BACK 1e-12     /* of the step: so far before its event what ends there is looked for first, */
 #define BRANCH_GROWS 10.0     /* then so many times that, */
-#define BRANCH_FAR 1e-2       /* and no farther; */
-#define BRANCH_CLEAR 100.0    /* the state is taken so many times as far back: at the very end of a root it is not found again */
+#define BRANCH_FAR 1e-2       /* and no farther */
 #define BRANCH_ENDS 10.0      /* tolerances of its end: it is still there (as CLOSE_ENOUGH) */
 
 /* The state where an event cuts the step short, on the manifold; where loops stay open, as it is. */
@@ -16,19 +15,25 @@ static void tr_event_state(tr_sim *s, double t, double *out) {
   if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
+/* Whether the branch of ball i's friction that ends at the event is still there at a part of the step before it; y is that state, evaluated. */
+static int tr_still_there(tr_sim *s, int i, double found, double part, double *y) {
+  s->pending.theta = found * (1.0 - part);
+  const double t = s->step.t0 + s->pending.theta * s->step.size;
+  tr_event_state(s, t, y);
+  return tr_rhs(s, t, y, TR_A(s, dy)) && tr_violation(s, i, 0) <= BRANCH_ENDS;
+}
+
 /* The branch of a ball's friction that ends at the event that cuts the step short may have ended already at the state y there: it ends as a root
  * does, and the time at which is known less well than its friction has to be. Then y is made the state at the last instant found at which it was
- * still there. */
-static void tr_back_on_branch(tr_sim *s, double t, double *y) {
+ * still there, with its friction in place: at its very end a root is not found twice. Whether it was. */
+static int tr_back_on_branch(tr_sim *s, double *y) {
   const double found = s->pending.theta;
   const int i = s->pending.which;
-  if (i >= s->k->nsliders || !tr_is_set(s, i) || !tr_moving_ball(s, i)) return;
-  for (double part = BRANCH_BACK; part < BRANCH_FAR; part *= BRANCH_GROWS) {
-    if (tr_rhs(s, t, y, TR_A(s, dy)) && tr_violation(s, i, 0) <= BRANCH_ENDS) break;
-    s->pending.theta = found * (1.0 - fmin(part * BRANCH_CLEAR, BRANCH_FAR));
-    tr_event_state(s, s->step.t0 + s->pending.theta * s->step.size, y);
-  }
+  if (i >= s->k->nsliders || !tr_is_set(s, i) || !tr_moving_ball(s, i)) return 0;
+  int there = tr_still_there(s, i, found, 0.0, y);
+  for (double part = BRANCH_BACK; !there && part < BRANCH_FAR; part *= BRANCH_GROWS) there = tr_still_there(s, i, found, part, y);
   s->pending.theta = found;
+  return there;
 }
 
 /* Whether all that rest hold on by the loads followed up to the state y, which are then in place, with `which` among them. */

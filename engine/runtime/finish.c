@@ -23,16 +23,16 @@ static void tr_end_state(tr_sim *s, double *out) {
   tr_copy(tr_nz(s), TR_A(s, zend), TR_A(s, z));
 }
 
-/* The row of an event that cuts the step short, as it was up to there. Closed once more, the state of a ball at the end of a branch may be
- * beyond it, by round-off. */
+/* The row of an event that cuts the step short, as it was up to there. */
 static int tr_event_row(tr_sim *s, double t, double *row) {
   double *y = TR_A(s, yout);
   tr_mode modes[s->k->nsliders + 1];
   tr_event_state(s, t, y);
-  tr_back_on_branch(s, t, y);
+  int there = tr_back_on_branch(s, y);
   tr_keep_modes(s, modes);
-  if (s->k->sets) tr_keep_directions(s, t, y), tr_keep_shares(s, t, y);
-  int code = tr_output_at(s, t, y, row, 1);
+  if (s->k->sets && tr_keep_directions(s, t, y)) there = 0;
+  if (s->k->sets) tr_keep_shares(s, t, y);
+  int code = tr_output_of(s, t, y, row, there);
   tr_put_modes(s, modes);
   return code;
 }

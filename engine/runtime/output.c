@@ -114,11 +114,11 @@ static void tr_post_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Evaluate the requested columns at (t, y), which is on the manifold (closed), or brought onto it first; the multipliers are solved for where a
- * column depends on them (and at the start, whose solution the first step begins from). row[0] = t. TR_OK;
+/* Evaluate the requested columns at (t, y); y is brought onto the manifold first, and the multipliers are solved for where a column
+ * depends on them (and at the start, whose solution the first step begins from); `there`: it is, and they are in place. row[0] = t. TR_OK;
  * TR_FAIL_MULTIPLIERS when it cannot be evaluated; TR_FAIL_NOT_FINITE when a column is no number, though the motion may be one: squares
  * of forces overflow long before the forces do. */
-static int tr_output_at(tr_sim *s, double t, double *y, double *row, int closed) {
+static int tr_output_of(tr_sim *s, double t, double *y, double *row, int there) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
   int watch = s->step.watch;
@@ -127,9 +127,9 @@ static int tr_output_at(tr_sim *s, double t, double *y, double *row, int closed)
   s->step.watch = 0;
   s->stats.outputs++;
   const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
-  int ok = closed || tr_project(s, t, y);
+  int ok = there || tr_project(s, t, y);
   if (!solved) tr_set_time(s, t);
-  else if (ok) ok = tr_rhs(s, t, y, TR_A(s, dy));
+  else if (ok && !there) ok = tr_rhs(s, t, y, TR_A(s, dy));
   if (ok) {
     double z[k->rows + k->neta + 1], extra[TR_DOUBLES(tr_extra) + k->nsliders + 1];
     tr_fill_extra(s, y, (tr_extra *)extra);
@@ -141,5 +141,5 @@ static int tr_output_at(tr_sim *s, double t, double *y, double *row, int closed)
   return !ok ? TR_FAIL_MULTIPLIERS : tr_finite(o->nout, row + 1) ? TR_OK : TR_FAIL_NOT_FINITE;
 }
 
-/* The same at a state that may be off the manifold by a little. */
-static int tr_output(tr_sim *s, double t, double *y, double *row) { return tr_output_at(s, t, y, row, 0); }
+/* The same at a state of which nothing is known. */
+static int tr_output(tr_sim *s, double t, double *y, double *row) { return tr_output_of(s, t, y, row, 0); }

@@ -6,6 +6,7 @@
 
 #define NO_TILT 1e-60    /* stands for a tilt of nothing: 0 would say that none is given */
 #define TILT_STEP 1e-6   /* first step from there: its square is far above round-off */
+#define TILT_IS 1e-9     /* of a tilt's square: φ is no farther from 0 than round-off of the distance makes it */
 #define TILT_NEAR 1e-4   /* of a tilt: so far from it, */
 #define TILT_WIDENS 8.0  /* and so many times farther again and again, its root is looked for */
 #define TILT_GROWS 1.5   /* to the next, where they are looked through: they are of all sizes */
@@ -104,6 +105,7 @@ static int tr_tilt_near(tr_sim *s, double *eta, int i) {
   const double u = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
   if (!(u > TILT_STEP)) return 0;
   const double f = tr_cone_at(s, eta, i, u) - u * u;
+  if (fabs(f) <= TILT_IS * u * u) return 1; /* where two roots meet φ does not change its sign */
   memcpy(here, eta, sizeof(double) * s->k->neta);
   for (double part = TILT_NEAR; f == f && part < 1.0; part *= TILT_WIDENS)
     for (int side = -1; side <= 1; side += 2) {
