@@ -57,8 +57,8 @@ class Touch(NamedTuple):
 
 def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch:
     """A ball with the law's branch in force. Names ending in _p and _s are of the proportional and of the sliding branch. With the
-    tilt u = s/|ω| and k|ω| = μ_e/u the weights are u², μ_e u and μ_e² over u² + μ_e²: no division waits for the root. Of the divisor
-    −1 over it is made, for the symbolic library turns each product with 1/x into a division."""
+    tilt u = s/|ω| and k|ω| = μ_e/u the weights are u², μ_e u and μ_e² over u² + μ_e²: no division waits for the root. Of that
+    divisor −1 over it is made, for the symbolic library turns each product with 1/x into a division."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     speed = ca.sqrt(dot(omega, omega) + TINY)
     way = [x / speed for x in omega]
