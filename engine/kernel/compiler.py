@@ -146,13 +146,14 @@ def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
     return programs.run([str(_program()), "cc", *arguments], env)
 
 
-def needed(who: str, what: str) -> None:
+def needed(who: str, what: str, instead: str = "") -> None:
     """SceneError with the line to type where the packages that write and compile C are not installed. what: what is to be
-    compiled."""
+    compiled; instead: another remedy."""
     missing = [m for m in ("casadi", "ziglang") if not there(m)]
     if missing:
-        told = f"needs {what} compiled, and the package{'s' * (len(missing) - 1)} for that, {' and '.join(missing)}"
-        raise SceneError([Problem(who, f"{told}, {'are' if len(missing) > 1 else 'is'} not installed", remedy("compile"))])
+        several = len(missing) > 1
+        told = f"needs {what} compiled, and the package{'s' * several} for that, {' and '.join(missing)}"
+        raise SceneError([Problem(who, f"{told}, {'are' if several else 'is'} not installed", remedy("compile") + instead)])
 
 
 @lru_cache(maxsize=1)

@@ -169,7 +169,7 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
 
 
 def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> None:
-    compiler.needed("this run", "the kernel of its scene")
+    compiler.needed("this run", "the kernel of its scene", "; or --kernel parts, on which nothing is compiled")
     from engine.kernel.source import kernel_source
 
     started = time.perf_counter()
