@@ -1,9 +1,12 @@
 """Libraries that came with the installation: the runtime, and parts of scenes (``parts.building``). They are for one level of
-processors, a folder each; a source tree has none, and builds on first use."""
+processors, a folder each. A source tree has none: it takes those of an installation of the same sources (Python started in a
+checkout imports the tree), or builds on first use."""
 
 from __future__ import annotations
 
 import ctypes
+import sys
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -29,13 +32,20 @@ def level() -> str:
     return compiler.cpu_level() or "any"
 
 
+def _places() -> Iterator[Path]:
+    """Where libraries may lie: beside this package, and beside others of its name that Python would find after it."""
+    yield FOLDER
+    yield from (Path(entry) / ENGINE.name / FOLDER.name for entry in sys.path)
+
+
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
     """The folder for this machine: of its own level, else of one that every machine has."""
-    for name in (level(), "x86_64"):
-        with_them = FOLDER / name
-        if (with_them / TOLD).exists() and (with_them / TOLD).read_text() == sources():
-            return with_them
+    for place in _places():
+        for name in (level(), "x86_64"):
+            with_them = place / name
+            if (with_them / TOLD).exists() and (with_them / TOLD).read_text() == sources():
+                return with_them
     return None
 
 

@@ -104,7 +104,7 @@ def seconds(folder: Path | None) -> None:
 
 
 def _write(curves: dict[str, list[tuple[float, float]]], folder: Path) -> None:
-    lines = [f"{name.replace(chr(44), ' on')},{spent:.4g},{error:.3g}" for name, points in curves.items() for spent, error in points]
+    lines = [f"{name.replace(',', ' on')},{t:.4g},{error:.3g}" for name, points in curves.items() for t, error in points]
     (folder / "chart.csv").write_text("\n".join(["chain,processor time of 0.1 s s,largest error of an angle rad", *lines]) + "\n")
 
 

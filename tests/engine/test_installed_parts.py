@@ -104,7 +104,8 @@ def test_what_is_not_there_and_cannot_be_compiled_is_told_with_the_remedy(folder
         done = trunnion(folder, "simulate", *words)
         told = (done.stdout + done.stderr).strip()
         assert done.returncode == 2, told
-        assert re.fullmatch(r"this .* casadi and ziglang, are not installed\n *→ pip install 'trunnion\[compile\]'", told)
+        assert re.fullmatch(r"this .* casadi and ziglang, are not installed\n *→ pip install 'trunnion\[compile\]'(; or --kernel parts.*)?", told)
+        assert ("--kernel parts" in told) == ("compiled" in words)
 
 
 def test_libraries_of_other_sources_are_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,6 +116,18 @@ def test_libraries_of_other_sources_are_not_used(folder: Path, monkeypatch: pyte
     told.write_text(cache.digest("others"))
     assert built.folder.__wrapped__() is None
     told.write_text(right)
+
+
+def test_a_checkout_takes_the_libraries_of_an_installation_of_its_sources(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python that is started in a checkout imports it, and not what was installed."""
+    monkeypatch.setattr(built, "FOLDER", tmp_path / "none")
+    (tmp_path / "site" / "engine").mkdir(parents=True)
+    (tmp_path / "site" / "engine" / "_built").symlink_to(folder)
+    assert built.folder.__wrapped__() is None
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    assert built.folder.__wrapped__() == tmp_path / "site" / "engine" / "_built" / built.level()
 
 
 @pytest.mark.parametrize("name", model_names())
