@@ -104,7 +104,8 @@ def test_what_is_not_there_and_cannot_be_compiled_is_told_with_the_remedy(folder
         done = trunnion(folder, "simulate", *words)
         told = (done.stdout + done.stderr).strip()
         assert done.returncode == 2, told
-        assert re.fullmatch(r"this .* casadi and ziglang, are not installed\n *→ pip install 'trunnion\[compile\]'(; or --kernel parts.*)?", told)
+        remedy = r"→ pip install 'trunnion\[compile\]'(; or --kernel parts.*)?"
+        assert re.fullmatch(rf"this .* casadi and ziglang, are not installed\n *{remedy}", told)
         assert ("--kernel parts" in told) == ("compiled" in words)
 
 
@@ -122,7 +123,7 @@ def test_a_checkout_takes_the_libraries_of_an_installation_of_its_sources(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Python that is started in a checkout imports it, and not what was installed."""
-    monkeypatch.setattr(built, "FOLDER", tmp_path / "none")
+    monkeypatch.setattr(built, "FOLDER", tmp_path / "none" / "_built")
     (tmp_path / "site" / "engine").mkdir(parents=True)
     (tmp_path / "site" / "engine" / "_built").symlink_to(folder)
     assert built.folder.__wrapped__() is None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FENCED = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-INDENTED = re.compile(r"(?<=\n\n)((?:    (?:trunnion|python3?) .*\n)+)")
+INDENTED = re.compile(r"(?<=\n\n)((?:    (?:trunnion|python3?|pip) .*\n)+)")
 INSTALL = re.compile(r"`((?:\.venv/bin/)?pip\s+install\s[^`]*(?:\.|trunnion)\[(?!bench)\w+\][^`]*)`")
 """A sentence that installs this project with an extra. The extra ``bench`` is left out: it brings other programs to compare with,
 which pages do not need."""
