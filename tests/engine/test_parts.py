@@ -13,6 +13,7 @@ from engine.kernel import compiler
 from engine.kernel.library import kernel
 from engine.parts.kernel import parts_kernel
 from engine.scene import load_scene
+from engine.scene.library import model_names
 from engine.scene.model import Scene
 from engine.simulation.run import simulate
 from engine.system.build import Built, build
@@ -25,7 +26,7 @@ TREES = (0, 1, 2, 3, 8, 11)
 LOOPS = (0, 1, 3, 4, 8)
 """Seeds of loops: with and without friction, devices at the joint where they are cut, rows that are empty by structure."""
 MODELS = ("n_four_bar", "andrews", "bricard", "spatial_slider_crank")
-RUNS = ("spherical_pendulum", "double_pendulum", "crank_slider_free", "bricard")
+RUNS = tuple(model_names())
 ROUND_OFF = 1e-12
 """Of the largest number a function writes: the same sums in another order."""
 CANCELS = 1e-3

@@ -9,6 +9,8 @@ import pytest
 from engine.basics.problems import SceneError
 from engine.scene import load_scene, models_dir
 from engine.scene.overrides import apply
+from engine.simulation import choosing
+from engine.system.build import build as system_of
 from tests.stability.row import EDGE, Row
 from tests.stability.rows import ROWS
 from tests.stability.solids import massive
@@ -21,6 +23,14 @@ FOLDER = models_dir() / "stability"
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
     asked(row, telling, slow=False)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
+def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if each of its runs were one of a thousand; the others are made of parts."""
+    monkeypatch.setattr(choosing, "RUNS", 0)
+    assert choosing.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"
+    asked(row, TELLINGS[0], slow=False)
 
 
 @pytest.mark.slow
