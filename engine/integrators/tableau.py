@@ -82,7 +82,8 @@ class Tableau:
         """Weights of the earlier stages in what a stage begins from, a row each (``led``)."""
         rows = []
         for i in range(self.stages):
-            through = self.led[i] if self.led else sorted({0, i - 1, i - 2} & set(range(i)), key=lambda j: -j)[:3]
+            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # one stage a node
+            through = self.led[i] if self.led else list(near.values())
             rows.append([_lagrange(self.C, through, j, self.C[i]) if j in through else 0.0 for j in range(self.stages)])
         return rows
 

@@ -79,7 +79,7 @@ static void tr_holding_now(tr_sim *s) {
   const tr_kernel *k = s->k;
   if (s->friction.shares && !s->step.along) {
     tr_form_all(s);
-    tr_affine(k->nn, k->neta, TR_A(s, Np), TR_A(s, Np) + k->nn, TR_A(s, z) + k->active, TR_A(s, NN));
+    tr_loads_now(s, TR_A(s, z) + k->active);
     if (tr_open_count(s)) tr_press(s, TR_A(s, NN));
   }
   tr_holding(s);

@@ -186,7 +186,7 @@ static int tr_newton_along(tr_sim *s, int near) {
 /* The loads of frictions that were found with maps, from which the next iteration may begin. */
 static void tr_note_loads(tr_sim *s) {
   if (!s->k->begin) return;
-  tr_affine(s->k->nn, s->k->neta, TR_A(s, Np), TR_A(s, Np) + s->k->nn, TR_A(s, z) + s->k->active, TR_A(s, NN));
+  tr_loads_now(s, TR_A(s, z) + s->k->active);
   tr_copy(s->k->nn, TR_A(s, NN), tr_loads(s));
   s->step.loaded = 1;
 }

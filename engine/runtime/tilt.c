@@ -149,17 +149,20 @@ static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   return balls > 1 && ok && !moved;
 }
 
-/* η by the tilt of a ball that slides near its cone, the one that it has had: from no friction Newton's method may come to one inside the
- * cone, which is no root. 1 when found. */
-static int tr_newton_by_its_tilt(tr_sim *s, const double *warm) {
+/* η by the tilt near the one that ball i has had with the frictions `warm`. 1 when found. */
+static int tr_newton_by_tilt_of(tr_sim *s, const double *warm, int i) {
   double *eta = TR_A(s, z) + s->k->active;
-  for (int i = 0, found; i < s->k->nsliders; ++i) {
-    if (!tr_slides_on_cone(s, i)) continue;
-    memcpy(eta, warm, sizeof(double) * s->k->neta);
-    found = tr_tilt_near(s, eta, i);
-    tr_forget_tilts(s);
-    if (found) return 1;
-  }
+  memcpy(eta, warm, sizeof(double) * s->k->neta);
+  const int found = tr_tilt_near(s, eta, i);
+  tr_forget_tilts(s);
+  return found;
+}
+
+/* The same of the first ball that slides near its cone for which there is one: from no friction Newton's method may come to one inside the
+ * cone, which is no root. */
+static int tr_newton_by_its_tilt(tr_sim *s, const double *warm) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_slides_on_cone(s, i) && tr_newton_by_tilt_of(s, warm, i)) return 1;
   return 0;
 }
 
@@ -168,10 +171,9 @@ static int tr_newton_by_tilt(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_slides_on_cone(s, i)) continue;
+    if (tr_newton_by_tilt_of(s, warm, i)) return 1;
     memcpy(eta, warm, sizeof(double) * s->k->neta);
-    int found = tr_tilt_near(s, eta, i);
-    tr_forget_tilts(s);
-    if (!found) memcpy(eta, warm, sizeof(double) * s->k->neta), found = tr_tilt_of(s, eta, i);
+    const int found = tr_tilt_of(s, eta, i);
     tr_forget_tilts(s);
     if (found) return 1;
   }
