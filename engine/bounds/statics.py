@@ -169,7 +169,7 @@ def _joints(model: Model) -> tuple[Rubbing, ...]:
     out = []
     for e in elements(model.system):
         sizes = {name: float(values[leaf.index] if isinstance(leaf, Param) else leaf) for name, leaf in e.friction.numbers}
-        sense = -1.0 if e.joint.pin_out else 1.0
+        sense = float(e.joint.fit.sign)
         out.append(Rubbing(e, Rubs(e.joint.name, e.friction.contact, e.needs, tuple(e.eta), sizes, sense, e.friction.adams)))
     return tuple(out)
 

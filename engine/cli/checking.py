@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from engine.cli import options
+from engine.cli.ends import left_behind
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
 from engine.cli.simulating import loaded, talk
 from engine.cli.summary import table
-from engine.joints import REGISTRY
 
 if TYPE_CHECKING:
     from engine.kernel.columns import Column
@@ -166,7 +166,7 @@ def _start(model: Any) -> dict[str, Any]:
     sim = model.built.scene.simulation
     result = run(model, soon, soon, Settings(rtol=float(sim.rtol), method=sim.method))
     beginning = [n for n in beginning_notes(model.built, against_data=False) if n not in result.notes]
-    notes = [*result.notes, *beginning, *_short_pins(model.built.scene), *magnitude_notes(model.built.scene)]
+    notes = [*result.notes, *beginning, *left_behind(model.built.scene), *magnitude_notes(model.built.scene)]
     open_reactions = getattr(result, "redundancy", None)
     count = getattr(open_reactions, "count", 0)
     name = "ready" if result.outcome.ok else result.outcome.name
@@ -177,26 +177,6 @@ def _start(model: Any) -> dict[str, Any]:
         "not_unique": list(getattr(open_reactions, "joints", ())),
         "moving_freedoms": freedoms,
     }
-
-
-def _short_pins(scene: Scene) -> list[str]:
-    """Sliding joints whose motion leaves a pin that sits on the inboard part: perhaps the sleeve is the short part."""
-    from engine.scene.refs import body_of
-
-    out = []
-    for name, j in scene.joints.items():
-        if REGISTRY[j.type].slides_along < 0 or j.pin != "inboard" or j.friction is None or j.friction.half_length is None:
-            continue
-        start = j.start.q if j.start is not None else None
-        stops = j.stops[0] if isinstance(j.stops, tuple) else j.stops
-        places = [start[0] if isinstance(start, tuple) else start, *((stops.lower, stops.upper) if stops else ())]
-        far = max((abs(float(p)) for p in places if isinstance(p, int | float)), default=0.0)
-        half = float(j.friction.half_length[0] if isinstance(j.friction.half_length, tuple) else j.friction.half_length)
-        if far > 2 * half:
-            pin = f"within {half:g} m of the pin's middle, on {body_of(j.inboard)}"
-            advice = "for a short sleeve on a long shaft write pin: outboard"
-            out.append(f"{name}: its contacts stay {pin}, but it travels {far:g} m; {advice}")
-    return out
 
 
 def _told_kernel(kernel: dict[str, str]) -> str:

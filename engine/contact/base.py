@@ -140,6 +140,7 @@ class ContactElement:
     drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
                they follow from ``velocity`` alone.
     cone       (as ``speeds``) → measure of sliding of a pair that can turn without sliding: negative where it does (ball).
+    ended      whether its contacts sit at ends, which either part may have (``ends`` of a joint).
     frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "both"
                (u1, u2, u1 × u2; then always the wrench on the inboard part).
     """
@@ -162,6 +163,7 @@ class ContactElement:
     thrusts: tuple[str, ...] = ()
     anywhere: bool = True
     ideal: str = "pin"
+    ended: bool = False
     frame: str = "pin"
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None

@@ -151,6 +151,7 @@ def _rests(j: Rubs) -> list[Pair]:
 JOURNAL = ContactElement(
     "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 2, springs=4,
     rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins, thrusts=("f1",),
+    ended=True,
 )  # fmt: skip
 
 
@@ -248,5 +249,5 @@ def _shaft_rests(j: Rubs) -> list[Pair]:
 SHAFT = ContactElement(
     "shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, _shaft_pressed,
     2, springs=4,
-    rests=_shaft_rests, sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins,
+    rests=_shaft_rests, sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins, ended=True,
 )  # fmt: skip

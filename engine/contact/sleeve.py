@@ -118,5 +118,5 @@ SLEEVE = ContactElement(
     ),
     pairs=((0,),), places=_places,
     pins=lambda g: [Solid("box", (2 * g["half_length"], 2 * g["half_width"], 2 * g["half_height"]))],
-    anywhere=False, ideal="outboard",
+    anywhere=False, ideal="outboard", ended=True,
 )  # fmt: skip

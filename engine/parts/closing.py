@@ -21,7 +21,7 @@ from engine.recursion.reactions import at_point, pinned
 from engine.recursion.springs import PART, spring_rows
 from engine.recursion.vectors import SX, cross
 from engine.system.loops import NO_SIZE
-from engine.system.structure import GROUND, Device, FrictionElement, Joint
+from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint
 
 
 @cache
@@ -34,7 +34,7 @@ def cut(kind: str, ground: str, bare: str = "") -> Part:
     frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
-    joint = Joint("", kind, a, b, points[0], points[1], frames[0], frames[1], False, None, devices, None, True)  # type: ignore[arg-type]
+    joint = Joint("", kind, a, b, points[0], points[1], frames[0], frames[1], Fit(), None, devices, None, True)  # type: ignore[arg-type]
     sym, motions = PartSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     both = [unpack_motion(ca.vertsplit(motions[k])) if k in motions else GROUND_MOTION for k in ("inb", "out")]
     c = cutting.cut(sym, both, joint)
@@ -74,12 +74,12 @@ def _posed() -> tuple[SX, SX, SX, SX, SX]:
 
 
 @cache
-def pin(kind: str, pin_out: bool, needs: tuple[str, ...]) -> Part:
+def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Part:
     """Force and torque on the outboard part (6), pose → the needed components of f_c, m_c."""
     ft, pose, Ein, Eout, s = _posed()
-    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, True)
+    joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, True)
     both = ca.vertcat(*pinned(joint, ft[:3], ft[3:], s, Ein, Eout))
-    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, "pin_out" if pin_out else "pin_in", *needs])
+    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.name, *needs])
     return one(name, {"ft": ft, "pose": pose}, {"out": [both[COMPONENTS.index(n)] for n in needs]})
 
 
@@ -117,7 +117,7 @@ def arm(bodies: int) -> Part:
 
 
 @cache
-def sprung(kind: str, pin_out: bool, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Part:
+def sprung(kind: str, fit: Fit, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Part:
     """Force and torque on the outboard part (6), pose, sizes of its contact element (named ``sizes``; none where it has no
     friction) and its stiffness if it says one, arm → what its contacts carry as springs, by which open reactions are chosen where
     joints on loops rub."""
@@ -126,9 +126,9 @@ def sprung(kind: str, pin_out: bool, sizes: tuple[str, ...], soft: bool, driven:
     friction = FrictionElement("", "", False, tuple((name, n.one()) for name in sizes), ()) if sizes else None
     stiffness = n.one() if soft else None
     devices = tuple(PRESCRIBED if k in driven else Device() for k in range(REGISTRY[kind].nv))
-    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, devices, friction, True, stiffness=stiffness)
+    joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, devices, friction, True, stiffness=stiffness)
     sym, length = PartSymbols(n.count), SX.sym("arm")
     out = spring_rows(sym, joint, ft[:3], ft[3:], s, Ein, Eout, length)
-    words = [kind, "pin_out" if pin_out else "pin_in", *sizes, *(["soft"] if soft else []), *map(str, driven)]
+    words = [kind, fit.name, *sizes, *(["soft"] if soft else []), *map(str, driven)]
     name = re.sub(r"\W", "_", "_".join(["k_sprung", *words]))
     return one(name, {"ft": ft, "pose": pose, "numbers": sym.p, "arm": length}, {"out": out})

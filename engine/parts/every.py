@@ -17,7 +17,7 @@ from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
 from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
-from engine.system.structure import FrictionElement, Joint, Slider
+from engine.system.structure import Fit, FrictionElement, Joint, Slider
 
 Asked = tuple[Any, ...]
 """Module, function and arguments of a part (``store.part``)."""
@@ -89,8 +89,8 @@ def _cuts() -> Iterator[Asked]:
     for kind in JOINTS.values():
         if kind.cuttable:
             yield from (("closing", "cut", kind.name, *each) for each in product(("", "inb", "out"), BARE))
-        for pin_out, soft, which in product(SIDES, SIDES, driven(kind)):
-            yield "closing", "sprung", kind.name, pin_out, (), soft, which
+        for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
+            yield "closing", "sprung", kind.name, fit, (), soft, which
 
 
 def _frictions() -> Iterator[Asked]:
@@ -98,7 +98,13 @@ def _frictions() -> Iterator[Asked]:
         if kind.friction:
             for law, adams, pin_out in product(LAWS, SIDES, SIDES):
                 for names in numbers(law, kind.friction) if law in COMPARED or not adams else ():
-                    yield from _rubbing(_of(kind, law, adams, pin_out, names))
+                    yield from _rubbing(_of(kind, law, adams, Fit(pin_out), names))
+
+
+def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
+    """Which part may be inside, and which may have the ends."""
+    ends = ("pin", "bearing") if kind.slides_along >= 0 and kind.friction and CONTACTS[kind.friction].ended else ("pin",)
+    return [Fit(*each) for each in product(pins, ends)]
 
 
 def numbers(law: str, contact: str) -> list[tuple[str, ...]]:
@@ -115,11 +121,11 @@ def _given(declared: Sequence[Number]) -> Iterator[list[Number]]:
         yield [n for n in declared if n.needed or n.default is not None or n.name in names or n.needed_with in names]
 
 
-def _of(kind: JointKind, law: str, adams: bool, pin_out: bool, names: tuple[str, ...]) -> Rubbing:
+def _of(kind: JointKind, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> Rubbing:
     contact, own = CONTACTS[kind.friction], Numbers()
     sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
     friction = FrictionElement(contact.name, law, adams, tuple((name, own.one()) for name in names), sliders)
-    joint = Joint("", kind.name, 0, 0, (), (), (), (), pin_out, None, (), friction, False, 0, True)
+    joint = Joint("", kind.name, 0, 0, (), (), (), (), fit, None, (), friction, False, 0, True)
     return Rubbing(joint, contact.needs(names, adams))
 
 
@@ -132,13 +138,19 @@ def _rubbing(which: Rubbing) -> Iterator[Asked]:
     yield from (("friction", name, which) for name in ("contacts", "residual"))
     if law.bristles:
         yield "friction", "drift", which
-    for needs in (which.needs, COMPONENTS):
-        yield "closing", "pin", kind.name, joint.pin_out, needs
+    names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
+    for fit in fits(kind, (joint.fit.pin_out,)):
+        yield from _pinned(which, fit)
+        for soft, moved in product(SIDES, driven(kind)):
+            yield "closing", "sprung", kind.name, fit, names, soft, moved
+
+
+def _pinned(which: Rubbing, fit: Fit) -> Iterator[Asked]:
+    """What turns reactions into those that contact forms are given."""
+    kind = which.joint.kind
+    yield from (("closing", "pin", kind.name, fit, needs) for needs in (which.needs, COMPONENTS))
     for forward in SIDES:
-        yield "small", "pin", kind.name, forward, joint.pin_out, which.needs
+        yield "small", "pin", kind.name, forward, fit, which.needs
         for moved in driven(kind):
             free = tuple(k for k in range(kind.nv) if k not in moved)
-            yield "friction", "grip", kind.name, forward, joint.pin_out, which.needs, free
-    names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
-    for soft, moved in product(SIDES, driven(kind)):
-        yield "closing", "sprung", kind.name, joint.pin_out, names, soft, moved
+            yield "friction", "grip", kind.name, forward, fit, which.needs, free

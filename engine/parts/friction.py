@@ -22,7 +22,7 @@ from engine.recursion.vectors import SX
 from engine.system.elements import Element
 from engine.system.external import MODE
 from engine.system.leaves import Param
-from engine.system.structure import FrictionElement
+from engine.system.structure import Fit, FrictionElement
 
 
 class _Rubbed(PartSymbols):
@@ -99,13 +99,13 @@ def held(which: Rubbing, alone: bool) -> Part:
 
 
 @cache
-def grip(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...], free: tuple[int, ...]) -> Part:
+def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple[int, ...]) -> Part:
     """Pose of a joint, ∂law/∂N (a row a freedom) → ∂law/∂N ∂N/∂(reaction on the child) of the free freedoms (n×6)."""
     reaction = SX.sym("N", 6)
-    pose, rows = pinned_by(kind, forward, pin_out, needs, reaction)
+    pose, rows = pinned_by(kind, forward, fit, needs, reaction)
     dN = SX.sym("dN", REGISTRY_OF_JOINTS[kind].nv, len(needs))
     out = ca.sparsify(dN[list(free), :] @ ca.jacobian(rows, reaction)) if free else SX(0, 6)
-    words = [kind, "out" if forward else "in", "pin_out" if pin_out else "pin_in", *map(str, free), *needs]
+    words = [kind, "out" if forward else "in", fit.name, *map(str, free), *needs]
     return one("_".join(["g", *words]), {"pose": pose, "dN": ca.vec(dN)}, {"out": out})
 
 

@@ -12,7 +12,7 @@ from engine.contact import REGISTRY as CONTACTS
 from engine.joints import REGISTRY
 from engine.system.elements import Element
 from engine.system.leaves import Leaves, Param
-from engine.system.structure import FrictionElement, Joint
+from engine.system.structure import Fit, FrictionElement, Joint
 
 POSE = 21
 """Numbers of a joint's pose: its inboard and outboard frame in the world (9 each, column-major) and s = p_out − p_in (3)."""
@@ -83,7 +83,7 @@ class Rubbing:
         """Of its functions in C."""
         f = self.joint.friction
         assert f is not None
-        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), "pin_out" if self.joint.pin_out else "pin_in"]
+        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.name]
         return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers)]))
 
 
@@ -94,7 +94,8 @@ def rubbing(e: Element) -> Rubbing:
     sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
     numbers = Numbers()
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders)
-    joint = replace(e.joint, name="", inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
+    fit = Fit(e.joint.fit.pin_out)  # where the ends are is told by what is handed over
+    joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None)  # fmt: skip
     return Rubbing(joint, e.needs)
 

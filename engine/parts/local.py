@@ -9,7 +9,7 @@ from engine.parts.known import Numbers
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX
 from engine.system.leaves import Leaf, Param
-from engine.system.structure import Body, Device, Joint, Signal
+from engine.system.structure import Body, Device, Fit, Joint, Signal
 
 PRESCRIBED = Device(drive=Signal("value", (0.0,)))
 """Stands for a freedom whose motion is given, whatever gives it."""
@@ -44,7 +44,7 @@ def a_joint(numbers: Numbers, kind: str, forward: bool, driven: Sequence[int], p
     point = numbers.some(3)
     devices = tuple(PRESCRIBED if k in driven else Device() for k in range(freedoms))
     pitch = numbers.one() if pitched else None
-    return Joint("", kind, 0, 0, point, point, inb, out, False, pitch, devices, None, False, 0, forward)
+    return Joint("", kind, 0, 0, point, point, inb, out, Fit(), pitch, devices, None, False, 0, forward)
 
 
 def a_body(numbers: Numbers) -> Body:

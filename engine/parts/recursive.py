@@ -66,7 +66,7 @@ class Recursive:
             j, n = e.joint, len(e.needs)
             if not j.cut:
                 grips[j.child] = tape.scratch_block(6 * len(j.free))
-                part = friction.grip(j.kind_name, j.forward, j.pin_out, e.needs, tuple(j.free))
+                part = friction.grip(j.kind_name, j.forward, j.fit, e.needs, tuple(j.free))
                 self.scene.call(tape, part, pose=s.moving[j.child].pose, dN=Block(Space.DN, dn, j.kind.nv * n), out=grips[j.child])
             dn += j.kind.nv * n
         for i in reversed(range(count)):

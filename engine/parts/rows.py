@@ -161,7 +161,7 @@ class Rows:
 
     def _reaction(self, name: str, which: str, k: int) -> Block:
         j, m = self.joint(name)
-        ft, part = self.on_outboard(j), closing.reaction(j.pin_out)
+        ft, part = self.on_outboard(j), closing.reaction(j.fit.pin_out)
         whole = self.once(("reaction", name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         return whole.part(k + (0 if which == "f" else 3), 1)
 
@@ -188,7 +188,7 @@ class Rows:
         """Contacts of a joint: their columns (``TOUCH`` each), and a ``tr_contact`` each."""
         j, m = self.joint(e.joint.name)
         count = e.contact.count
-        ft, part = self.on_outboard(j), closing.pin(j.kind_name, j.pin_out, COMPONENTS)
+        ft, part = self.on_outboard(j), closing.pin(j.kind_name, j.fit, COMPONENTS)
         pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         four = self.once(("four", j.name), 4 * count, lambda _: None)
         eta = self.scene.eta(j)

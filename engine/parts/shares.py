@@ -53,7 +53,7 @@ class Shares:
         own = sized(f.contact) if f else ()
         found = [(name, x) for name, x in (f.numbers if f else ()) if name in own]
         sizes, leaves, soft = tuple(name for name, _ in found), [x for _, x in found], j.stiffness is not None
-        part = closing.sprung(j.kind_name, j.pin_out, sizes, soft, j.driven)
+        part = closing.sprung(j.kind_name, j.fit, sizes, soft, j.driven)
         if j.name not in self._numbers:
             self._numbers[j.name] = self.scene.numbers([*leaves, *([j.stiffness] if j.stiffness is not None else [])])
         self.scene.call(tape, part, ft=ft, pose=pose, numbers=self._numbers[j.name], arm=self._arms[j.name], out=out)

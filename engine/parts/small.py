@@ -21,7 +21,7 @@ from engine.recursion.reactions import pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.external import TIMES
-from engine.system.structure import Body, Device, Joint, Load, Signal, Stop
+from engine.system.structure import Body, Device, Fit, Joint, Load, Signal, Stop
 
 LEAVES = {"value": 1, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2}
 """Numbers of a signal, by its kind; a table has none."""
@@ -119,20 +119,20 @@ def energies() -> Part:
     return one("b_energies", {"numbers": sym.p, "g": g, "motion": motion}, {"out": [kinetic, potential]}, ["out"])
 
 
-def pinned_by(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...], N: SX) -> tuple[SX, SX]:
+def pinned_by(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[SX, SX]:
     """Symbols of a joint's pose, and the needed components of f_c, m_c as they follow from the reaction N (6) on its child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
-    joint = Joint("", kind, 0, 0, (), (), (), (), pin_out, None, (), None, False, 0, forward)
+    joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)
     return pose, pin_wrench(Step(joint, Ein, Eout, s, [], none, none, none, [], []), joint, N, needs)
 
 
 @cache
-def pin(kind: str, forward: bool, pin_out: bool, needs: tuple[str, ...]) -> Part:
+def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Part:
     """Reaction N on the child (6), pose → the needed components of f_c, m_c."""
     N = SX.sym("N", 6)
-    pose, out = pinned_by(kind, forward, pin_out, needs, N)
-    words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", "pin_out" if pin_out else "pin_in", *needs]
+    pose, out = pinned_by(kind, forward, fit, needs, N)
+    words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.name, *needs]
     return one("_".join(["r", *words]), {"N": N, "pose": pose}, {"out": out})
 
 

@@ -192,6 +192,6 @@ def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
         return
     element = CONTACTS[REGISTRY[j.type].friction]
     for i, p in enumerate(element.places(_sizes(element, j.friction, 0.0))):
-        side = _side(m, p.on)
+        side = _side(m, p.on) if j.ends is None else _side(m, j.ends)
         base = m.points[side] + p.along * m.frames[side][:, p.axis]
         yield ContactMark(f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]", m.parts[side], base, p.arm)

@@ -94,4 +94,4 @@ def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
 def wrench(e: Element, values: SX) -> Wrench:
     """The element's components, in the order of its ``needs``, as the Wrench that its forms are given."""
     assert set(e.needs) <= set(COMPONENTS)
-    return Wrench({n: values[k] for k, n in enumerate(e.needs)}, -1 if e.joint.pin_out else 1)
+    return Wrench({n: values[k] for k, n in enumerate(e.needs)}, e.joint.fit.sign)

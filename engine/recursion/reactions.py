@@ -77,21 +77,24 @@ def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
     if frame == "both":
         u1, u2 = Ein[:, 0], Eout[:, 1]
         return ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
-    return Eout if j.pin_out and frame == "pin" else Ein
+    return Eout if j.fit.pin_out and frame == "pin" else Ein
 
 
 def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each): the total wrench on the part that carries the pin, at its point, in ``pin_frame``. That of a
+    """f_c, m_c (3×columns each): the total wrench on the part that carries the pin, where the ends are, in ``pin_frame``. That of a
     universal joint is always the one on the inboard part: which part carries which journal is the contact element's business."""
     f, t, s = on_outboard(m, acc, j, combine)
     return pinned(j, f, t, s, *frames(m, j))
 
 
 def pinned(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each) from force and torque on the outboard part at p_out, s = p_out − p_in and the joint's frames."""
-    E = pin_axes(j, Ein, Eout)
-    if not j.pin_out or CONTACTS[j.kind.friction].frame == "both":
-        f, t = -f, -(t + cross(s, f))
+    """f_c, m_c (3×columns each), at the point of the part that has the ends, from force and torque on the outboard part at p_out,
+    s = p_out − p_in and the joint's frames."""
+    E, both = pin_axes(j, Ein, Eout), CONTACTS[j.kind.friction].frame == "both"
+    if both or not j.fit.ends_out:
+        t = t + cross(s, f)
+    if both or not j.fit.pin_out:
+        f, t = -f, -t
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
 
 
@@ -109,5 +112,5 @@ def on_inboard(m: Model, acc: Accelerations, j: Joint, combine: SX) -> tuple[SX,
     """The reported reaction: on the inboard part, at the joint centre (the pin's point), in the inboard joint frame."""
     f, t, s = on_outboard(m, acc, j, combine)
     Ein = frames(m, j)[0]
-    t = t if j.pin_out else t + cross(s, f)
+    t = t if j.fit.pin_out else t + cross(s, f)
     return ca.sparsify(-(Ein.T @ f)), ca.sparsify(-(Ein.T @ t))

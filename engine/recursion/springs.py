@@ -42,7 +42,7 @@ def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, 
         rows = ca.vertcat(HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f))))
         return ca.sparsify(ca.vertcat(_softened(sym, j, rows), *drives))
     unit = SX.sym("unit", 6)
-    w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, -1 if j.pin_out else 1)
+    w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, j.fit.sign)
     pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(sym, j, element, arm)), *[w[n] for n in element.thrusts])
     map_ = ca.sparsify(ca.jacobian(pressed, unit))
     return ca.sparsify(ca.vertcat(_softened(sym, j, map_ @ ca.vertcat(*pinned(j, f, t, s, Ein, Eout))), *drives))
@@ -61,7 +61,7 @@ def rubbing_rows(m: Model, e: Element, values: SX) -> SX:
 def complete_wrench(e: Element, values: SX) -> Wrench:
     """A wrench of all six components from those an element needs; friction changes nothing in what the others press."""
     have = dict(zip(e.needs, [values[k] for k in range(values.numel())], strict=True))
-    return Wrench({n: have.get(n, SX(0)) for n in COMPONENTS}, -1 if e.joint.pin_out else 1)
+    return Wrench({n: have.get(n, SX(0)) for n in COMPONENTS}, e.joint.fit.sign)
 
 
 def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:

@@ -15,7 +15,7 @@ from engine.system.leaves import Leaves, Param, ParameterTable
 from engine.system.loads import load
 from engine.system.numbers import Numbers, numbers_of
 from engine.system.spanning import Spanning, span
-from engine.system.structure import GROUND, Body, Joint, System, state_coordinates
+from engine.system.structure import GROUND, Body, Fit, Joint, System, state_coordinates
 
 INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
@@ -28,6 +28,12 @@ class Built:
     system: System
     parameters: ParameterTable
     numbers: Numbers
+
+
+def fit(j: sm.Joint) -> Fit:
+    """Which part of a joint is inside, and which has the ends."""
+    other = j.ends not in (None, j.pin) and REGISTRY[j.type].slides_along >= 0  # parts that do not slide have theirs at one point
+    return Fit(j.pin == "outboard", "bearing" if other else "pin")
 
 
 def build(scene: sm.Scene) -> Built:
@@ -116,7 +122,7 @@ class _Maker:
             name, j.type, self.index[a[0]], self.index[b[0]],
             self.relative(a[0], self.label(j.inboard, f"joints.{name}.inboard"), a[1]),
             self.relative(b[0], self.label(j.outboard, f"joints.{name}.outboard"), b[1]),
-            frames[0], frames[1], j.pin == "outboard", pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
+            frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness,
         )
 

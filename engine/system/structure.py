@@ -87,6 +87,30 @@ class FrictionElement:
 
 
 @dataclass(frozen=True)
+class Fit:
+    """Which part of a joint is inside, and which has the ends that contacts sit at. pin_out: the outboard part carries the pin;
+    ends: "pin", "bearing" (the part around it has them) or "overlap" (they are where two finite parts end to touch)."""
+
+    pin_out: bool = False
+    ends: str = "pin"
+
+    @property
+    def name(self) -> str:
+        """In names of C functions."""
+        return ("pin_out" if self.pin_out else "pin_in") + ("" if self.ends == "pin" else f"_{self.ends}")
+
+    @property
+    def ends_out(self) -> bool:
+        """Whether the outboard part has the ends."""
+        return self.pin_out != (self.ends == "bearing")
+
+    @property
+    def sign(self) -> int:
+        """+1 where the inboard part carries the pin, −1 where the outboard part does."""
+        return -1 if self.pin_out else 1
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint. ``inb``/``out``: indices of its bodies (GROUND = −1). Points are relative to the bodies' reference origins, in body
     axes; frames are row-major 3×3 tuples.
@@ -103,7 +127,7 @@ class Joint:
     out_point: Leaves
     inb_frame: tuple[float, ...]
     out_frame: tuple[float, ...]
-    pin_out: bool
+    fit: Fit
     pitch: Leaf | None
     devices: tuple[Device, ...]
     friction: FrictionElement | None

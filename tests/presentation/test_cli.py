@@ -153,16 +153,31 @@ def test_check_tells_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> No
     assert data["columns"]["chosen"] == data["columns"]["available"]
 
 
-@pytest.mark.parametrize(("pin", "told"), [("inboard", True), ("outboard", False)])
-def test_check_asks_whether_a_short_pin_that_is_left_behind_is_meant(
-    pin: str, told: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+LEAVES = {
+    "start": ("pin: inboard, start: {q: 800 mm}", True),
+    "pin": ("pin: outboard, start: {q: 800 mm}", False),
+    "ends": ("pin: inboard, ends: outboard, start: {q: 800 mm}", False),
+    "steady drive": ("drive: {constant: {rate: 0.2}}", True),
+    "slow drive": ("drive: {constant: {rate: 0.002}}", False),
+    "ramp": ("drive: {ramp: {start: 0, end: 1, duration: 1}}", True),
+    "ramp there and back": ("drive: {ramp: {start: 0.1, end: -0.1, duration: 0.4}}", True),
+    "sine": ("drive: {harmonic: {amplitude: 0.2, frequency: 1}}", True),
+    "short sine": ("drive: {harmonic: {amplitude: 0.02, frequency: 1}}", False),
+    "curve": ("drive: {table: {time: [0, 1, 2], value: [0, 0.3, 0]}}", True),
+}
+
+
+@pytest.mark.parametrize("how", LEAVES)
+def test_check_asks_whether_ends_that_are_left_behind_are_meant(
+    how: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    guide = f"type: prismatic, axis: x, pin: {pin}, inboard: ground, outboard: sleeve, start: {{q: 800 mm}}"
+    motion, told = LEAVES[how]
+    guide = f"type: prismatic, axis: x, {motion}, inboard: ground, outboard: sleeve"
     rub = "friction: {law: regularized, mu: 0.1, half_length: 50 mm, half_width: 20 mm, half_height: 20 mm}"
     file = tmp_path / "sleeve.yaml"
     file.write_text(f"schema: 1\nbodies: {{sleeve: {{box: [0.1, 0.1, 0.1], mass: 1}}}}\njoints: {{guide: {{{guide}, {rub}}}}}\n")
     assert main(["check", str(file)]) == 0
-    assert ("write pin: outboard" in capsys.readouterr().out) is told
+    assert ("write ends: outboard" in capsys.readouterr().out) is told
 
 
 def test_check_lists_columns_with_units(capsys: pytest.CaptureFixture[str]) -> None:

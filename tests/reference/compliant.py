@@ -25,7 +25,7 @@ from .joint_rows import directions
 from .kinematics import State
 from .laws import Law, law_of
 from .rotation import cross
-from .rubbing import pair, pin_of, rates_of
+from .rubbing import ends_of, pair, pin_of, rates_of
 
 USUAL = 1e8
 """N/m; radial stiffness of the contacts of a joint that says none. Only ratios count."""
@@ -71,7 +71,7 @@ def fits_of(state: State, name: str) -> list[Fit]:
     pin = pin_of(state, name)
     inner, outer = (pose.inboard, pose.outboard) if pin.sign > 0 else (pose.outboard, pose.inboard)
     torsion = max(g.half_width, g.half_height) if joint.type == "prismatic" else 0.0
-    return [Fit(inner, outer, pin.A, pin.point, rates_of(state, name), sites_of(joint.type, g), k, torsion)]
+    return [Fit(inner, outer, pin.A, ends_of(pose, joint), rates_of(state, name), sites_of(joint.type, g), k, torsion)]
 
 
 def _journals(state: State, name: str, g: Friction, k: float) -> list[Fit]:

@@ -73,7 +73,8 @@ def _swapped(scene, joint: sm.Joint) -> sm.Joint:
         sides[which] = sm.Side(body, triple(p), axis=triple(A[:, 0]), reference=triple(A[:, 1]))
     other = {"inboard": "outboard", "outboard": "inboard"}
     pin = joint.pin if universal else other[joint.pin]
-    new = replace(joint, **sides, axis=None, reference=None, pin=pin, start=None)
+    ends = other.get(joint.ends)
+    new = replace(joint, **sides, axis=None, reference=None, pin=pin, ends=ends, start=None)
     g = joint.friction
     if universal and g is not None:
         new = replace(new, friction=replace(g, radius=_flipped(g.radius), half_length=_flipped(g.half_length)))

@@ -30,6 +30,11 @@ def pin_of(state: State, name: str) -> Pin:
     return Pin(-1.0, pose.A_out, pose.p_out)
 
 
+def ends_of(pose, joint) -> np.ndarray:
+    """The point from which the ends of the contacts are measured: on the part that has them."""
+    return pose.p_in if (joint.ends or joint.pin) == "inboard" else pose.p_out
+
+
 def rates_of(state: State, name: str) -> np.ndarray:
     """Rates of the bearing relative to the pin, in the pin's frame: travel (3), then turn (3)."""
     six, pin = directions(state, name), pin_of(state, name)
@@ -100,7 +105,7 @@ class Rubbing:
         if self.joint.type == "universal":
             return self._universal(wrench, devices, law)
         sign, A = self.pin.sign, self.pin.A
-        arm = self.pose.p_out - self.pin.point
+        arm = self.pose.p_out - ends_of(self.pose, self.joint)
         fc, mc = sign * A.T @ wrench[:3], sign * A.T @ (wrench[3:] + cross(arm, wrench[:3]))
         solver, along = PAIRS[self.joint.type]
         out = solver(self.joint, fc, mc, self.rates, law, self.adams)

@@ -12,7 +12,7 @@ from .equations import Equations
 from .joint_rows import directions
 from .laws import is_adams, law_of
 from .rotation import cross
-from .rubbing import pair, pin_of
+from .rubbing import ends_of, pair, pin_of
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def _load(eq: Equations, name: str, journal: int | None) -> tuple[float, np.ndar
     across, across), with what the cross passes on of the devices of the other."""
     press, pin, pose = eq.press(name), pin_of(eq.state, name), eq.state.joint_pose(name)
     if journal is None:
-        arm = pose.p_out - pin.point
+        arm = pose.p_out - ends_of(pose, eq.state.scene.joints[name])
         torque = press[3:] + np.cross(arm, press[:3], axisb=0, axisc=0)
         return pin.sign, pin.sign * np.vstack([pin.A.T @ press[:3], pin.A.T @ torque])
     C = directions(eq.state, name).T[3:]

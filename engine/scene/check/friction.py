@@ -16,6 +16,8 @@ from engine.scene.model import Friction, Joint, Scene
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about friction."""
     for name, j in scene.joints.items():
+        if j.ends is not None:
+            yield from _ends(name, j)
         if j.friction is None:
             continue
         path: Path = ("joints", name, "friction")
@@ -25,6 +27,13 @@ def check(scene: Scene) -> Iterator[Finding]:
             continue
         yield from _sizes(path, j, j.friction)
         yield from _coefficients(path, j.friction, scene.law_of(j.friction))
+
+
+def _ends(name: str, j: Joint) -> Iterator[Finding]:
+    able = [k.name for k in REGISTRY.values() if k.friction and CONTACTS[k.friction].ended]
+    if j.type not in able:
+        what = f"the contacts of a {j.type} joint have no ends that either part could have"
+        yield Finding(("joints", name, "ends"), what, f"leave it out; joints with ends: {', '.join(able)}")
 
 
 def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
