@@ -53,7 +53,7 @@ class Space:
     def of_norm(self, pair: Pair, n: Norm) -> np.ndarray:
         """The vector of a norm over X."""
         rows, constant = _contact(self.statics, self.load, pair, n.rows)
-        return self.functional(rows, constant)
+        return self.functional(rows, constant + n.added)
 
     def friction(self, pair: Pair) -> np.ndarray:
         """Friction of a pair at the surface over X."""
@@ -131,7 +131,7 @@ def _looks(st: Statics, pairs: tuple[Pair, ...], load: int | None) -> np.ndarray
         for c in pair.capacities:
             for norm in c.norms:
                 rows, constant = _contact(st, load, pair, norm.rows)
-                out.append(np.column_stack([rows, constant]))
+                out.append(np.column_stack([rows, constant + norm.added]))
         rows = np.zeros((len(pair.eta), n + 1))
         for k, eta in enumerate(pair.eta):
             rows[:, st.eta0 + eta] = pair.friction[:, k]

@@ -48,9 +48,11 @@ class Contact:
 
 @dataclass(frozen=True)
 class Size(Number):
-    """A size of a contact element. drawn: in pictures of a joint that has none, as a part of the mechanism's length."""
+    """A size of a contact element. drawn: in pictures of a joint that has none, as a part of the mechanism's length; bears: whether
+    what contacts carry as springs depends on it (``ContactElement.pressed``)."""
 
     drawn: float = 0.025
+    bears: bool = True
 
 
 PARTS = ("pin", "inboard", "outboard")
@@ -121,7 +123,7 @@ class ContactElement:
     pairs      for every pair of sliding surfaces the freedoms along which it slides.
     places     (sizes by label) → where its contacts sit, in order; contacts beyond them (a couple) have no place.
     pins       (sizes by label) → the pin or pins as drawn; ideal: the part they are drawn on in a joint without friction.
-    anywhere   whether a contact can be anywhere on its circle; a sleeve's only change sides.
+    anywhere   whether a contact can be anywhere on its circle; a sleeve's only change sides, a thread's are all around.
     needs      components of f_c, m_c the forms use, given the element's numbers (names) and whether it is ``adams``.
     friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
     speeds     (wrench, rates, laws, numbers, adams) → sliding speed of every pair, m/s, negative once past a reversal of the frozen
@@ -135,7 +137,7 @@ class ContactElement:
     rests      (numbers of a joint) → what each pair can hold at rest, as sums of norms of linear functions (``resting``).
     thrusts    components of f_c that faces across an axis carry.
     velocity   (rates, numbers) → velocity components of every pair (m/s; ball: rad/s).
-    count      number of contacts.
+    count      number of contacts; 0 for friction that does not follow what presses.
     springs    how many numbers ``pressed`` gives.
     drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
                they follow from ``velocity`` alone.
@@ -185,9 +187,9 @@ class ContactElement:
             places, solids = self.places(example), self.pins(example)
         except KeyError as e:
             return [f"its places or pins ask for {e.args[0]}, which is none of its sizes"]
-        if not 1 <= len(places) <= self.count:
+        if not int(self.anywhere and self.count > 0) <= len(places) <= self.count:
             found.append(f"{len(places)} places for {self.count} contacts")
-        if not solids:
+        if not solids and self.count:
             found.append("it has no pin to draw")
         where: list[Place | Solid] = [*places, *solids]
         for x in where:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Solid, Wrench, ratio_held, signum, while_sliding
-from engine.contact.journal import HALF_LENGTH, HALF_ROOT, RADIUS, length, split, sums
+from engine.contact.journal import HALF_LENGTH, HALF_ROOT, PRELOAD, RADIUS, length, preloaded, split, sums
 from engine.friction import Law
 
 if TYPE_CHECKING:
@@ -59,10 +59,12 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """What friction of each journal is proportional to: the sum of its normal forces; in Adams' form |f_c|."""
+    """What friction of each journal is proportional to: the sum of its normal forces (in Adams' form |f_c|) and a preload."""
     if adams:
-        return [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
-    return [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
+        loads = [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
+    else:
+        loads = [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
+    return [preloaded(load, g, f"preload[{i + 1}]") for i, load in enumerate(loads)]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
@@ -118,7 +120,7 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
 def _rests(j: Rubs) -> list[Pair]:
     import numpy as np
 
-    from engine.contact.resting import Capacity, Norm, Pair, adams_forces, ends_of, static, whole
+    from engine.contact.resting import Capacity, Norm, Pair, adams_forces, ends_of, preload, static, whole
 
     mu, name, out = static(j), j.joint, []
     names = ((("f2", "f3"), ("m2", "m3")), (("f3", "f1"), ("m3", "m1")))
@@ -127,6 +129,7 @@ def _rests(j: Rubs) -> list[Pair]:
             norms: tuple[Norm, ...] = (Norm(whole(j, adams_forces(j)), mu),)
         else:
             norms = ends_of(j, across, about, j.sizes[f"half_length[{k + 1}]"], mu)
+        norms += preload(j, mu, f"preload[{k + 1}]")
         out.append(Pair(name, k + 1, (j.eta[k],), np.array([[1.0 / j.sizes[f"radius[{k + 1}]"]]]), (Capacity(norms),), mu))
     return out
 
@@ -134,6 +137,6 @@ def _rests(j: Rubs) -> list[Pair]:
 CROSS = ContactElement(
     "cross", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 4, springs=8,
     rests=_rests,
-    sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2)), pairs=((0,), (1,)), places=_places, pins=_pins, frame="both",
-    thrusts=("f1", "f2"),
+    sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2), replace(PRELOAD, count=2)),
+    pairs=((0,), (1,)), places=_places, pins=_pins, frame="both", thrusts=("f1", "f2"),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Journal of a revolute joint and shaft of a cylindrical one (paper §7.2, §7.3): two contacts at ∓c from the pin's point.
+"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point, and what it shares with a shaft.
 
 (124) and (136) are solved in closed form for a_i = f_i cosθ_i and b_i = f_i sinθ_i (METHOD, "Journal and shaft").
 """
@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from engine.basics.numbers import POSITIVE
+from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
 from engine.friction import Law
@@ -59,9 +58,6 @@ def as_contacts(a1: SX, b1: SX, a2: SX, b2: SX) -> list[Contact]:
     return [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in ((a1, b1), (a2, b2))]
 
 
-# -- journal of a revolute joint ----------------------------------------------------------------------------------------------
-
-
 def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
     axial = ("f1",) if "thrust_radius" in numbers or adams else ()
     return axial + (("f2", "f3") if adams else ("f2", "f3", "m2", "m3"))
@@ -76,11 +72,12 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """What friction is proportional to: f_1 + f_2, with an axial thrust at its own radius; in Adams' form |f_c|."""
+    """What friction is proportional to: f_1 + f_2 and a preload, with an axial thrust at its own radius; in Adams' form |f_c|
+    for f_1 + f_2."""
     if adams:
-        return ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)
+        return preloaded(ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY), g)
     a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)
-    load = length(a1, b1) + length(a2, b2)
+    load = preloaded(length(a1, b1) + length(a2, b2), g)
     return load + g["thrust_radius"] / g["radius"] * ca.fabs(w["f1"]) if "thrust_radius" in g else load
 
 
@@ -125,18 +122,31 @@ THRUST_RADIUS = Size(
 )  # fmt: skip
 
 
-def _places(g: Mapping[str, float]) -> list[Place]:
+PRELOAD = Size(
+    "preload", "N", "force with which a spring or an interference presses all around, beside the loads (a seal)", NOT_NEGATIVE,
+    '"50 N"', needed=False, symbol="P", bears=False,
+)  # fmt: skip
+
+
+def preloaded(load: SX, g: Mapping[str, SX], label: str = "preload") -> SX:
+    """What friction is proportional to, with what presses whatever the load is."""
+    return load + g[label] if label in g else load
+
+
+def places(g: Mapping[str, float]) -> list[Place]:
+    """The ends."""
     return [Place("pin", 0, along, g["radius"]) for along in (-g["half_length"], g["half_length"])]
 
 
-def _pins(g: Mapping[str, float]) -> list[Solid]:
+def pins(g: Mapping[str, float]) -> list[Solid]:
+    """A cylinder."""
     return [Solid("cylinder", (g["radius"], 2 * g["half_length"]))]
 
 
 def _rests(j: Rubs) -> list[Pair]:
     import numpy as np
 
-    from engine.contact.resting import Capacity, Norm, Pair, adams_forces, ends_of, static, whole
+    from engine.contact.resting import Capacity, Norm, Pair, adams_forces, ends_of, preload, static, whole
 
     mu, r = static(j), j.sizes["radius"]
     if j.adams:
@@ -145,109 +155,12 @@ def _rests(j: Rubs) -> list[Pair]:
         norms = ends_of(j, ("f2", "f3"), ("m2", "m3"), j.sizes["half_length"], mu)
         if "thrust_radius" in j.sizes:
             norms += (Norm(whole(j, ("f1",)), mu * j.sizes["thrust_radius"] / r),)
+    norms += preload(j, mu)
     return [Pair(j.joint, 1, j.eta, np.array([[1.0 / r]]), (Capacity(norms),), mu)]
 
 
 JOURNAL = ContactElement(
     "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 2, springs=4,
-    rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS), pairs=((0,),), places=_places, pins=_pins, thrusts=("f1",),
+    rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS, PRELOAD), pairs=((0,),), places=places, pins=pins, thrusts=("f1",),
     ended=True,
-)  # fmt: skip
-
-
-# -- shaft of a cylindrical joint ---------------------------------------------------------------------------------------------
-
-
-def _shaft_needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-    return ("f2", "f3") if adams else ("f2", "f3", "m2", "m3")
-
-
-def _shaft_velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
-    return [[rates[0], g["radius"] * rates[1]]]
-
-
-def _shaft_ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> tuple[SX, SX]:
-    ks, kr = laws[0].ratios(_shaft_velocity(rates, g)[0], (1.0, g["radius"]))
-    return w.pin * ks, w.pin * kr
-
-
-def _shaft_friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction force (125) and torque (126): k_s Σf and k_r r Σf; in Adams' form with the force across the axis for Σf."""
-    ks, kr = _shaft_ratios(w, rates, laws, g)
-    load = _shaft_load(w, ks, kr, g, adams)
-    return [w.pin * ks * load, w.pin * kr * g["radius"] * load]
-
-
-def _shaft_load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """What friction is proportional to: f_1 + f_2; in Adams' form the force across the axis."""
-    if adams:
-        return length(w["f2"], w["f3"])
-    a1, b1, a2, b2 = pair(w, kr, ks, g)
-    return length(a1, b1) + length(a2, b2)
-
-
-def _shaft_direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, SX, SX]:
-    """Size of a friction u = (force, torque) as a force at the surface, N, and the direction in which k_s, k_r then point (a unit
-    vector)."""
-    along, around = u[0], u[1] / g["radius"]
-    size = length(along, around)
-    return size, w.pin * along / size, w.pin * around / size
-
-
-def _shaft_held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """κ · load(κ) grows with κ along a direction, so that its value at μ_static is the capacity (METHOD, "Rest")."""
-    size, ds, dr = _shaft_direction(w, u, g)
-    most = laws[0].static
-    return [Hold(most * _shaft_load(w, most * ds, most * dr, g, adams), size)]
-
-
-def _shaft_contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    ks, kr = _shaft_ratios(w, rates, laws, g)
-    if laws[0].sets:
-        size, ds, dr = _shaft_direction(w, eta, g)
-        still = ratio_held(lambda k: _shaft_load(w, k * ds, k * dr, g, False), size)
-        ks, kr = ca.if_else(laws[0].stuck, still * ds, ks), ca.if_else(laws[0].stuck, still * dr, kr)
-    return as_contacts(*pair(w, kr, ks, g))
-
-
-def _shaft_pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    ks, kr = (while_sliding(laws[0], k) for k in _shaft_ratios(w, rates, laws, g)) if laws else (ca.SX(0), ca.SX(0))
-    return pressed(w, kr, ks, g)
-
-
-def _shaft_speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    v, u = _shaft_velocity(rates, g)[0]
-    return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
-
-
-def _shaft_rests(j: Rubs) -> list[Pair]:
-    """An upper bound: with k_s, the axial part of friction, Y = Y_0 + β F with |β| ≤ μ r/c, so that each |F ± Y| is at most
-    |F ± Y_0| + |β||F|. Against a given direction β is known."""
-    import numpy as np
-
-    from engine.contact.resting import Capacity, Norm, Pair, ends_of, sine, static, whole
-
-    mu, r = static(j), j.sizes["radius"]
-    if j.adams:
-        held, along = Capacity((Norm(whole(j, ("f2", "f3")), mu),)), None
-    else:
-        c, across = j.sizes["half_length"], whole(j, ("f3", "f2"))
-        ends = ends_of(j, ("f2", "f3"), ("m2", "m3"), c, mu)
-        loose = tuple(replace(n, weight=0.5 * mu) for n in ends)
-        held = Capacity((*loose, Norm(across, mu * mu * r / c, 0.0)), 0, False, (0.5 * sine(mu),) * 2 + (-sine(mu) * mu * r / c,))
-
-        def along(d: np.ndarray) -> Capacity:
-            ks, kr = mu * j.sense * d
-            beta = ks * r / c * (1 - 1j * kr) / (1 + kr * kr)
-            turned = np.array([[beta.real, -beta.imag], [beta.imag, beta.real]]) @ across
-            weight = 0.5 * mu / float(np.hypot(1.0, kr))
-            return Capacity(tuple(Norm(n.rows + s * turned, weight, 0.5) for n, s in zip(ends, (1.0, -1.0), strict=True)))
-
-    return [Pair(j.joint, 1, j.eta, np.diag([1.0, 1.0 / r]), (held,), mu, along=along)]
-
-
-SHAFT = ContactElement(
-    "shaft", _shaft_needs, _shaft_friction, _shaft_speeds, _shaft_held, _shaft_contacts, _shaft_velocity, _shaft_pressed,
-    2, springs=4,
-    rests=_shaft_rests, sizes=(RADIUS, HALF_LENGTH), pairs=((0, 1),), places=_places, pins=_pins, ended=True,
 )  # fmt: skip

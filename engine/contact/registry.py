@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 from engine.basics.numbers import Number, merged
 from engine.contact.ball import BALL
 from engine.contact.base import ContactElement
+from engine.contact.constant import BOTH, CROSSED, SLIDING, TURNING
 from engine.contact.cross import CROSS
-from engine.contact.journal import JOURNAL, SHAFT
+from engine.contact.journal import JOURNAL
+from engine.contact.shaft import SHAFT
 from engine.contact.sleeve import SLEEVE
+from engine.contact.thread import THREAD
 from engine.friction import numbers as law_numbers
 
 if TYPE_CHECKING:
@@ -30,7 +33,17 @@ def registered(elements: Iterable[ContactElement]) -> dict[str, ContactElement]:
     return out
 
 
-REGISTRY = registered((JOURNAL, SHAFT, BALL, CROSS, SLEEVE))
+REGISTRY = registered((JOURNAL, SHAFT, BALL, CROSS, SLEEVE, THREAD, TURNING, SLIDING, BOTH, CROSSED))
+CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.name, (True, True): CROSSED.name}
+"""Elements of friction that does not follow the load, by whether the freedoms of their joint turn."""
+GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)
+"""Numbers by which a joint says that it has such friction."""
+
+
+def element_of(usual: str, turns: tuple[bool, ...], named: Iterable[str]) -> str:
+    """Name of the element of a joint whose friction gives these numbers: the usual one of its type, or where it says that its
+    friction does not follow the load that of its freedoms (which of them turn); "" when it can have none."""
+    return CONSTANT.get(turns, "") if GIVEN & set(named) else usual
 
 
 def sizes() -> dict[str, tuple[Number, tuple[str, ...]]]:

@@ -29,11 +29,17 @@ class Rubs:
 @dataclass(frozen=True)
 class Norm:
     """weight · |rows · f|, f the reaction components the element's forms use; rows in N per component's unit. contact: the part of
-    |rows · f| that is the force of one contact (0: it is none of its own)."""
+    |rows · f| that is the force of one contact (0: it is none of its own). fixed: what is added to rows · f, N (its first row)."""
 
     rows: np.ndarray
     weight: float
     contact: float = 1.0
+    fixed: float = 0.0
+
+    @property
+    def added(self) -> np.ndarray:
+        """What is added to rows · f, N (a number a row)."""
+        return np.append(self.fixed, np.zeros(len(self.rows) - 1))
 
 
 @dataclass(frozen=True)
@@ -83,6 +89,16 @@ def row(j: Rubs, **parts: float) -> np.ndarray:
 def sine(mu: float) -> float:
     """μ/√(1 + μ²): friction over the whole force of a contact."""
     return mu / float(np.hypot(1.0, mu))
+
+
+def given(j: Rubs, size: float, weight: float) -> Norm:
+    """A force that presses whatever the load is, N."""
+    return Norm(np.zeros((1, len(j.needs))), weight, 0.0, size)
+
+
+def preload(j: Rubs, mu: float, label: str = "preload") -> tuple[Norm, ...]:
+    """A joint's preload, if it has one."""
+    return (given(j, j.sizes[label], mu),) if label in j.sizes else ()
 
 
 def whole(j: Rubs, names: tuple[str, ...]) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
-from engine.contact.journal import HALF_LENGTH, HALF_ROOT, length
+from engine.contact.journal import HALF_LENGTH, HALF_ROOT, PRELOAD, length, preloaded
 from engine.friction import Law
 
 if TYPE_CHECKING:
@@ -49,8 +49,9 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """What friction is proportional to: the sum of all normal forces; in Adams' form the force across the axis."""
-    return length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
+    """What friction is proportional to: the sum of all normal forces (in Adams' form the force across the axis) and a preload."""
+    load = length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
+    return preloaded(load, g)
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
@@ -92,11 +93,11 @@ def _places(g: Mapping[str, float]) -> list[Place]:
 def _rests(j: Rubs) -> list[Pair]:
     import numpy as np
 
-    from engine.contact.resting import Capacity, Norm, Pair, row, static, whole
+    from engine.contact.resting import Capacity, Norm, Pair, preload, row, static, whole
 
     mu = static(j)
     if j.adams:
-        capacities: tuple[Capacity, ...] = (Capacity((Norm(whole(j, ("f2", "f3")), mu),)),)
+        capacities: tuple[Capacity, ...] = (Capacity((Norm(whole(j, ("f2", "f3")), mu), *preload(j, mu))),)
     else:
         a, b, c = j.sizes["half_width"], j.sizes["half_height"], j.sizes["half_length"]
 
@@ -104,7 +105,8 @@ def _rests(j: Rubs) -> list[Pair]:
             k = sense * j.sense * mu
             rows = [row(j, f2=0.5 + s * k * a / (2 * c), m3=-s / (2 * c)) for s in (1, -1)]
             rows += [row(j, f3=0.5 + s * k * b / (2 * c), m2=s / (2 * c)) for s in (1, -1)]
-            return tuple(Norm(row[None, :], mu) for row in [*rows, row(j, m1=1.0 / max(a, b))])
+            pressed = tuple(Norm(row[None, :], mu) for row in [*rows, row(j, m1=1.0 / max(a, b))])
+            return (*pressed, *preload(j, mu))
 
         capacities = tuple(Capacity(norms(s), s) for s in (1, -1))
     return [Pair(j.joint, 1, j.eta, np.array([[1.0]]), capacities, mu)]
@@ -115,6 +117,7 @@ SLEEVE = ContactElement(
     rests=_rests, sizes=(
         HALF_LENGTH, Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
         Size("half_height", "m", "b: half size of the guide along e3", POSITIVE, '"20 mm"', symbol="b", drawn=0.02),
+        PRELOAD,
     ),
     pairs=((0,),), places=_places,
     pins=lambda g: [Solid("box", (2 * g["half_length"], 2 * g["half_width"], 2 * g["half_height"]))],

@@ -115,8 +115,11 @@ class _Reader:
         if j.dynamics is not None and float(j.dynamics.damping or 0):
             out["damping"] = float(j.dynamics.damping)
         if j.dynamics is not None and float(j.dynamics.friction or 0):
-            constant = float(j.dynamics.friction)
-            self.notes.append(f"{j.name}: constant friction {constant:g} left out (give the joint a pin and mu instead)")
+            turns = REGISTRY[kind].freely_rubbed
+            if len(turns) == 1:
+                out["friction"] = {"torque" if turns[0] else "force": float(j.dynamics.friction)}
+            else:
+                self.notes.append(f"{j.name}: constant friction {float(j.dynamics.friction):g} left out (a {kind} joint has none)")
         if j.type != "continuous" and j.limit is not None and REGISTRY[kind].nv == 1:
             self.notes.append(f"{j.name}: limits left out (stops want a stiffness)")
         return out

@@ -123,6 +123,11 @@ class JointKind:
         along = [k for k in range(self.nv) if not self.turns(k)]
         return self.axes[0][0].index if along == [0] else -1
 
+    @property
+    def freely_rubbed(self) -> tuple[bool, ...]:
+        """Whether each of its freedoms turns, for friction that acts along each of them by itself; () where none does."""
+        return tuple(self.turns(k) for k in range(self.nv)) if 0 < self.nv <= 2 and self.quaternion < 0 else ()
+
     def turns(self, rate: int) -> bool:
         """Whether a freedom is a rotation, in rad (a screw's is), not a travel, in m."""
         return self.axes[rate][0].rot

@@ -14,4 +14,6 @@ SCREW = JointKind(
     rows_r=((1, 0), (2, 0)),
     ties=1,
     measure=lambda r, s, ops: [angle_about_e1(r, s, ops)],
+    friction="thread",
+    contacts=1,
 )

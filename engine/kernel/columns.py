@@ -116,7 +116,7 @@ def _friction(j: Joint) -> Iterator[Column]:
     sense = "less what the bristles have stored" if j.friction.bristles else "≤ 0"
     yield Column(f"{name}.friction.work", "J", f"work of friction in {name} ({sense})", ("quad", f"friction:{name}"))
     element = CONTACTS[j.friction.contact]
-    for i in range(kind.contacts):
+    for i in range(element.count):
         c = f"{name}.contact[{i + 1}]"
         text = f"normal force at contact {i + 1} of {name}"
         yield Column(f"{c}.normal_force", "N", text, ("contact", name, i, "force"), bound=NOT_NEGATIVE)

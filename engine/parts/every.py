@@ -2,7 +2,8 @@
 
 The list follows from what joint types, contact elements and laws declare, so that a new one is in it. Left out is what hardly a
 scene has: of a planar joint two freedoms prescribed, of a free body one or two; Adams' approximation with laws that it is not
-compared with; friction in redundant loops of joints that say their stiffness."""
+compared with; friction in redundant loops of joints that say their stiffness; friction that is given and preloads with laws that
+are not set-valued."""
 
 from __future__ import annotations
 
@@ -11,8 +12,10 @@ from itertools import chain, combinations, product
 from typing import Any
 
 from engine.basics.numbers import Number
+from engine.contact import GIVEN, element_of
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import COMPONENTS
+from engine.contact.journal import PRELOAD
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
@@ -96,9 +99,12 @@ def _cuts() -> Iterator[Asked]:
 def _frictions() -> Iterator[Asked]:
     for kind in JOINTS.values():
         if kind.friction:
+            given = element_of("", kind.freely_rubbed, GIVEN)
             for law, adams, pin_out in product(LAWS, SIDES, SIDES):
-                for names in numbers(law, kind.friction) if law in COMPARED or not adams else ():
-                    yield from _rubbing(_of(kind, law, adams, Fit(pin_out), names))
+                for names in numbers(law, kind.friction, adams) if law in COMPARED or not adams else ():
+                    yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out), names))
+            for law in (law for law in LAWS if given and LAWS[law].sets):
+                yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
@@ -107,9 +113,10 @@ def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
     return [Fit(*each) for each in product(pins, ends)]
 
 
-def numbers(law: str, contact: str) -> list[tuple[str, ...]]:
+def numbers(law: str, contact: str, adams: bool = False) -> list[tuple[str, ...]]:
     """The numbers that friction of a joint may be told by: all that are needed, and any others."""
-    declared = [*LAWS[law].numbers, *CONTACTS[contact].sizes]
+    usual = LAWS[law].sets and not adams
+    declared = [*LAWS[law].numbers, *(s for s in CONTACTS[contact].sizes if usual or s.name != PRELOAD.name)]
     return [tuple(label for n in given for label in n.labels) for given in _given(declared)]
 
 
@@ -121,8 +128,9 @@ def _given(declared: Sequence[Number]) -> Iterator[list[Number]]:
         yield [n for n in declared if n.needed or n.default is not None or n.name in names or n.needed_with in names]
 
 
-def _of(kind: JointKind, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> Rubbing:
-    contact, own = CONTACTS[kind.friction], Numbers()
+def _of(kind: JointKind, element: str, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> Rubbing:
+    contact, own = CONTACTS[element], Numbers()
+    names += ("pitch",) * kind.pitched
     sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
     friction = FrictionElement(contact.name, law, adams, tuple((name, own.one()) for name in names), sliders)
     joint = Joint("", kind.name, 0, 0, (), (), (), (), fit, None, (), friction, False, 0, True)

@@ -136,7 +136,7 @@ def write_contacts(scene: Scene) -> int:
     """The tape of all contacts' forces; how many there are."""
     tape = scene.tape("contacts")
     rows, at = Rows(scene, tape), 0
-    for e in elements(scene.system):
+    for e in (e for e in elements(scene.system) if e.contact.count):
         four = rows.touching(e)[1]
         tape.copy(four, Block(Space.OUT, at, four.size))
         at += four.size

@@ -94,7 +94,7 @@ def rubbing(e: Element) -> Rubbing:
     sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
     numbers = Numbers()
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders)
-    fit = Fit(e.joint.fit.pin_out)  # where the ends are is told by what is handed over
+    fit = Fit(e.joint.fit.pin_out and e.contact.count > 0)  # where the ends are is told by what is handed over
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None)  # fmt: skip
     return Rubbing(joint, e.needs)
@@ -117,5 +117,5 @@ class Numbers:
 
 
 def sized(contact: str) -> tuple[str, ...]:
-    """Labels of all sizes of a contact element, whether a joint gives them or not."""
-    return tuple(label for s in CONTACTS[contact].sizes for label in s.labels)
+    """Labels of the sizes of a contact element by which its contacts bear, whether a joint gives them or not."""
+    return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

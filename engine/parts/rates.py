@@ -110,6 +110,8 @@ class Rates(Moved):
     def _components(self, e: Element) -> Block:
         """The needed components of f_c, m_c."""
         j, out = e.joint, self.tape.scratch_block(len(e.needs))
+        if not e.needs:
+            return out
         part = closing.pin(j.kind_name, j.fit, e.needs)
         self.scene.call(self.tape, part, ft=self._transmitted(j), pose=self.motion(j).pose, out=out)
         return out

@@ -66,6 +66,8 @@ class Recursive:
             j, n = e.joint, len(e.needs)
             if not j.cut:
                 grips[j.child] = tape.scratch_block(6 * len(j.free))
+                tape.zero(grips[j.child])
+            if n and not j.cut:
                 part = friction.grip(j.kind_name, j.forward, j.fit, e.needs, tuple(j.free))
                 self.scene.call(tape, part, pose=s.moving[j.child].pose, dN=Block(Space.DN, dn, j.kind.nv * n), out=grips[j.child])
             dn += j.kind.nv * n

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from engine.contact import REGISTRY as CONTACTS
 from engine.parts.blocks import Closed, Moving
 from engine.parts.known import sized
 from engine.parts.scene import Scene
@@ -50,7 +51,7 @@ class Shares:
 
     def _sprung(self, tape: Tape, j: Joint, pose: Block, ft: Block, out: Block) -> None:
         f = j.friction
-        own = sized(f.contact) if f else ()
+        own = sized(f.contact) if f and CONTACTS[f.contact].count else ()
         found = [(name, x) for name, x in (f.numbers if f else ()) if name in own]
         sizes, leaves, soft = tuple(name for name, _ in found), [x for _, x in found], j.stiffness is not None
         part = closing.sprung(j.kind_name, j.fit, sizes, soft, j.driven)

@@ -172,11 +172,15 @@ class Stepping:
     def pin_of_cut(self, tape: Tape, e: Element, ft: Block, out: Block) -> None:
         """The needed components of f_c, m_c of a cut joint from the wrench on its outboard part."""
         j = e.joint
+        if not e.needs:
+            return
         self.scene.call(tape, closing.pin(j.kind_name, j.fit, e.needs), ft=ft, pose=self.closing(j).pose, out=out)
 
     def pin(self, tape: Tape, e: Element, N: Block, out: Block) -> None:
         """The needed components of f_c, m_c of a joint from N on its child."""
         j = e.joint
+        if not e.needs:
+            return
         part = small.pin(j.kind_name, j.forward, j.fit, e.needs)
         self.scene.call(tape, part, N=N, pose=self.moving[j.child].pose, out=out)
 

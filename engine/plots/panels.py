@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement
 from engine.joints import REGISTRY as JOINTS
 from engine.plots.angles import broken, rotation_vector
+from engine.scene.touching import touching
 from engine.simulation.event import Event
 from engine.simulation.result import Result
 
@@ -154,7 +154,9 @@ def contacts_per_part(result: Result, joint: str) -> int:
 
 def _element(result: Result, joint: str) -> ContactElement:
     """The contact element of a joint with friction."""
-    return CONTACTS[JOINTS[result.scene.joints[joint].type].friction]
+    element = touching(result.scene.joints[joint])
+    assert element is not None
+    return element
 
 
 def _contact_of(result: Result, event: Event, column: str) -> int | None:

@@ -15,6 +15,7 @@ from engine.plots.meshes import Mesh
 from engine.plots.palette import BODIES
 from engine.scene import model as sm
 from engine.scene.refs import GROUND, axes_of, body_of, point_of
+from engine.scene.touching import touching
 from engine.system.frames import frame, matrix
 
 ON_GROUND = -1
@@ -174,9 +175,11 @@ def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
     kind = REGISTRY[j.type]
     if kind.nv in (0, 6):
         return
-    element = CONTACTS[kind.friction] if kind.friction else next(iter(CONTACTS.values()))
-    for solid in element.pins(_sizes(element, j.friction, size)):
-        side = _side(m, solid.on if j.friction is not None or element.ideal == "pin" else element.ideal)
+    usual = CONTACTS[kind.friction] if kind.friction else next(iter(CONTACTS.values()))
+    own = touching(j) if j.friction is not None else None
+    element, rub = (own, j.friction) if own is not None and own.count else (usual, None)
+    for solid in element.pins(_sizes(element, rub, size)):
+        side = _side(m, solid.on if rub is not None or element.ideal == "pin" else element.ideal)
         mesh = getattr(meshes, solid.shape)(*solid.sizes, *((solid.axis,) if solid.shape == "cylinder" else ()))
         yield m.parts[side], meshes.placed(mesh, m.frames[side], m.points[side])
 
@@ -190,7 +193,8 @@ def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
     """Where the contacts of joint j sit on its pin (NOTATION, "Reactions, friction and contacts")."""
     if j.friction is None:
         return
-    element = CONTACTS[REGISTRY[j.type].friction]
+    element = touching(j)
+    assert element is not None
     for i, p in enumerate(element.places(_sizes(element, j.friction, 0.0))):
         side = _side(m, p.on) if j.ends is None else _side(m, j.ends)
         base = m.points[side] + p.along * m.frames[side][:, p.axis]

@@ -26,6 +26,8 @@ from engine.system.structure import GROUND, Joint
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
     """The needed components of f_c, m_c of an element as affine maps (n×columns), or as numbers (n×1) with ``combine``."""
+    if not e.needs:
+        return SX(0, 1 if combine is not None else m.columns)
     f, t = on_pin(m, acc, e.joint, combine)
     rows = {**{f"f{k + 1}": f[k, :] for k in range(3)}, **{f"m{k + 1}": t[k, :] for k in range(3)}}
     return ca.sparsify(ca.vertcat(*[rows[n] for n in e.needs]))

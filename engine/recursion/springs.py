@@ -75,8 +75,9 @@ def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Ma
 
 def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
     """A joint's own sizes, or those of one without friction."""
-    if j.friction:
-        return {name: sym.leaf(leaf) for name, leaf in j.friction.numbers}
+    own = {name: sym.leaf(leaf) for name, leaf in j.friction.numbers} if j.friction else {}
+    if all(label in own for s in element.sizes if s.needed and s.bears for label in s.labels):
+        return own
     return {label: arm for s in element.sizes for label in s.labels}
 
 

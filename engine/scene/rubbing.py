@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from engine.basics.numbers import Number
-from engine.contact import sizes
+from engine.contact import GIVEN, element_of, sizes
 from engine.friction import REGISTRY as LAWS
 from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY as JOINTS
@@ -43,8 +43,8 @@ def of_joints() -> list[Field]:
         own = ", where it differs from the scene's" if n.default is not None else ""
         out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
     for name, (n, elements) in sizes().items():
-        rubbing = [j for j in JOINTS.values() if j.friction in elements]
-        each = {j.name: next(s for s in sized(j.friction) if s.name == name) for j in rubbing}
+        both = [(j.name, e) for j in JOINTS.values() for e in (j.friction, element_of("", j.freely_rubbed, GIVEN))]
+        each = {joint: next(s for s in sized(e) if s.name == name) for joint, e in both if e in elements}
         who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
         count = max((s.count for s in each.values()), default=1)
         out.append((name, annotation(n, count) | None, None, f"{sentence(n.text)} ({who})."))

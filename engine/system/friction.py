@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from engine.contact import REGISTRY as CONTACTS
 from engine.friction import REGISTRY as LAWS
 from engine.scene import model as sm
+from engine.scene.touching import given, touching
 from engine.system.leaves import Leaf, ParameterTable
 from engine.system.structure import FrictionElement, Joint, Slider
 
@@ -15,18 +15,23 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
     f = scene.joints[j.name].friction
     assert f is not None
     law = scene.law_of(f)
-    contact = CONTACTS[j.kind.friction]
+    contact = touching(scene.joints[j.name])
+    assert contact is not None
     numbers: list[tuple[str, Leaf]] = []
     for n in (*LAWS[law].numbers, *contact.sizes):
         value = getattr(f, n.name)
         if value is None and n.default is not None:
             value = getattr(scene.friction, n.name)
+        if value is None and given(contact, n, law):
+            numbers.append((n.name, table.scalar(f"joints.{j.name}.friction.{n.name}", 1.0, n.unit)))
         if value is None:
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
         put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one number may stand for both journals
         for label, one in zip(n.labels, values, strict=True):
             numbers.append((label, put(f"joints.{j.name}.friction.{label}", one, n.unit)))
+    if j.pitch is not None:
+        numbers.append(("pitch", j.pitch))
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))
     adams = scene.normal_force_of(f) == "adams"
     return FrictionElement(contact.name, law, adams, tuple(numbers), sliders)

@@ -62,4 +62,6 @@ def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
         first[name] = at
         at += rows
     found = [e for e in elements(system) if e.joint.name in first]
+    # friction that does not follow what presses changes nothing of it
+    found = [e for e in found if e.contact.count]
     return [(e, first[e.joint.name], springs_of(e.joint) - len(e.contact.thrusts) - len(e.joint.driven)) for e in found]

@@ -78,7 +78,7 @@ def random_tree(
         if some.random() < devices:
             entries |= rp.devices(some, kind, q[name])
         rub = stream(seed, name, kind, "friction")
-        if kind in rp.RUBBING_TYPES and rub.random() < friction:
+        if (kind in rp.RUBBING_TYPES or (types == (kind,) and kind in rp.APART)) and rub.random() < friction:
             entries["friction"] = rp.friction(rub, kind, laws, adams)
         drive = stream(seed, name, kind, "drive")
         if of(kind).scalars and drive.random() < drives:

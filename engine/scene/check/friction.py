@@ -3,14 +3,15 @@ declare what is needed and what may stand beside what; the values themselves are
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from engine.contact import GIVEN, ContactElement, element_of, sizes
 from engine.contact import REGISTRY as CONTACTS
-from engine.contact import sizes
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Friction, Joint, Scene
+from engine.scene.touching import given, named, touching
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -21,12 +22,21 @@ def check(scene: Scene) -> Iterator[Finding]:
         if j.friction is None:
             continue
         path: Path = ("joints", name, "friction")
-        if not REGISTRY[j.type].friction:
-            able = ", ".join(k.name for k in REGISTRY.values() if k.friction)
-            yield Finding(path, f"a {j.type} joint has no friction element", f"joints that can rub: {able}")
+        element = touching(j)
+        if element is None:
+            yield Finding(path, *_impossible(j, j.friction))
             continue
-        yield from _sizes(path, j, j.friction)
-        yield from _coefficients(path, j.friction, scene.law_of(j.friction))
+        yield from _sizes(path, j, j.friction, element)
+        yield from _coefficients(path, j.friction, element, scene.law_of(j.friction))
+
+
+def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
+    """Why a joint cannot rub as it says, and which joints can."""
+    if GIVEN & named(f):
+        able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
+        return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that can: {able}"
+    able = ", ".join(k.name for k in REGISTRY.values() if k.friction)
+    return f"a {j.type} joint has no friction element", f"joints that can rub: {able}"
 
 
 def _ends(name: str, j: Joint) -> Iterator[Finding]:
@@ -36,22 +46,33 @@ def _ends(name: str, j: Joint) -> Iterator[Finding]:
         yield Finding(("joints", name, "ends"), what, f"leave it out; joints with ends: {', '.join(able)}")
 
 
-def _sizes(path: Path, j: Joint, f: Friction) -> Iterator[Finding]:
-    own = {s.name: s for s in CONTACTS[REGISTRY[j.type].friction].sizes}
+def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterator[Finding]:
+    own = {s.name: s for s in element.sizes}
     needed = [s.name for s in own.values() if s.needed]
+    what = "constant friction" if not element.count else "friction"
     for name in needed:
         if getattr(f, name) is None:
-            what = f"friction of a {j.type} joint needs {' and '.join(needed)}: {name} is missing"
-            yield Finding((*path, name), what, own[name].hint)
+            said = f"{what} of a {j.type} joint needs {' and '.join(needed)}: {name} is missing"
+            yield Finding((*path, name), said, own[name].hint)
     for name in sizes():
         value = getattr(f, name)
         if value is None:
             continue
         if name not in own:
-            yield Finding((*path, name), f"friction of a {j.type} joint has no {name}", f"it has: {', '.join(own)}")
+            yield Finding((*path, name), f"{what} of a {j.type} joint has no {name}", _instead(j, own, element))
         elif isinstance(value, tuple) and len(value) != own[name].count:
             several = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name) == len(value))
             yield Finding((*path, name), f"a {j.type} joint has one {name}", f"{len(value)} are for joints of type {several}")
+
+
+def _instead(j: Joint, own: Iterable[str], element: ContactElement) -> str:
+    """What a joint may say where it gives a size that its friction does not have."""
+    usual = REGISTRY[j.type].friction
+    if element.count or not usual:
+        return f"it has: {', '.join(own)}"
+    loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
+    loaded = "preload presses beside the loads" if loads else "leave out the constant one"
+    return f"it has: {', '.join(own)}; friction that follows the load has sizes instead, and {loaded}"
 
 
 def _counts(element: str, name: str) -> int:
@@ -59,12 +80,12 @@ def _counts(element: str, name: str) -> int:
     return next((s.count for s in CONTACTS[element].sizes if s.name == name), 0)
 
 
-def _coefficients(path: Path, f: Friction, law: str) -> Iterator[Finding]:
+def _coefficients(path: Path, f: Friction, element: ContactElement, law: str) -> Iterator[Finding]:
     """Mistakes for numbers that the law needs and that are not given. Numbers of other laws may be given too: they are used
     when their law is chosen."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
-        if getattr(f, n.name) is not None or n.default is not None:
+        if getattr(f, n.name) is not None or n.default is not None or given(element, n, law):
             continue
         if n.needed:
             yield Finding((*path, n.name), f'law "{law}" needs {n.name}', n.hint, about=laws)

@@ -1,0 +1,29 @@
+"""How a joint of a scene rubs: the contact element of its type, or friction that does not follow the load."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+from engine.basics.numbers import Number
+from engine.contact import REGISTRY as CONTACTS
+from engine.contact import ContactElement, element_of
+from engine.friction import REGISTRY as LAWS
+from engine.joints import REGISTRY
+from engine.scene.jointed import Friction, Joint
+
+
+def named(f: Friction) -> set[str]:
+    """The numbers that a joint's friction gives."""
+    return {x.name for x in fields(f) if getattr(f, x.name) is not None}
+
+
+def touching(j: Joint) -> ContactElement | None:
+    """The contact element of a joint with friction; None where its type has none of the kind."""
+    assert j.friction is not None
+    kind = REGISTRY[j.type]
+    return CONTACTS.get(element_of(kind.friction, kind.freely_rubbed, named(j.friction)))
+
+
+def given(element: ContactElement | None, n: Number, law: str) -> bool:
+    """Whether a number of a law is 1 where a joint says none: the ratio of friction that is itself given."""
+    return element is not None and not element.count and n.name == LAWS[law].scale and n.unit == "1"
