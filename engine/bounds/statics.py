@@ -13,6 +13,7 @@ import numpy as np
 
 from engine.bounds.freed import Load, freed, pose_columns
 from engine.bounds.probe import Probe
+from engine.contact.base import SPAN
 from engine.contact.registry import pairs_at_rest
 from engine.contact.resting import Pair, Rubs
 from engine.scene.model import Scene
@@ -134,7 +135,8 @@ def _numbers(model: Model, drives: tuple[Load, ...], loads: tuple[Load, ...], no
     rates = np.array([r for r, _ in moved]).reshape(nv, -1).T
     closure = np.array([c for _, c in moved]).reshape(nv, -1).T
     return Statics(
-        system, _joints(model), drives, loads, n, mass @ E, mass @ Ep, mass @ (a0 - Ep @ now), R, Rp, r0 - Rp @ now, rates, closure,
+        system, _joints(model, r0),
+        drives, loads, n, mass @ E, mass @ Ep, mass @ (a0 - Ep @ now), R, Rp, r0 - Rp @ now, rates, closure,
         _driven(system, drives, nv), built.numbers.length, unit, probe, notes,
     )  # fmt: skip
 
@@ -164,11 +166,14 @@ def _by_load(probe: Probe, built: Built, load: Load, a0: np.ndarray, r0: np.ndar
     return found
 
 
-def _joints(model: Model) -> tuple[Rubbing, ...]:
+def _joints(model: Model, reactions: np.ndarray) -> tuple[Rubbing, ...]:
+    """Joints with friction; what overlaps does so as at the reactions' pose."""
     values = model.built.parameters.values
     out = []
     for e in elements(model.system):
         sizes = {name: float(values[leaf.index] if isinstance(leaf, Param) else leaf) for name, leaf in e.friction.numbers}
+        if SPAN in e.needs:
+            sizes["half_length"] = float(reactions[e.n0 + e.needs.index(SPAN)])
         sense = float(e.joint.fit.sign)
         out.append(Rubbing(e, Rubs(e.joint.name, e.friction.contact, e.needs, tuple(e.eta), sizes, sense, e.friction.adams)))
     return tuple(out)

@@ -22,9 +22,16 @@ TINY = 1e-300
 COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 
 
+FIXED, OVERLAP = "fixed", "overlap"
+"""Choices of where contacts sit: at the ends of one part, or where two parts end to touch."""
+SPAN = "span"
+"""Beside the components of f_c, m_c: half the length over which two parts of finite length touch, m."""
+
+
 @dataclass(frozen=True)
 class Wrench:
-    """What a joint presses on the part with the pin: the components of f_c (N) and m_c (N m) that an element needs, by name.
+    """What a joint presses on the part with the pin: the components of f_c (N) and m_c (N m) that an element needs (and
+    SPAN), by name.
     ``pin`` is +1 when that is the inboard part, −1 when it is the outboard one: by it signed friction ratios change."""
 
     values: Mapping[str, SX]
@@ -49,10 +56,12 @@ class Contact:
 @dataclass(frozen=True)
 class Size(Number):
     """A size of a contact element. drawn: in pictures of a joint that has none, as a part of the mechanism's length; bears: whether
-    what contacts carry as springs depends on it (``ContactElement.pressed``)."""
+    what contacts carry as springs depends on it (``ContactElement.pressed``); ends: the choice of a joint's ``ends`` that it
+    belongs to, FIXED or OVERLAP, where it belongs to one alone."""
 
     drawn: float = 0.025
     bears: bool = True
+    ends: str = ""
 
 
 PARTS = ("pin", "inboard", "outboard")
@@ -142,7 +151,6 @@ class ContactElement:
     drift      (wrench, rates, laws, numbers, adams) → rates of the states of a law that has them, along each freedom; without it
                they follow from ``velocity`` alone.
     cone       (as ``speeds``) → measure of sliding of a pair that can turn without sliding: negative where it does (ball).
-    ended      whether its contacts sit at ends, which either part may have (``ends`` of a joint).
     frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame whose axes the rates have: ball), "both"
                (u1, u2, u1 × u2; then always the wrench on the inboard part).
     """
@@ -165,7 +173,6 @@ class ContactElement:
     thrusts: tuple[str, ...] = ()
     anywhere: bool = True
     ideal: str = "pin"
-    ended: bool = False
     frame: str = "pin"
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
@@ -198,7 +205,7 @@ class ContactElement:
         if self.frame not in ("pin", "inboard", "both") or self.ideal not in PARTS:
             found.append(f"frame {self.frame!r} or ideal {self.ideal!r} is unknown")
         for adams in (False, True):
-            if not {*self.needs(list(example), adams), *self.thrusts} <= set(COMPONENTS):
+            if not {*self.needs(list(example), adams), *self.thrusts} <= {*COMPONENTS, SPAN}:
                 found.append(f"needs or thrusts name components other than {', '.join(COMPONENTS)}")
         return found
 

@@ -11,7 +11,21 @@ from typing import TYPE_CHECKING
 
 from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.basics.symbolic import SX, ca
-from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
+from engine.contact.base import (
+    FIXED,
+    OVERLAP,
+    SPAN,
+    Contact,
+    ContactElement,
+    Hold,
+    Place,
+    Size,
+    Solid,
+    Wrench,
+    ratio_held,
+    signum,
+    while_sliding,
+)
 from engine.friction import Law
 
 if TYPE_CHECKING:
@@ -43,13 +57,13 @@ def length(a: SX, b: SX) -> SX:
 
 def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX]:
     """``split`` of what the joint presses, with the element's sizes."""
-    return split(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], g["half_length"])
+    return split(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
 
 
 def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
     """The two forces across a pin as their ``sums`` over √2: the same sum of squares, and what presses both ends alike is apart
     from what tilts the pin."""
-    found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], g["half_length"])
+    found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
     return [HALF_ROOT * x for x in found]
 
 
@@ -114,8 +128,33 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")
 HALF_LENGTH = Size(
-    "half_length", "m", "c: the contact points sit at -c and +c from the pin's point", POSITIVE, '"20 mm"', symbol="c", drawn=0.06
-)
+    "half_length", "m", "c: the contact points sit at -c and +c from the point of the part that has the ends", POSITIVE, '"20 mm"',
+    symbol="c", drawn=0.06, ends=FIXED,
+)  # fmt: skip
+LENGTHS = tuple(
+    Size(
+        f"{part}_length", "m", f"with ends: overlap, length of the {part} part along the axis, its point in its middle", POSITIVE,
+        '"60 mm"', drawn=0.12, ends=OVERLAP,
+    )
+    for part in ("inboard", "outboard")
+)  # fmt: skip
+
+
+def spanned(needs: tuple[str, ...], numbers: Sequence[str]) -> tuple[str, ...]:
+    """What forms need, with the span where that changes as parts slide."""
+    return (*needs, SPAN) if LENGTHS[0].name in numbers else needs
+
+
+def half_length(w: Wrench, g: Mapping[str, SX]) -> SX:
+    """c: half the length over which pin and bearing touch, m."""
+    return w[SPAN] if SPAN in w.values else g["half_length"]
+
+
+def far(g: Mapping[str, float]) -> float:
+    """c as drawn: of parts that overlap, half the length of the shorter one."""
+    return 0.5 * min(g[s.name] for s in LENGTHS) if LENGTHS[0].name in g else g["half_length"]
+
+
 THRUST_RADIUS = Size(
     "thrust_radius", "m", "arm at which an axial thrust rubs (the paper's end face has none)", POSITIVE, '"10 mm"', needed=False,
     symbol="r_t",
@@ -135,12 +174,12 @@ def preloaded(load: SX, g: Mapping[str, SX], label: str = "preload") -> SX:
 
 def places(g: Mapping[str, float]) -> list[Place]:
     """The ends."""
-    return [Place("pin", 0, along, g["radius"]) for along in (-g["half_length"], g["half_length"])]
+    return [Place("pin", 0, along, g["radius"]) for along in (-far(g), far(g))]
 
 
 def pins(g: Mapping[str, float]) -> list[Solid]:
     """A cylinder."""
-    return [Solid("cylinder", (g["radius"], 2 * g["half_length"]))]
+    return [Solid("cylinder", (g["radius"], 2 * far(g)))]
 
 
 def _rests(j: Rubs) -> list[Pair]:
@@ -162,5 +201,5 @@ def _rests(j: Rubs) -> list[Pair]:
 JOURNAL = ContactElement(
     "journal", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 2, springs=4,
     rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS, PRELOAD), pairs=((0,),), places=places, pins=pins, thrusts=("f1",),
-    ended=True,
+
 )  # fmt: skip

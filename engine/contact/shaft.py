@@ -9,7 +9,20 @@ from typing import TYPE_CHECKING
 
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Wrench, ratio_held, while_sliding
-from engine.contact.journal import HALF_LENGTH, PRELOAD, RADIUS, as_contacts, length, pair, pins, places, preloaded, pressed
+from engine.contact.journal import (
+    HALF_LENGTH,
+    LENGTHS,
+    PRELOAD,
+    RADIUS,
+    as_contacts,
+    length,
+    pair,
+    pins,
+    places,
+    preloaded,
+    pressed,
+    spanned,
+)
 from engine.friction import Law
 
 if TYPE_CHECKING:
@@ -19,7 +32,7 @@ TINY = 1e-300
 
 
 def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-    return ("f2", "f3") if adams else ("f2", "f3", "m2", "m3")
+    return ("f2", "f3") if adams else spanned(("f2", "f3", "m2", "m3"), numbers)
 
 
 def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
@@ -111,5 +124,5 @@ def _rests(j: Rubs) -> list[Pair]:
 SHAFT = ContactElement(
     "shaft", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed,
     2, springs=4,
-    rests=_rests, sizes=(RADIUS, HALF_LENGTH, PRELOAD), pairs=((0, 1),), places=places, pins=pins, ended=True,
+    rests=_rests, sizes=(RADIUS, HALF_LENGTH, *LENGTHS, PRELOAD), pairs=((0, 1),), places=places, pins=pins,
 )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from engine.basics.numbers import POSITIVE
 from engine.basics.symbolic import SX, ca
 from engine.contact.base import Contact, ContactElement, Hold, Place, Size, Solid, Wrench, ratio_held, signum, while_sliding
-from engine.contact.journal import HALF_LENGTH, HALF_ROOT, PRELOAD, length, preloaded
+from engine.contact.journal import HALF_LENGTH, HALF_ROOT, LENGTHS, PRELOAD, far, half_length, length, preloaded, spanned
 from engine.friction import Law
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ TINY = 1e-300
 
 
 def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-    return ("f2", "f3") if adams else ("f2", "f3", "m1", "m2", "m3")
+    return ("f2", "f3") if adams else spanned(("f2", "f3", "m1", "m2", "m3"), numbers)
 
 
 def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
@@ -36,7 +36,7 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
     """Forces on the inner part, N, with k friction per normal force: along e2 at −c and at +c, along e3 at −c and at +c, and the
     total force of the couple that carries the torsion (with its sign)."""
-    a, b, c = g["half_width"], g["half_height"], g["half_length"]
+    a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     d2 = (w["m3"] - k * a * w["f2"]) / (2 * c)
     d3 = (w["m2"] + k * b * w["f3"]) / (2 * c)
     h2, h3 = 0.5 * w["f2"], 0.5 * w["f3"]
@@ -66,7 +66,7 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
     """Forces of both ends as sums and differences over √2, and that of the couple which carries the torsion."""
     k = while_sliding(laws[0], _ratio(w, rates, laws, g)) if laws else ca.SX(0)
-    a, b, c = g["half_width"], g["half_height"], g["half_length"]
+    a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     tilts = ((w["m3"] - k * a * w["f2"]) / c, (w["m2"] + k * b * w["f3"]) / c)
     return [*(HALF_ROOT * x for x in (w["f2"], w["f3"], *tilts)), w["m1"] / ca.fmax(a, b)]
 
@@ -86,7 +86,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
     """Places of contacts 1 to 4; the couple has none."""
-    c = g["half_length"]
+    c = far(g)
     return [Place("pin", 0, along, g[arm]) for arm in ("half_width", "half_height") for along in (-c, c)]
 
 
@@ -115,11 +115,12 @@ def _rests(j: Rubs) -> list[Pair]:
 SLEEVE = ContactElement(
     "sleeve", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 5, springs=5,
     rests=_rests, sizes=(
-        HALF_LENGTH, Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
+        HALF_LENGTH, *LENGTHS,
+        Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),
         Size("half_height", "m", "b: half size of the guide along e3", POSITIVE, '"20 mm"', symbol="b", drawn=0.02),
         PRELOAD,
     ),
     pairs=((0,),), places=_places,
-    pins=lambda g: [Solid("box", (2 * g["half_length"], 2 * g["half_width"], 2 * g["half_height"]))],
-    anywhere=False, ideal="outboard", ended=True,
+    pins=lambda g: [Solid("box", (2 * far(g), 2 * g["half_width"], 2 * g["half_height"]))],
+    anywhere=False, ideal="outboard",
 )  # fmt: skip

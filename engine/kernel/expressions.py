@@ -14,7 +14,7 @@ from engine.recursion.loads import spring_line
 from engine.recursion.reactions import frames, on_inboard, pin_frame
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX
-from engine.system.elements import elements
+from engine.system.elements import elements, everything
 from engine.system.structure import Joint
 
 TINY = 1e-300
@@ -106,7 +106,7 @@ def oriented(c: Touch) -> tuple[SX, SX, SX]:
 
 def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:
     """All six components of f_c, m_c: contacts are always those of the exact forms, whichever form friction takes."""
-    e.needs = ("f1", "f2", "f3", "m1", "m2", "m3")
+    e.needs = everything(e.joint)
     return reaction_rows(m, acc, e, pick)
 
 

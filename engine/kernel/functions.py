@@ -9,7 +9,7 @@ from engine.kernel.calling import CONST, STATE, inputs, qdot
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.expressions import kinetic, potential
 from engine.kernel.powers import coordinates_of
-from engine.recursion.elements import laws, numbers, wrench
+from engine.recursion.elements import by_loads, laws, numbers, wrench
 from engine.recursion.reduction import Model
 from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.symbols import Symbols
@@ -61,7 +61,7 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
         values = ca.vertcat(*e.contact.friction(w, r, ls, g, e.friction.adams))
         for k, i in enumerate(e.eta):
             eta[i] = values[k]
-        derivative.append(ca.vec(ca.densify(ca.jacobian(values, mine))))
+        derivative.append(ca.vec(by_loads(values, e, mine)))
         for s, speed, law in zip(e.friction.sliders, e.contact.speeds(w, r, ls, g, e.friction.adams), ls, strict=True):
             sliding[3 * s.flag], sliding[3 * s.flag + 1] = speed, law.kink
         if e.contact.cone and all(law.sets or law.kinks for law in ls):
@@ -93,7 +93,7 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
             capacity = found[n].capacity if found else SX(0)
             if found:
                 values[3 * s.flag : 3 * s.flag + 3] = [capacity, found[n].size, SX(found[n].beyond)]
-            rows.append(ca.vec(ca.densify(ca.jacobian(capacity, mine))))
+            rows.append(ca.vec(by_loads(capacity, e, mine)))
     stages = [
         Stage("k_prepare_held", f"{CONST}p,double*restrict c", "c"),
         Stage("k_held", f"{CONST}N,{CONST}u,{CONST}x,{CONST}c,double*restrict hold,double*restrict dN", ""),
@@ -134,7 +134,7 @@ def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Cod
         r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
         found = rubbed(sym, e, complete_wrench(e, mine), r, laws(sym, e, rates[nr:]), numbers(sym, e))
         values = ca.vertcat(values, found)
-        derivative = ca.vertcat(derivative, ca.vec(ca.densify(ca.jacobian(found, mine))))
+        derivative = ca.vertcat(derivative, ca.vec(by_loads(found, e, mine)))
     stages = [
         Stage("k_prepare_pressed", f"{CONST}p,double*restrict c", "c"),
         Stage("k_pressed", f"{CONST}N,{CONST}r,{CONST}x,{CONST}c,double*restrict more,double*restrict dN", ""),

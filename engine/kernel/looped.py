@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from engine.contact.base import OVERLAP
 from engine.kernel.calling import CONST, STATE
 from engine.kernel.classes import BodyCode, Classes, Shape, classify, outward_step
 from engine.kernel.emit import Input, Output, Stage, emit
@@ -29,6 +30,8 @@ def loops_pay(system: System, quadratures: bool) -> bool:
     if system.cuts or quadratures or system.bristles or len(system.bodies) < MIN_BODIES:
         return False
     if any(load.kind == "spring_damper" for load in system.loads):
+        return False
+    if any(j.fit.ends == OVERLAP for j in system.joints):
         return False
     if any_sets(system) and any(j.driven for j in system.frictional):
         return False

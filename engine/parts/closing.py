@@ -8,7 +8,7 @@ from functools import cache
 import casadi as ca
 
 from engine.contact import REGISTRY as CONTACTS
-from engine.contact.base import COMPONENTS
+from engine.contact.base import COMPONENTS, OVERLAP
 from engine.joints import REGISTRY
 from engine.kernel.classes import unpack_motion
 from engine.kernel.records import MOTION
@@ -75,12 +75,15 @@ def _posed() -> tuple[SX, SX, SX, SX, SX]:
 
 @cache
 def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Part:
-    """Force and torque on the outboard part (6), pose → the needed components of f_c, m_c."""
+    """Force and torque on the outboard part (6), pose (and lengths of parts that overlap) → the needed components of f_c, m_c; 0
+    for the span."""
     ft, pose, Ein, Eout, s = _posed()
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, True)
-    both = ca.vertcat(*pinned(joint, ft[:3], ft[3:], s, Ein, Eout))
-    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.name, *needs])
-    return one(name, {"ft": ft, "pose": pose}, {"out": [both[COMPONENTS.index(n)] for n in needs]})
+    ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
+    both = ca.vertcat(*pinned(joint, ft[:3], ft[3:], s, Ein, Eout, ins.get("lengths")))
+    out = [both[COMPONENTS.index(n)] if n in COMPONENTS else SX(0) for n in needs]
+    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs])
+    return one(name, ins, {"out": out})
 
 
 @cache
@@ -129,6 +132,6 @@ def sprung(kind: str, fit: Fit, sizes: tuple[str, ...], soft: bool, driven: tupl
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, devices, friction, True, stiffness=stiffness)
     sym, length = PartSymbols(n.count), SX.sym("arm")
     out = spring_rows(sym, joint, ft[:3], ft[3:], s, Ein, Eout, length)
-    words = [kind, fit.name, *sizes, *(["soft"] if soft else []), *map(str, driven)]
+    words = [kind, fit.label, *sizes, *(["soft"] if soft else []), *map(str, driven)]
     name = re.sub(r"\W", "_", "_".join(["k_sprung", *words]))
     return one(name, {"ft": ft, "pose": pose, "numbers": sym.p, "arm": length}, {"out": out})

@@ -72,7 +72,7 @@ class Columns:
     def _found(self, e: Element, N: Block) -> list[int]:
         """Calls by which a joint's reaction components and accelerations are put among those of the column."""
         one, j = Tape(), e.joint
-        self.stepping.pin(one, e, N, self.rows.part(e.n0, len(e.needs)))
+        self.stepping.pin(one, e, N, self.rows.part(e.n0, len(e.needs)), whole=False)
         for f in j.free if self.maps.held else ():
             one.copy(self.stepping.own(self.qdd, j).part(j.free.index(f), 1), self.held.part(e.eta[0] + f, 1))
         return one.code
@@ -104,7 +104,7 @@ class Columns:
             tape.copy(own.part(other, 1), Block(Space.MAPS, m.at("S") + m.active * other + column, 1))
         e = self.rubbing.get(c.joint.name)
         if e:
-            self.stepping.pin_of_cut(tape, e, c.row("gat", k), self.rows.part(e.n0, len(e.needs)))
+            self.stepping.pin_of_cut(tape, e, c.row("gat", k), self.rows.part(e.n0, len(e.needs)), whole=False)
         self.own = {c.joint.name: c.row("gat", k)}
         self._keep(column)
 
@@ -121,7 +121,7 @@ class Columns:
             own = tape.scratch_block(6)
             tape.zero(own)
             tape.call(Builtin.ALONG, [c.row("wat", k), self.scene.against, own], [6, 1])
-            self.stepping.pin_of_cut(tape, e, own, self.rows.part(e.n0, len(e.needs)))
+            self.stepping.pin_of_cut(tape, e, own, self.rows.part(e.n0, len(e.needs)), whole=False)
             self.own = {j.name: own}
         elif k in j.free:
             own = self.stepping.own(self.effort, j).part(j.free.index(k), 1)

@@ -62,9 +62,9 @@ class Coupled:
                 continue
             needs, pin = len(r.element.needs), self.stepping.pin_of_cut
             for k, row in enumerate(loop.own):
-                pin(tape, r.element, c.row("gat", row), r.by_rows.part(needs * k, needs))
+                pin(tape, r.element, c.row("gat", row), r.by_rows.part(needs * k, needs), False)
             for k in range(c.joint.kind.nv):
-                pin(tape, r.element, c.row("wat", k), r.by_friction.part(needs * k, needs))
+                pin(tape, r.element, c.row("wat", k), r.by_friction.part(needs * k, needs), False)
             pin(tape, r.element, self.stepping.transmitted(tape, c.joint, []), r.p0)
 
     # -- with the laws' derivatives -----------------------------------------------------------------------------------------

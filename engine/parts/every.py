@@ -14,12 +14,13 @@ from typing import Any
 from engine.basics.numbers import Number
 from engine.contact import GIVEN, element_of
 from engine.contact import REGISTRY as CONTACTS
-from engine.contact.base import COMPONENTS
+from engine.contact.base import FIXED, OVERLAP
 from engine.contact.journal import PRELOAD
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
 from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
+from engine.system.elements import everything
 from engine.system.structure import Fit, FrictionElement, Joint, Slider
 
 Asked = tuple[Any, ...]
@@ -42,6 +43,7 @@ def every() -> Iterator[Asked]:
 SMOOTH = {
     "signal", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward", "moved", "turned",
     "weigh", "carry", "energies", "point", "acceleration", "orientation", "along", "over", "reaction",
+    "span",
 }  # fmt: skip
 """Functions that write parts of which Jacobians and linear units need tangents, whatever they are asked for."""
 
@@ -62,7 +64,7 @@ def _small() -> Iterator[Asked]:
     yield from (("small", "spring", what) for what in ("wrench", "power", "potential"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
     yield from (("small", "depth", upper) for upper in SIDES)
-    yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over"))
+    yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over", "span"))
     yield from (("closing", "outboard", forward) for forward in SIDES)
     yield from (("closing", "reaction", pin_out) for pin_out in SIDES)
     yield from (("closing", "weighed", sign) for sign in (1, -1))
@@ -103,20 +105,28 @@ def _frictions() -> Iterator[Asked]:
             for law, adams, pin_out in product(LAWS, SIDES, SIDES):
                 for names in numbers(law, kind.friction, adams) if law in COMPARED or not adams else ():
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out), names))
+                for names in numbers(law, kind.friction, adams, OVERLAP) if LAWS[law].sets and not adams and overlaps(kind) else ():
+                    yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
             for law in (law for law in LAWS if given and LAWS[law].sets):
                 yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
     """Which part may be inside, and which may have the ends."""
-    ends = ("pin", "bearing") if kind.slides_along >= 0 and kind.friction and CONTACTS[kind.friction].ended else ("pin",)
+    ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
 
 
-def numbers(law: str, contact: str, adams: bool = False) -> list[tuple[str, ...]]:
+def overlaps(kind: JointKind) -> bool:
+    """Whether parts of such joints may touch where they overlap."""
+    return bool(kind.friction) and any(s.ends == OVERLAP for s in CONTACTS[kind.friction].sizes)
+
+
+def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> list[tuple[str, ...]]:
     """The numbers that friction of a joint may be told by: all that are needed, and any others."""
     usual = LAWS[law].sets and not adams
-    declared = [*LAWS[law].numbers, *(s for s in CONTACTS[contact].sizes if usual or s.name != PRELOAD.name)]
+    sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
+    declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
     return [tuple(label for n in given for label in n.labels) for given in _given(declared)]
 
 
@@ -147,7 +157,7 @@ def _rubbing(which: Rubbing) -> Iterator[Asked]:
     if law.bristles:
         yield "friction", "drift", which
     names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
-    for fit in fits(kind, (joint.fit.pin_out,)):
+    for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):
         yield from _pinned(which, fit)
         for soft, moved in product(SIDES, driven(kind)):
             yield "closing", "sprung", kind.name, fit, names, soft, moved
@@ -156,7 +166,7 @@ def _rubbing(which: Rubbing) -> Iterator[Asked]:
 def _pinned(which: Rubbing, fit: Fit) -> Iterator[Asked]:
     """What turns reactions into those that contact forms are given."""
     kind = which.joint.kind
-    yield from (("closing", "pin", kind.name, fit, needs) for needs in (which.needs, COMPONENTS))
+    yield from (("closing", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
     for forward in SIDES:
         yield "small", "pin", kind.name, forward, fit, which.needs
         for moved in driven(kind):

@@ -8,18 +8,17 @@ from functools import cache
 import casadi as ca
 
 from engine.contact import REGISTRY, ContactElement
-from engine.contact.base import COMPONENTS
 from engine.joints import REGISTRY as REGISTRY_OF_JOINTS
 from engine.kernel.expressions import TOUCHING, angle, oriented, touches
 from engine.parts.known import POSE, Part, Rubbing
 from engine.parts.local import PartSymbols
 from engine.parts.one import one
 from engine.parts.small import pinned_by
-from engine.recursion.elements import laws, wrench
+from engine.recursion.elements import by_loads, laws, wrench
 from engine.recursion.reactions import pin_axes
 from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.vectors import SX
-from engine.system.elements import Element
+from engine.system.elements import Element, everything
 from engine.system.external import MODE
 from engine.system.leaves import Param
 from engine.system.structure import Fit, FrictionElement
@@ -60,7 +59,7 @@ def law(which: Rubbing, alone: bool) -> Part:
     for speed, x, cone in zip(e.contact.speeds(w, rates, ls, g, adams), ls, cones, strict=True):
         sliding += [speed, SX(x.kink), SX(cone)]
     ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
-    outs = {"eta": values} | ({} if alone else {"dN": ca.vec(ca.densify(ca.jacobian(values, N)))}) | {"sliding": sliding}
+    outs = {"eta": values} | ({} if alone else {"dN": ca.vec(by_loads(values, e, N))}) | {"sliding": sliding}
     return one(f"{which.name}_law{'_alone' if alone else ''}", ins, outs)
 
 
@@ -92,7 +91,7 @@ def held(which: Rubbing, alone: bool) -> Part:
     found = e.contact.held(wrench(e, N), [u[i] for i in e.eta], laws(sym, e), g, e.friction.adams)
     for h in found:
         values += [h.capacity, h.size, SX(h.beyond)]
-        rows.append(ca.vec(ca.densify(ca.jacobian(h.capacity, N))))
+        rows.append(ca.vec(by_loads(h.capacity, e, N)))
     ins = {"numbers": sym.p, "N": N, "u": u, "modes": sym.modes, "b": sym.b}
     outs = {"hold": values} | ({} if alone else {"dN": ca.vertcat(*rows)})
     return one(f"{which.name}_held{'_alone' if alone else ''}", ins, outs)
@@ -102,11 +101,11 @@ def held(which: Rubbing, alone: bool) -> Part:
 def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple[int, ...]) -> Part:
     """Pose of a joint, ∂law/∂N (a row a freedom) → ∂law/∂N ∂N/∂(reaction on the child) of the free freedoms (n×6)."""
     reaction = SX.sym("N", 6)
-    pose, rows = pinned_by(kind, forward, fit, needs, reaction)
+    ins, rows = pinned_by(kind, forward, fit, needs, reaction)
     dN = SX.sym("dN", REGISTRY_OF_JOINTS[kind].nv, len(needs))
     out = ca.sparsify(dN[list(free), :] @ ca.jacobian(rows, reaction)) if free else SX(0, 6)
-    words = [kind, "out" if forward else "in", fit.name, *map(str, free), *needs]
-    return one("_".join(["g", *words]), {"pose": pose, "dN": ca.vec(dN)}, {"out": out})
+    words = [kind, "out" if forward else "in", fit.label, *map(str, free), *needs]
+    return one("_".join(["g", *words]), {**ins, "dN": ca.vec(dN)}, {"out": out})
 
 
 @cache
@@ -132,16 +131,16 @@ def pressed(which: Rubbing, soft: bool) -> Part:
     values = rubbed(sym, e, complete_wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g)
     ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
     name = f"{which.name}_pressed{'_soft' if soft else ''}"
-    return one(name, ins, {"more": ca.densify(values), "dN": ca.vec(ca.densify(ca.jacobian(values, N)))})
+    return one(name, ins, {"more": ca.densify(values), "dN": ca.vec(by_loads(values, e, N))})
 
 
 @cache
 def contacts(which: Rubbing) -> Part:
-    """numbers, all of f_c and m_c (6), rates, modes, states, η, pose → ``TOUCH`` numbers for each contact, and a ``tr_contact``
-    each."""
-    e = Element(which.joint, _contact(which), COMPONENTS, 0, 0)
+    """numbers, all of f_c and m_c (6; the span behind them), rates, modes, states, η, pose → ``TOUCH`` numbers for each
+    contact, and a ``tr_contact`` each."""
+    e = Element(which.joint, _contact(which), everything(which.joint), 0, 0)
     sym, nv = _Rubbed(which), which.joint.kind.nv
-    N, r, eta, pose = SX.sym("N", len(COMPONENTS)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("pose", POSE)
+    N, r, eta, pose = SX.sym("N", len(e.needs)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("pose", POSE)
     g = {n: sym.leaf(x) for n, x in e.friction.numbers}
     found = e.contact.contacts(wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g, [eta[k] for k in range(nv)])
     Ein, Eout = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from engine.contact import REGISTRY as CONTACTS
+from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
 from engine.system.elements import Element
 from engine.system.leaves import Leaves, Param
@@ -83,7 +84,7 @@ class Rubbing:
         """Of its functions in C."""
         f = self.joint.friction
         assert f is not None
-        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.name]
+        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
         return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers)]))
 
 
@@ -94,7 +95,8 @@ def rubbing(e: Element) -> Rubbing:
     sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
     numbers = Numbers()
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders)
-    fit = Fit(e.joint.fit.pin_out and e.contact.count > 0)  # where the ends are is told by what is handed over
+    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # where ends of one part are is told by what is handed over
+    fit = Fit(e.joint.fit.pin_out and e.contact.count > 0, ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None)  # fmt: skip
     return Rubbing(joint, e.needs)

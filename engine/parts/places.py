@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from engine.contact.base import OVERLAP, SPAN
+from engine.contact.journal import LENGTHS
 from engine.parts.scene import Scene
 from engine.parts.store import small
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.system.elements import Element
-from engine.system.structure import state_coordinates
+from engine.system.structure import Joint, state_coordinates
 
 
 def element_places(s: Scene, e: Element) -> dict[str, Block]:
@@ -17,6 +21,18 @@ def element_places(s: Scene, e: Element) -> dict[str, Block]:
     if f.bristles:
         out["b"] = Block(Space.Y, system.nq + system.nv + system.bristles.index(e.eta[0]), 0)
     return out
+
+
+def lengths_of(s: Scene, j: Joint) -> dict[str, Block]:
+    """Lengths of the parts of a joint that touch where they overlap, for parts that are handed them."""
+    f = j.friction
+    return {"lengths": s.numbers([f.number(n.name) for n in LENGTHS])} if f and j.fit.ends == OVERLAP else {}
+
+
+def write_span(s: Scene, tape: Tape, j: Joint, needs: Sequence[str], pose: Block, out: Block) -> None:
+    """Put the span of what overlaps among reaction components that are whole (not one multiplier's)."""
+    if SPAN in needs:
+        s.call(tape, small.span(), pose=pose, out=out.part(needs.index(SPAN), 1), **lengths_of(s, j))
 
 
 def coordinate_rates(s: Scene, tape: Tape, v: Block, out: Block) -> None:

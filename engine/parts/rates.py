@@ -8,7 +8,7 @@ from engine.parts.blocks import Closed, Moving
 from engine.parts.cells import Change, Found, found
 from engine.parts.directions import Directions
 from engine.parts.known import Part, Rubbing, rubbing
-from engine.parts.places import coordinate_rates, element_places
+from engine.parts.places import coordinate_rates, element_places, lengths_of, write_span
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
 from engine.parts.smooth import Moved, Smooth
@@ -112,8 +112,9 @@ class Rates(Moved):
         j, out = e.joint, self.tape.scratch_block(len(e.needs))
         if not e.needs:
             return out
-        part = closing.pin(j.kind_name, j.fit, e.needs)
-        self.scene.call(self.tape, part, ft=self._transmitted(j), pose=self.motion(j).pose, out=out)
+        part, pose = closing.pin(j.kind_name, j.fit, e.needs), self.motion(j).pose
+        self.scene.call(self.tape, part, ft=self._transmitted(j), pose=pose, out=out, **lengths_of(self.scene, j))
+        write_span(self.scene, self.tape, j, e.needs, pose, out)
         return out
 
     def _share(self, shares: Shares) -> None:

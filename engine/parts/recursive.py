@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from engine.parts.blocks import Moving
 from engine.parts.coupled import Coupled
-from engine.parts.places import coordinate_rates
+from engine.parts.places import coordinate_rates, lengths_of
 from engine.parts.stepping import Stepping
 from engine.parts.store import friction
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -69,7 +69,8 @@ class Recursive:
                 tape.zero(grips[j.child])
             if n and not j.cut:
                 part = friction.grip(j.kind_name, j.forward, j.fit, e.needs, tuple(j.free))
-                self.scene.call(tape, part, pose=s.moving[j.child].pose, dN=Block(Space.DN, dn, j.kind.nv * n), out=grips[j.child])
+                self.scene.call(tape, part, pose=s.moving[j.child].pose, dN=Block(Space.DN, dn, j.kind.nv * n),
+                                out=grips[j.child], **lengths_of(self.scene, j))  # fmt: skip
             dn += j.kind.nv * n
         for i in reversed(range(count)):
             j, parent = self.system.tree[i], self.scene.parent(i)

@@ -6,18 +6,17 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 
 from engine.abi.runs import EXTRA, LAST
-from engine.contact.base import COMPONENTS
 from engine.friction import REGISTRY as LAWS
 from engine.kernel.columns import Column
 from engine.kernel.records import names_of_powers
 from engine.parts.blocks import Closed, Moving
 from engine.parts.known import TOUCH, rubbing
-from engine.parts.places import element_places
+from engine.parts.places import element_places, lengths_of, write_span
 from engine.parts.scene import Scene
 from engine.parts.store import closing, friction, small
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.system.elements import Element, elements
+from engine.system.elements import Element, elements, everything
 from engine.system.structure import GROUND, Joint
 
 
@@ -188,8 +187,14 @@ class Rows:
         """Contacts of a joint: their columns (``TOUCH`` each), and a ``tr_contact`` each."""
         j, m = self.joint(e.joint.name)
         count = e.contact.count
-        ft, part = self.on_outboard(j), closing.pin(j.kind_name, j.fit, COMPONENTS)
-        pressed = self.once(("pin", j.name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
+        needs, ft = everything(j), self.on_outboard(j)
+
+        def press(out: Block) -> None:
+            part = closing.pin(j.kind_name, j.fit, needs)
+            self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out, **lengths_of(self.scene, j))
+            write_span(self.scene, self.tape, j, needs, m.pose, out)
+
+        pressed = self.once(("pin", j.name), len(needs), press)
         four = self.once(("four", j.name), 4 * count, lambda _: None)
         eta = self.scene.eta(j)
         columns = self.once(("contacts", j.name), TOUCH * count, lambda out: self.scene.call(

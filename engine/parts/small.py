@@ -8,6 +8,7 @@ from functools import cache
 import casadi as ca
 
 from engine.contact import REGISTRY as CONTACTS
+from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
 from engine.joints.base import quaternion_rate, to_quaternion
 from engine.kernel.classes import unpack_motion
@@ -17,7 +18,7 @@ from engine.parts.local import PartSymbols, a_body
 from engine.parts.one import one
 from engine.recursion.kinematics import Motion, Step
 from engine.recursion.loads import mass_matrix, spring_line, stop_force, wrenches
-from engine.recursion.reactions import pin_wrench
+from engine.recursion.reactions import overlap, pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.external import TIMES
@@ -119,21 +120,30 @@ def energies() -> Part:
     return one("b_energies", {"numbers": sym.p, "g": g, "motion": motion}, {"out": [kinetic, potential]}, ["out"])
 
 
-def pinned_by(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[SX, SX]:
-    """Symbols of a joint's pose, and the needed components of f_c, m_c as they follow from the reaction N (6) on its child."""
+def pinned_by(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[dict[str, SX], SX]:
+    """Symbols of a joint's pose (and of the lengths of parts that overlap), and the needed components of f_c, m_c as they follow
+    from the reaction N (6) on its child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)
-    return pose, pin_wrench(Step(joint, Ein, Eout, s, [], none, none, none, [], []), joint, N, needs)
+    ins = {"pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
+    return ins, pin_wrench(Step(joint, Ein, Eout, s, [], none, none, none, [], []), joint, N, needs, ins.get("lengths"))
+
+
+@cache
+def span() -> Part:
+    """Pose, lengths of the inboard and the outboard part (2) → half the length over which they overlap."""
+    pose, both = SX.sym("pose", POSE), SX.sym("lengths", 2)
+    return one("r_span", {"pose": pose, "lengths": both}, {"out": overlap(pose[18:], ca.reshape(pose[:9], 3, 3), both)[1]})
 
 
 @cache
 def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Part:
-    """Reaction N on the child (6), pose → the needed components of f_c, m_c."""
+    """Reaction N on the child (6), pose (and lengths of parts that overlap) → the needed components of f_c, m_c; 0 for the span."""
     N = SX.sym("N", 6)
-    pose, out = pinned_by(kind, forward, fit, needs, N)
-    words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.name, *needs]
-    return one("_".join(["r", *words]), {"N": N, "pose": pose}, {"out": out})
+    ins, out = pinned_by(kind, forward, fit, needs, N)
+    words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.label, *needs]
+    return one("_".join(["r", *words]), {"N": N, **ins}, {"out": out})
 
 
 @cache

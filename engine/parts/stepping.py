@@ -10,7 +10,7 @@ from engine.parts.blocks import Closed, Moving, Place
 from engine.parts.columns import Columns
 from engine.parts.known import rubbing
 from engine.parts.maps import Maps
-from engine.parts.places import coordinate_rates, element_places
+from engine.parts.places import coordinate_rates, element_places, lengths_of, write_span
 from engine.parts.powers import write_powers
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
@@ -169,20 +169,24 @@ class Stepping:
         for which, z in zip(("win", "wout"), Z, strict=True):
             tape.call(Builtin.DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
 
-    def pin_of_cut(self, tape: Tape, e: Element, ft: Block, out: Block) -> None:
-        """The needed components of f_c, m_c of a cut joint from the wrench on its outboard part."""
-        j = e.joint
-        if not e.needs:
-            return
-        self.scene.call(tape, closing.pin(j.kind_name, j.fit, e.needs), ft=ft, pose=self.closing(j).pose, out=out)
+    def pin_of_cut(self, tape: Tape, e: Element, ft: Block, out: Block, whole: bool = True) -> None:
+        """The needed components of f_c, m_c of a cut joint from the wrench on its outboard part (``whole``: not that of a
+        multiplier alone)."""
+        j, pose = e.joint, self.closing(e.joint).pose
+        if e.needs:
+            part = closing.pin(j.kind_name, j.fit, e.needs)
+            self.scene.call(tape, part, ft=ft, pose=pose, out=out, **lengths_of(self.scene, j))
+        if whole:
+            write_span(self.scene, tape, j, e.needs, pose, out)
 
-    def pin(self, tape: Tape, e: Element, N: Block, out: Block) -> None:
+    def pin(self, tape: Tape, e: Element, N: Block, out: Block, whole: bool = True) -> None:
         """The needed components of f_c, m_c of a joint from N on its child."""
-        j = e.joint
-        if not e.needs:
-            return
-        part = small.pin(j.kind_name, j.forward, j.fit, e.needs)
-        self.scene.call(tape, part, N=N, pose=self.moving[j.child].pose, out=out)
+        j, pose = e.joint, self.moving[e.joint.child].pose
+        if e.needs:
+            part = small.pin(j.kind_name, j.forward, j.fit, e.needs)
+            self.scene.call(tape, part, N=N, pose=pose, out=out, **lengths_of(self.scene, j))
+        if whole:
+            write_span(self.scene, tape, j, e.needs, pose, out)
 
     # -- accelerations ------------------------------------------------------------------------------------------------------
 

@@ -189,7 +189,7 @@ def contact_places(scene: Scenery, moved: Motion, result: Result, row: int) -> l
             x, r = moved.pose(c.part, row)
             state = round(float(result[c.state][row])) if c.state in result else 0
             if force > 0 and np.all(np.isfinite(n)):
-                out.append((c.columns, x + r @ c.base + c.arm * n, n, force, state))
+                out.append((c.columns, x + r @ c.bases(result)[row] + c.arm * n, n, force, state))
     return out
 
 

@@ -114,7 +114,9 @@ def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -
         state = channels.named(c.state)
         if force is not None and normal is not None:
             state = channels.add(np.zeros(len(result))) if state is None else state
-            where = {"part": c.part, "base": c.base.tolist(), "arm": c.arm}
+            where: dict[str, Any] = {"part": c.part, "base": c.base.tolist(), "arm": c.arm}
+            if c.follows is not None:
+                where["bases"] = channels.add(*c.bases(result).T)
             contacts.append(where | {"force": force, "normal": normal, "state": state})
     return {
         "name": j.name, "type": j.type, "parts": j.parts,

@@ -9,6 +9,8 @@ import numpy as np
 
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement
+from engine.contact.base import OVERLAP
+from engine.contact.journal import LENGTHS
 from engine.joints import REGISTRY
 from engine.plots import meshes
 from engine.plots.meshes import Mesh
@@ -16,6 +18,7 @@ from engine.plots.palette import BODIES
 from engine.scene import model as sm
 from engine.scene.refs import GROUND, axes_of, body_of, point_of
 from engine.scene.touching import touching
+from engine.simulation.result import Result
 from engine.system.frames import frame, matrix
 
 ON_GROUND = -1
@@ -35,7 +38,8 @@ class Part:
 class ContactMark:
     """A place where pin and bearing touch: ``base`` (on part ``part``) + ``arm`` times the outward normal.
 
-    columns: prefix of its columns; state: column of its friction state.
+    columns: prefix of its columns; state: column of its friction state; follows: of parts that overlap, where it is along ``axis``
+    from ``base`` (column of the travel, lengths of the inboard and the outboard part, which end: ±1).
     """
 
     columns: str
@@ -43,6 +47,17 @@ class ContactMark:
     part: int
     base: np.ndarray
     arm: float
+    axis: np.ndarray | None = None
+    follows: tuple[str, float, float, float] | None = None
+
+    def bases(self, result: Result) -> np.ndarray:
+        """``base`` in every row (rows × 3)."""
+        if self.follows is None or self.axis is None or self.follows[0] not in result:
+            return np.tile(self.base, (len(result), 1))
+        column, inner, outer, end = self.follows
+        away = result[column]
+        low, high = np.maximum(-inner / 2, away - outer / 2), np.minimum(inner / 2, away + outer / 2)
+        return self.base + ((low + high) / 2 + end * (high - low) / 2)[:, None] * self.axis
 
 
 @dataclass(frozen=True)
@@ -164,6 +179,8 @@ def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[
     out: dict[str, float] = {}
     for s in element.sizes:
         value = getattr(f, s.name) if f is not None else None
+        if value is None and s.ends and f is not None:
+            continue  # of the other choice of where contacts sit
         values = value if isinstance(value, tuple) else (s.drawn * size if value is None else value,) * s.count
         out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
     return out
@@ -195,7 +212,14 @@ def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
         return
     element = touching(j)
     assert element is not None
-    for i, p in enumerate(element.places(_sizes(element, j.friction, 0.0))):
+    sizes = _sizes(element, j.friction, 0.0)
+    for i, p in enumerate(element.places(sizes)):
+        if j.ends == OVERLAP:
+            names = f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]"
+            inner, outer = (sizes[s.name] for s in LENGTHS)
+            follows = (f"{m.name}.q[1]", inner, outer, float(np.sign(p.along)))
+            yield ContactMark(*names, m.parts[0], m.points[0], p.arm, m.frames[0][:, p.axis], follows)
+            continue
         side = _side(m, p.on) if j.ends is None else _side(m, j.ends)
         base = m.points[side] + p.along * m.frames[side][:, p.axis]
         yield ContactMark(f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]", m.parts[side], base, p.arm)

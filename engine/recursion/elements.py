@@ -11,12 +11,12 @@ from collections.abc import Mapping
 import casadi as ca
 
 from engine.contact import Wrench
-from engine.contact.base import COMPONENTS
+from engine.contact.base import COMPONENTS, SPAN
 from engine.friction import REGISTRY as LAWS
 from engine.friction import Law
 from engine.recursion import cuts as cutting
 from engine.recursion.accelerations import Accelerations
-from engine.recursion.reactions import on_pin
+from engine.recursion.reactions import on_pin, span
 from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, zeros
@@ -30,6 +30,8 @@ def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None =
         return SX(0, 1 if combine is not None else m.columns)
     f, t = on_pin(m, acc, e.joint, combine)
     rows = {**{f"f{k + 1}": f[k, :] for k in range(3)}, **{f"m{k + 1}": t[k, :] for k in range(3)}}
+    if SPAN in e.needs:
+        rows[SPAN] = span(m, e.joint, f.size2())
     return ca.sparsify(ca.vertcat(*[rows[n] for n in e.needs]))
 
 
@@ -88,6 +90,14 @@ def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
     return out
 
 
+def by_loads(values: SX, e: Element, N: SX) -> SX:
+    """∂values/∂N, dense, N being the element's needed components; no multiplier changes a span, so that it counts as given."""
+    out = ca.densify(ca.jacobian(values, N))
+    if SPAN in e.needs:
+        out[:, e.needs.index(SPAN)] = 0
+    return out
+
+
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
     """The numbers of an element (sizes and those of its law) by name, as expressions."""
     return {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
@@ -95,5 +105,5 @@ def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
 
 def wrench(e: Element, values: SX) -> Wrench:
     """The element's components, in the order of its ``needs``, as the Wrench that its forms are given."""
-    assert set(e.needs) <= set(COMPONENTS)
+    assert set(e.needs) <= {*COMPONENTS, SPAN}
     return Wrench({n: values[k] for k, n in enumerate(e.needs)}, e.joint.fit.sign)

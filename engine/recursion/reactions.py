@@ -7,10 +7,13 @@ import casadi as ca
 
 from engine.basics.interrupts import heed
 from engine.contact import REGISTRY as CONTACTS
+from engine.contact.base import OVERLAP, TINY
+from engine.contact.journal import LENGTHS
 from engine.recursion import cuts as cutting
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.kinematics import Step
 from engine.recursion.reduction import Model
+from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import Joint
 
@@ -60,10 +63,21 @@ def at_point(wrench: SX, lever: SX) -> SX:
     return ca.sparsify(ca.vertcat(wrench[:3, :], wrench[3:, :] - cross(lever, wrench[:3, :])))
 
 
+def _holder(m: Model, j: Joint) -> cutting.Cut | Step:
+    return m.cuts[_cut_index(m, j)] if j.cut else m.steps[j.child]
+
+
 def frames(m: Model, j: Joint) -> tuple[SX, SX]:
     """Inboard and outboard joint frame in the world."""
-    holder = m.cuts[_cut_index(m, j)] if j.cut else m.steps[j.child]
+    holder = _holder(m, j)
     return holder.Ein, holder.Eout
+
+
+def span(m: Model, j: Joint, columns: int) -> SX:
+    """Half the length over which a joint's parts overlap, m, as a row of the affine maps: no multiplier changes it."""
+    both, holder = lengths(m.sym, j), _holder(m, j)
+    assert both is not None
+    return ca.horzcat(overlap(holder.s, holder.Ein, both)[1], SX(1, columns - 1))
 
 
 def pin_frame(m: Model, j: Joint) -> SX:
@@ -84,28 +98,46 @@ def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) ->
     """f_c, m_c (3×columns each): the total wrench on the part that carries the pin, where the ends are, in ``pin_frame``. That of a
     universal joint is always the one on the inboard part: which part carries which journal is the contact element's business."""
     f, t, s = on_outboard(m, acc, j, combine)
-    return pinned(j, f, t, s, *frames(m, j))
+    return pinned(j, f, t, s, *frames(m, j), lengths(m.sym, j))
 
 
-def pinned(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each), at the point of the part that has the ends, from force and torque on the outboard part at p_out,
-    s = p_out − p_in and the joint's frames."""
+def lengths(sym: Symbols, j: Joint) -> SX | None:
+    """Lengths of the inboard and the outboard part (2), m, of a joint whose parts touch where they overlap."""
+    if j.fit.ends != OVERLAP or not j.friction:
+        return None
+    return ca.vertcat(*[sym.leaf(j.friction.number(s.name)) for s in LENGTHS])
+
+
+def overlap(s: SX, Ein: SX, both: SX) -> tuple[SX, SX]:
+    """Where the middle of what overlaps is, along e1 from p_in, and half its length, m; no number where nothing overlaps."""
+    away, inner, outer = ca.dot(Ein[:, 0], s), 0.5 * both[0], 0.5 * both[1]
+    low, high = ca.fmax(-inner, away - outer), ca.fmin(inner, away + outer)
+    half = 0.5 * (high - low)
+    return 0.5 * (low + high), half + TINY * ca.sqrt(half)
+
+
+def pinned(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: SX | None = None) -> tuple[SX, SX]:
+    """f_c, m_c (3×columns each), at the point of the part that has the ends (or amid what overlaps: ``lengths``), from force and
+    torque on the outboard part at p_out, s = p_out − p_in and the joint's frames."""
     E, both = pin_axes(j, Ein, Eout), CONTACTS[j.kind.friction].frame == "both"
-    if both or not j.fit.ends_out:
+    if both_lengths is not None:
+        t = t + cross(s - overlap(s, Ein, both_lengths)[0] * Ein[:, 0], f)
+    elif both or not j.fit.ends_out:
         t = t + cross(s, f)
     if both or not j.fit.pin_out:
         f, t = -f, -t
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
 
 
-def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...]) -> SX:
-    """The needed components of f_c, m_c of a tree joint from N (6×1, on its child at the child's reference origin)."""
+def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...], both_lengths: SX | None = None) -> SX:
+    """The needed components of f_c, m_c of a tree joint from N (6×1, on its child at the child's reference origin); 0 for
+    the span."""
     f, t, s = N[:3], N[3:], step.s
     if not j.forward:
         f, t = -f, -(t - cross(s, f))
-    fc, mc = pinned(j, f, t, s, step.Ein, step.Eout)
+    fc, mc = pinned(j, f, t, s, step.Ein, step.Eout, both_lengths)
     rows = {**{f"f{k + 1}": fc[k] for k in range(3)}, **{f"m{k + 1}": mc[k] for k in range(3)}}
-    return ca.sparsify(ca.vertcat(*[rows[n] for n in needs]))
+    return ca.sparsify(ca.vertcat(*[rows.get(n, SX(0)) for n in needs]))
 
 
 def on_inboard(m: Model, acc: Accelerations, j: Joint, combine: SX) -> tuple[SX, SX]:

@@ -12,11 +12,11 @@ from collections.abc import Mapping
 import casadi as ca
 
 from engine.contact import ContactElement, Wrench
-from engine.contact.base import COMPONENTS
+from engine.contact.base import COMPONENTS, SPAN
 from engine.contact.journal import HALF_ROOT
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.elements import joint_rates, laws, numbers
-from engine.recursion.reactions import frames, on_outboard, pinned
+from engine.recursion.reactions import frames, lengths, on_outboard, overlap, pinned
 from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross
@@ -42,10 +42,12 @@ def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, 
         rows = ca.vertcat(HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f))))
         return ca.sparsify(ca.vertcat(_softened(sym, j, rows), *drives))
     unit = SX.sym("unit", 6)
-    w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)}, j.fit.sign)
+    both = lengths(sym, j)
+    span = {} if both is None else {SPAN: overlap(s, Ein, both)[1]}
+    w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)} | span, j.fit.sign)
     pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(sym, j, element, arm)), *[w[n] for n in element.thrusts])
     map_ = ca.sparsify(ca.jacobian(pressed, unit))
-    return ca.sparsify(ca.vertcat(_softened(sym, j, map_ @ ca.vertcat(*pinned(j, f, t, s, Ein, Eout))), *drives))
+    return ca.sparsify(ca.vertcat(_softened(sym, j, map_ @ ca.vertcat(*pinned(j, f, t, s, Ein, Eout, both))), *drives))
 
 
 def _softened(sym: Symbols, j: Joint, rows: SX) -> SX:
@@ -61,7 +63,7 @@ def rubbing_rows(m: Model, e: Element, values: SX) -> SX:
 def complete_wrench(e: Element, values: SX) -> Wrench:
     """A wrench of all six components from those an element needs; friction changes nothing in what the others press."""
     have = dict(zip(e.needs, [values[k] for k in range(values.numel())], strict=True))
-    return Wrench({n: have.get(n, SX(0)) for n in COMPONENTS}, e.joint.fit.sign)
+    return Wrench({n: have.get(n, SX(0)) for n in (*COMPONENTS, *e.needs)}, e.joint.fit.sign)
 
 
 def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:
@@ -76,7 +78,7 @@ def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Ma
 def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
     """A joint's own sizes, or those of one without friction."""
     own = {name: sym.leaf(leaf) for name, leaf in j.friction.numbers} if j.friction else {}
-    if all(label in own for s in element.sizes if s.needed and s.bears for label in s.labels):
+    if all(label in own for s in element.sizes if s.needed and s.bears and not s.ends for label in s.labels):
         return own
     return {label: arm for s in element.sizes for label in s.labels}
 

@@ -186,8 +186,9 @@ class Joint:
     """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
     pin: Literal["inboard", "outboard"] = "inboard"
     """Part that carries the pin (ball, journal, shaft), or is the inner one (sleeve)."""
-    ends: Literal["inboard", "outboard"] | None = None
-    """Part that contacts sit at the ends of: the short one of a sleeve on a long shaft. Without it the one that carries the pin."""
+    ends: Literal["inboard", "outboard", "overlap"] | None = None
+    """Part that contacts sit at the ends of: the short one of a sleeve on a long shaft; overlap: they sit where two parts of finite
+    length end to touch, which changes as they slide. Without it the part that carries the pin."""
     pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
     """Travel of a screw in one turn."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None

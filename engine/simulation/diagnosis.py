@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine.abi import Status, Why
-from engine.simulation.outcome import Outcome, from_status
+from engine.contact.base import OVERLAP
+from engine.contact.journal import LENGTHS
+from engine.simulation.outcome import APART, Outcome, from_status
 from engine.simulation.pairs import slider_names
+from engine.system.leaves import Param
 from engine.system.structure import Joint, System
 
 if TYPE_CHECKING:
@@ -26,6 +29,8 @@ def diagnose(model: Model, status: int) -> Outcome:
     """The named outcome of a failed run. A failure of friction brings the pair to blame to rest; if that pair then sticks, its
     joint has jammed."""
     block = model.block
+    if apart := _apart(model):
+        return Outcome.named(APART, block.time, apart)
     if status in FRICTION:
         why, pair = block.why()
         if why == Why.UNDECIDED:
@@ -38,6 +43,19 @@ def diagnose(model: Model, status: int) -> Outcome:
     if status in LOOPS:
         return _stuck_loop(model, from_status(status, block.time, ""))
     return from_status(status, block.time, suspect(model, status))
+
+
+def _apart(model: Model) -> str:
+    """The joint whose parts no longer overlap, or overlap by less than a millionth of the shorter; "" where there is none."""
+    values = model.built.parameters.values
+    for j in model.system.frictional:
+        if j.fit.ends != OVERLAP or j.cut or 0 in j.driven:
+            continue
+        assert j.friction is not None
+        both = [values[x.index] if isinstance(x, Param) else x for x in (j.friction.number(s.name) for s in LENGTHS)]
+        if 0.5 * sum(both) - abs(float(model.block.y[j.q0])) <= 1e-6 * min(both):
+            return j.name
+    return ""
 
 
 def _stuck_loop(model: Model, plain: Outcome) -> Outcome:

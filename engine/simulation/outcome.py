@@ -9,6 +9,8 @@ from engine.friction import DEFAULT, twin_of
 from engine.integrators import AUTO, METHODS
 
 DONE = "done"
+APART = "apart"
+"""How a run ends where two parts that touch along their overlap no longer do."""
 TOO_MANY_ROWS = "too_many_rows"
 TOO_MANY_EVENTS = "too_many_events"
 """How a run with a row at every step of the solver ends when these have become too many: nobody knows their number before."""
@@ -52,6 +54,8 @@ ADVICE = {
     "or ask what makes a joint stop and slip so often (its last events name it)",
     "inaccurate": "the run reached its end, but gained or lost energy far beyond its tolerance; its results are kept "
     f"and not to be relied on: try a tighter rtol, another method ({', '.join(METHODS[1:])}), or no fixed step",
+    APART: "a part of finite length has slid off the other, so that nothing holds them: lengthen one (inboard_length, "
+    "outboard_length), or give the joint stops",
     "stopped": "stopped on request; results up to then are kept",
 }
 

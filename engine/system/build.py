@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
@@ -32,8 +33,12 @@ class Built:
 
 def fit(j: sm.Joint) -> Fit:
     """Which part of a joint is inside, and which has the ends."""
-    other = j.ends not in (None, j.pin) and REGISTRY[j.type].slides_along >= 0  # parts that do not slide have theirs at one point
-    return Fit(j.pin == "outboard", "bearing" if other else "pin")
+    out = j.pin == "outboard"
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # parts that do not slide have theirs at one point
+        return Fit(out)
+    if j.ends == OVERLAP:
+        return Fit(out, OVERLAP if j.friction is not None else "pin")
+    return Fit(out, "pin" if j.ends == j.pin else "bearing")
 
 
 def build(scene: sm.Scene) -> Built:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from engine.abi import PairKind
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact import ContactElement
+from engine.contact.base import COMPONENTS, OVERLAP, SPAN
 from engine.friction import REGISTRY as LAWS
 from engine.system.structure import FrictionElement, Joint, System
 
@@ -46,6 +47,11 @@ class Element:
     def sets(self) -> bool:
         """Whether the law is set-valued."""
         return self.law_kind == PairKind.SET
+
+
+def everything(j: Joint) -> tuple[str, ...]:
+    """All that contact forms of a joint may need: the components of f_c and m_c, and the span where that changes."""
+    return (*COMPONENTS, SPAN) if j.fit.ends == OVERLAP else COMPONENTS
 
 
 def elements(system: System) -> list[Element]:

@@ -95,7 +95,7 @@ class Fit:
     ends: str = "pin"
 
     @property
-    def name(self) -> str:
+    def label(self) -> str:
         """In names of C functions."""
         return ("pin_out" if self.pin_out else "pin_in") + ("" if self.ends == "pin" else f"_{self.ends}")
 

@@ -31,8 +31,26 @@ def pin_of(state: State, name: str) -> Pin:
 
 
 def ends_of(pose, joint) -> np.ndarray:
-    """The point from which the ends of the contacts are measured: on the part that has them."""
+    """The point from which the ends of the contacts are measured: on the part that has them, or amid what overlaps."""
+    if joint.ends == "overlap":
+        low, high = _touching(pose, joint)
+        return pose.p_in + 0.5 * (low + high) * pose.A_in[:, 0]
     return pose.p_in if (joint.ends or joint.pin) == "inboard" else pose.p_out
+
+
+def _touching(pose, joint) -> tuple[float, float]:
+    """From where to where both parts are, along the axis from the inboard point."""
+    away, g = float(pose.A_in[:, 0] @ (pose.p_out - pose.p_in)), joint.friction
+    inner, outer = np.array([-1, 1]) * g.inboard_length / 2, away + np.array([-1, 1]) * g.outboard_length / 2
+    return max(inner[0], outer[0]), min(inner[1], outer[1])
+
+
+def sized(pose, joint):
+    """The joint with the half length of its contacts at this pose."""
+    if joint.ends != "overlap":
+        return joint
+    low, high = _touching(pose, joint)
+    return replace(joint, friction=replace(joint.friction, half_length=(high - low) / 2))
 
 
 def rates_of(state: State, name: str) -> np.ndarray:
@@ -108,7 +126,7 @@ class Rubbing:
         arm = self.pose.p_out - ends_of(self.pose, self.joint)
         fc, mc = sign * A.T @ wrench[:3], sign * A.T @ (wrench[3:] + cross(arm, wrench[:3]))
         solver, along = PAIRS[self.joint.type]
-        out = solver(self.joint, fc, mc, self.rates, law, self.adams)
+        out = solver(sized(self.pose, self.joint), fc, mc, self.rates, law, self.adams)
         back = self.pose.A_in.T @ A
         seen = [replace(c, normal=back @ c.normal) for c in out.contacts]
         if self.joint.type != "spherical":

@@ -72,7 +72,8 @@ function moment(t) {
       if (!(f > 0) || !(Math.hypot(...n) > 0.5)) continue;
       const world = apply(pose(j.parts[0]).r, apply(j.frame, unit(n)));
       const body = pose(c.part);
-      const point = add(add(body.p, apply(body.r, c.base)), world, c.arm);
+      const base = c.bases === undefined ? c.base : three(w, c.bases);
+      const point = add(add(body.p, apply(body.r, base)), world, c.arm);
       contacts.push({ joint: j, point, normal: world, force: f, state: Math.round(nearest(w, c.state)) });
     }
   }

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from engine.contact import GIVEN, ContactElement, element_of, sizes
+from engine.contact import GIVEN, ContactElement, Size, element_of, sizes
 from engine.contact import REGISTRY as CONTACTS
+from engine.contact.base import FIXED, OVERLAP
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
@@ -40,14 +41,22 @@ def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
 
 
 def _ends(name: str, j: Joint) -> Iterator[Finding]:
-    able = [k.name for k in REGISTRY.values() if k.friction and CONTACTS[k.friction].ended]
+    path: Path = ("joints", name, "ends")
+    wanted = OVERLAP if j.ends == OVERLAP else FIXED
+    able = [k.name for k in REGISTRY.values() if k.friction and any(_ended(s, wanted) for s in CONTACTS[k.friction].sizes)]
     if j.type not in able:
-        what = f"the contacts of a {j.type} joint have no ends that either part could have"
-        yield Finding(("joints", name, "ends"), what, f"leave it out; joints with ends: {', '.join(able)}")
+        what = f"the contacts of a {j.type} joint have no ends that {'overlap' if wanted == OVERLAP else 'either part could have'}"
+        yield Finding(path, what, f"leave it out; joints with such ends: {', '.join(able)}")
+    elif j.friction is None:
+        yield Finding(path, "a joint without friction has no contacts, and so no ends of them", "leave it out, or give friction")
+
+
+def _ended(s: Size, ends: str) -> bool:
+    return s.ends == ends and s.count == 1
 
 
 def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterator[Finding]:
-    own = {s.name: s for s in element.sizes}
+    own = {s.name: s for s in element.sizes if s.ends in ("", OVERLAP if j.ends == OVERLAP else FIXED)}
     needed = [s.name for s in own.values() if s.needed]
     what = "constant friction" if not element.count else "friction"
     for name in needed:
