@@ -3,7 +3,8 @@
 ``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``;
 ``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table;
 ``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``;
-``hold(scene, bounds=True)`` → what a mechanism at rest can hold.
+``hold(scene, bounds=True)`` → what a mechanism at rest can hold; ``equilibrium(scene)`` → where it rests; ``modes(scene)`` → how it
+swings about that; ``inverse(scene, time, motion)`` → what a motion takes.
 Names are loaded when first used, so that importing the package costs nothing.
 """
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from engine.basics.problems import Problem, SceneError, SimulationError
     from engine.batch.sweeping import Sweep, sweep
     from engine.bounds.api import hold
+    from engine.questions.equilibrium import Equilibrium, equilibrium
+    from engine.questions.inverse import inverse
+    from engine.questions.modes import Modes, modes
     from engine.scene import Scene, load_scene, models_dir
     from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
     from engine.simulation.event import Event
@@ -40,12 +44,18 @@ _HOMES = {
     "linearize": "engine.simulation.linearize",
     "simulate": "engine.simulation.run",
     "hold": "engine.bounds.api",
+    "Equilibrium": "engine.questions.equilibrium",
+    "equilibrium": "engine.questions.equilibrium",
+    "Modes": "engine.questions.modes",
+    "modes": "engine.questions.modes",
+    "inverse": "engine.questions.inverse",
     "Sweep": "engine.batch.sweeping",
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
-    "Event", "Fit", "Linearization", "Problem", "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Sweep", "fit",
-    "hold", "linearize", "load_scene", "models_dir", "sensitivity", "simulate", "sweep",
+    "Equilibrium", "Event", "Fit", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
+    "SimulationError", "Sweep", "equilibrium", "fit", "hold", "inverse", "linearize", "load_scene", "models_dir", "modes",
+    "sensitivity", "simulate", "sweep",
 ]  # fmt: skip
 
 

@@ -115,7 +115,7 @@ def _numbers(model: Model, drives: tuple[Load, ...], loads: tuple[Load, ...], no
     probe, built, system = Probe(model.block), model.built, model.system
     n, nv = probe.unknowns, probe.sizes["nv"]
     unit = max(built.numbers.energy / built.numbers.length, TINY)
-    mass = _mass(probe, nv)
+    mass = mass_matrix(probe, nv)
     zero = np.zeros(n)
     a0, r0 = probe.accelerations(zero), probe.reactions(zero)
     E = np.zeros((nv, n + len(drives)))
@@ -141,7 +141,7 @@ def _numbers(model: Model, drives: tuple[Load, ...], loads: tuple[Load, ...], no
     )  # fmt: skip
 
 
-def _mass(probe: Probe, nv: int) -> np.ndarray:
+def mass_matrix(probe: Probe, nv: int) -> np.ndarray:
     """The mass matrix from the kinetic energy; the identity where the kernel does not know that (large trees: their equations are
     then those of accelerations, which are the same)."""
     unit = np.eye(nv)

@@ -9,7 +9,7 @@ import typer
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.cli import extensions
-from engine.cli.measuring import app
+from engine.cli.questions import app
 from engine.cli.running import DONE, FAILED, failure_end, problems_end
 
 INTERRUPTED = 130

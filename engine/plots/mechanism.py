@@ -50,12 +50,12 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
     fig = Figure(figsize=(SIZE[0], SIZE[1]), facecolor="white")
     axes = fig.add_axes((0.0, 0.0, 1.0, 0.89))
     axes.axis("off")
-    seen = [_faces(axes, view, scene, moved, row)]
+    seen = [draw_bodies(axes, view, scene, moved, row)]
     _rails(axes, view, scene, moved, result, row)
     _springs(axes, view, scene, moved, row, seen)
     scale = arrow_scale(result, scene)
     states = _contacts(axes, view, scene, moved, result, row, seen)
-    _frame(axes, np.concatenate(seen))
+    frame_of(axes, np.concatenate(seen))
     _grid(axes, view, scene, np.concatenate(seen))
     if labels:
         label(axes, view, scene, moved, row)
@@ -83,11 +83,10 @@ def needed(scene: Scene) -> list[str]:
     return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:] if rubs else ())]
 
 
-def _frame(axes: Axes, spots: np.ndarray) -> None:
+def frame_of(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:
     """Limits that hold all points, equal scales, the picture's proportions."""
     low, high = spots.min(axis=0), spots.max(axis=0)
     middle = (low + high) / 2
-    ratio = SIZE[0] / (0.89 * SIZE[1])
     half = 0.62 * max(high[0] - low[0], ratio * (high[1] - low[1]), 1e-9)
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half / ratio, middle[1] + half / ratio)
@@ -114,7 +113,7 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
     axes.add_collection(LineCollection(lines, colors=GRID, linewidths=0.6, zorder=0), autolim=False)
 
 
-def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> np.ndarray:
+def draw_bodies(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int, opaque: float = 1.0) -> np.ndarray:
     """Draw bodies, and over them the pins inside them, as polygons from back to front; returns their corners in the picture."""
     from matplotlib.collections import PolyCollection
 
@@ -126,7 +125,7 @@ def _faces(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int
         for on, mesh in j.pins:
             pins += _polygons(mesh, view, *moved.pose(on, row), JOINT, 0.0)
     corners = [np.zeros((1, 2))] if not bodies and not pins else []
-    for polygons, alpha, order in ((bodies, 1.0, 1.0), (pins, 0.85, 1.5)):
+    for polygons, alpha, order in ((bodies, opaque, 1.0), (pins, 0.85 * opaque, 1.5)):
         polygons.sort(key=lambda s: s[0])
         shapes = [s[1] for s in polygons]
         fills, lines = [s[2] for s in polygons], [s[3] for s in polygons]
