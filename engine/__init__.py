@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from engine.questions.equilibrium import Equilibrium, equilibrium
     from engine.questions.inverse import inverse
     from engine.questions.modes import Modes, modes
+    from engine.questions.wear import Wear, wear
     from engine.scene import Scene, load_scene, models_dir
     from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
     from engine.simulation.event import Event
@@ -49,13 +50,15 @@ _HOMES = {
     "Modes": "engine.questions.modes",
     "modes": "engine.questions.modes",
     "inverse": "engine.questions.inverse",
+    "Wear": "engine.questions.wear",
+    "wear": "engine.questions.wear",
     "Sweep": "engine.batch.sweeping",
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
     "Equilibrium", "Event", "Fit", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
-    "SimulationError", "Sweep", "equilibrium", "fit", "hold", "inverse", "linearize", "load_scene", "models_dir", "modes",
-    "sensitivity", "simulate", "sweep",
+    "SimulationError", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "linearize", "load_scene", "models_dir", "modes",
+    "sensitivity", "simulate", "sweep", "wear",
 ]  # fmt: skip
 
 

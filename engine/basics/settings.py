@@ -15,6 +15,7 @@ RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
 """Relative tolerances: below, steps drown in round-off; above, they are no approximation."""
 SWEEPS = ("trunnion sweep", "engine.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "engine.sensitivity", "POST /v1/sensitivities")
+WEAR = "trunnion wear"
 RUNS = ("trunnion simulate", "engine.simulate", *SWEEPS)
 """Who offers settings: commands, Python functions, requests."""
 
@@ -60,18 +61,18 @@ _SPACING = Bound(0.0, open=True, advice="give a positive spacing, such as 10 ms"
 SETTINGS = (
     Setting(
         "until", "s", "End of the run, s: 10, 500 ms, 2 min.",
-        (*RUNS, *DERIVATIVES, "trunnion chart", "trunnion advise", "trunnion jobs submit"), "the scene's",
+        (*RUNS, *DERIVATIVES, WEAR, "trunnion chart", "trunnion advise", "trunnion jobs submit"), "the scene's",
         Bound(POSITIVE.least, open=True, advice="give a positive end time, such as 2.5, 10 ms or 1 min"), metavar="T",
     ),
     Setting(
         "every", "s", "Spacing of the rows, s; 0: a row at each of the solver's own steps.",
-        (*RUNS, *DERIVATIVES, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
+        (*RUNS, *DERIVATIVES, WEAR, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
         Bound(NOT_NEGATIVE.least, advice="give a positive spacing, or 0 for every step"), metavar="DT",
         own_left_out=dict.fromkeys(DERIVATIVES, "a hundredth of the run"), own_bounds=dict.fromkeys(DERIVATIVES, _SPACING),
     ),
     Setting(
-        "rtol", "1", "Relative tolerance of positions and velocities.", (*RUNS, *DERIVATIVES, "trunnion chart"), "the scene's",
-        RTOL, metavar="R", several=("trunnion chart",),
+        "rtol", "1", "Relative tolerance of positions and velocities.", (*RUNS, *DERIVATIVES, WEAR, "trunnion chart"),
+        "the scene's", RTOL, metavar="R", several=("trunnion chart",),
         own_left_out=dict.fromkeys(DERIVATIVES, "1e-9") | {"trunnion chart": "1e-2 … 1e-12"},
     ),
     Setting(
@@ -79,8 +80,8 @@ SETTINGS = (
         "steps by error control", Bound(NOT_NEGATIVE.least, advice="a positive step, or 0 for error control"), metavar="H",
     ),
     Setting(
-        "method", "", "Integration method: {methods}.", (*RUNS, "trunnion chart"), "the scene's", words="methods", metavar="M",
-        several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
+        "method", "", "Integration method: {methods}.", (*RUNS, WEAR, "trunnion chart"), "the scene's", words="methods",
+        metavar="M", several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
     ),
     Setting(
         "kernel", "", "What evaluates the scene: {kernels}; of parts an unseen structure starts at once, for nothing is "
@@ -89,8 +90,8 @@ SETTINGS = (
     ),
     Setting(
         "law", "", "Friction law of all joints: {laws}.",
-        ("trunnion simulate", "trunnion sweep", "trunnion sensitivity", "trunnion chart"), "each joint's own", words="laws",
-        metavar="L", several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
+        ("trunnion simulate", "trunnion sweep", "trunnion sensitivity", WEAR, "trunnion chart"), "each joint's own",
+        words="laws", metavar="L", several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
     ),
 )  # fmt: skip
 """All settings of runs."""

@@ -1,5 +1,5 @@
-"""Commands that ask something else than motion: ``equilibrium``, ``modes``, ``inverse``. Their work is imported when they are
-invoked."""
+"""Commands that ask something else than motion: ``equilibrium``, ``modes``, ``inverse``, ``wear``. Their work is imported when
+they are invoked."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from engine.cli import measuring
 from engine.cli.app import CHANGES, JSON, OPEN, OUTPUTS, SCENE, VERBOSE
 from engine.cli.helping import Listed
 from engine.cli.options import words_of
+from engine.cli.settings import Words, with_settings
 
 app = measuring.app
 PICTURE = typer.Option("--plot", metavar="FILE", help="Draw it: .png, .svg or .pdf.")
@@ -74,3 +75,26 @@ def inverse(
     wish = Wish(words_of(scene, ctx), changes or [], None, as_json, verbose)
     raise typer.Exit(inverse_command(wish, InverseWish(motion, drive or [], outputs, save)))
 
+
+
+@app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion wear")
+def wear(
+    ctx: typer.Context,
+    settings: Words,
+    scene: Annotated[str | None, SCENE] = None,
+    coefficient: Annotated[
+        str | None, typer.Option("-k", metavar="K", help="Wear coefficient: '1e-6 mm^3/(N*m)' (else the scene's).")
+    ] = None,
+    depth: Annotated[str | None, typer.Option("--depth", metavar="D", help="Depth to which runs are counted: '10 um'.")] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .csv.")] = None,
+    plot: Annotated[str | None, PICTURE] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """What a run wears off its contacts: sliding distance, pV, volume, depth around the pin, runs to a depth."""
+    from engine.cli.wearing import WearWish, wear_command
+
+    wish = WearWish(words_of(scene, ctx), settings, coefficient, depth, changes or [], save, plot, as_json, verbose)
+    raise typer.Exit(wear_command(wish))

@@ -8,6 +8,7 @@ With F = |f_c|, f̂ = f_c/F, ω of the socket relative to the ball, and s = |ω�
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -159,6 +160,6 @@ def _rests(j: Rubs) -> list[Pair]:
 BALL = ContactElement(
     "ball", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed_in, 1, springs=3,
     sizes=(Size("radius", "m", "radius of the ball", POSITIVE, '"20 mm"', symbol="r"),),
-    pairs=((0, 1, 2),), rests=_rests, places=lambda g: [Place("pin", 0, 0.0, g["radius"])],
+    pairs=((0, 1, 2),), rests=_rests, places=lambda g: [Place("pin", 0, 0.0, g["radius"], area=math.pi * g["radius"] ** 2)],
     pins=lambda g: [Solid("sphere", (g["radius"],))], frame="inboard", cone=_cone, drift=_drift,
 )  # fmt: skip

@@ -71,13 +71,16 @@ PARTS = ("pin", "inboard", "outboard")
 class Place:
     """Where a contact sits: ``along`` (m) its part's joint axis e1, e2 or e3 (``axis`` 0, 1, 2) from its point, then ``arm``
     (m) along the outward normal. on: the part that carries the pin, or the inboard or outboard part whichever does. pair: the
-    sliding pair it belongs to, from 0."""
+    sliding pair it belongs to, from 0. area: on which it bears, m² (projected); arc: of a contact that goes around, m² of surface
+    a rad."""
 
     on: str
     axis: int
     along: float
     arm: float
     pair: int = 0
+    area: float = 0.0
+    arc: float = 0.0
 
 
 @dataclass(frozen=True)

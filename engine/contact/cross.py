@@ -108,7 +108,11 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 def _places(g: Mapping[str, float]) -> list[Place]:
     """Journal 1 about the inboard e1, journal 2 about the outboard e2."""
     ends = [(k, side * g[f"half_length[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
-    return [Place(("inboard", "outboard")[k], k, along, g[f"radius[{k + 1}]"], k) for k, along in ends]
+    out = []
+    for k, along in ends:
+        r = g[f"radius[{k + 1}]"]
+        out.append(Place(("inboard", "outboard")[k], k, along, r, k, 2 * r * abs(along), r * abs(along)))
+    return out
 
 
 def _pins(g: Mapping[str, float]) -> list[Solid]:

@@ -174,7 +174,8 @@ def preloaded(load: SX, g: Mapping[str, SX], label: str = "preload") -> SX:
 
 def places(g: Mapping[str, float]) -> list[Place]:
     """The ends."""
-    return [Place("pin", 0, along, g["radius"]) for along in (-far(g), far(g))]
+    r, c = g["radius"], far(g)
+    return [Place("pin", 0, along, r, area=2 * r * c, arc=r * c) for along in (-c, c)]
 
 
 def pins(g: Mapping[str, float]) -> list[Solid]:

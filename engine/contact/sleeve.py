@@ -87,7 +87,8 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 def _places(g: Mapping[str, float]) -> list[Place]:
     """Places of contacts 1 to 4; the couple has none."""
     c = far(g)
-    return [Place("pin", 0, along, g[arm]) for arm in ("half_width", "half_height") for along in (-c, c)]
+    sides = ("half_width", "half_height"), ("half_height", "half_width")
+    return [Place("pin", 0, along, g[arm], area=2 * c * g[across]) for arm, across in sides for along in (-c, c)]
 
 
 def _rests(j: Rubs) -> list[Pair]:

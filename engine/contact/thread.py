@@ -7,6 +7,7 @@ F = f_c·e1 one flank or the other carries all: f = |F| / (cos β cos λ + σ k 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -31,8 +32,8 @@ def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
 
 def _lead(g: Mapping[str, SX]) -> tuple[SX, SX]:
     """cos λ and sin λ."""
-    slope = g["pitch"] / (2 * ca.pi * g["radius"])
-    cosine = 1 / ca.sqrt(1 + slope * slope)
+    slope = g["pitch"] / (2 * math.pi * g["radius"])
+    cosine = (1 + slope * slope) ** -0.5
     return cosine, slope * cosine
 
 
@@ -101,8 +102,6 @@ def _pins(g: Mapping[str, float]) -> list[Solid]:
 
 def _rests(j: Rubs) -> list[Pair]:
     """Bounds: friction that helps the load to turn the thread back presses less than one that hinders it."""
-    import math
-
     import numpy as np
 
     from engine.contact.resting import Capacity, Norm, Pair, preload, static, whole

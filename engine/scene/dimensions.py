@@ -31,6 +31,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "m^2": ("an area", "4 mm^2"),
     "m^3": ("a volume", "2 cm^3"),
     "W": ("a power", "10 W"),
+    "m^2/N": ("a wear coefficient", "1e-6 mm^3/(N*m)"),
 }
 """SI unit → (what it measures, an example)."""
 

@@ -106,6 +106,14 @@ class Spring:
     """Coordinate at which it is relaxed."""
 
 
+@dataclass(frozen=True, config=STRICT)
+class Wear:
+    """How fast sliding takes material off, by Archard's law: volume = k · normal force · way."""
+
+    k: Annotated[float, Per("m^2/N", POSITIVE)]
+    """Wear coefficient: volume per normal force and sliding distance, such as 1e-6 mm^3/(N*m)."""
+
+
 ORDERS = {
     "friction": tuple(n.order for n, _ in law_numbers().values() if n.order is not None),
     "stops": (Order("lower", "upper", strict=True),),
@@ -195,6 +203,8 @@ class Joint:
     """Radial stiffness of each contact, 1e8 N/m if left out: decides how joints that rub share what redundant loops leave open."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""
+    wear: Wear | None = None
+    """How fast its contacts wear (trunnion wear)."""
     start: Start | None = None
     """Start values."""
     spring: Springs | None = None

@@ -36,6 +36,7 @@ joints:
     outboard: pendulum              # the part that moves: here its frame's origin is the hinge point
     axis: y                         # x, y, z, -x, -y, -z or three numbers
     friction: {{mu: 0.3, radius: 20 mm, half_length: 50 mm}}   # leave it out and the joint is ideal
+    # wear: {{k: 1e-6 mm^3/(N*m)}}    # for trunnion wear
     # pin: outboard                 # which part is inside; of a sleeve on a shaft also ends: outboard, which part is short
     start: {{q: 0 deg, qd: 0}}        # angle and rate at t = 0: horizontal, at rest
     # damping: 0.1                  # N*m*s/rad, independent of the contact force

@@ -12,7 +12,7 @@ import typer
 import engine
 from engine.basics.problems import SceneError
 from engine.basics.settings import SETTINGS, Setting, offered
-from engine.cli import main, measuring
+from engine.cli import main, questions
 from engine.cli.helping import named
 from engine.simulation.settings import settings_read, told
 from service.api.sensitivities import SensitivityRequest, _plain
@@ -20,12 +20,12 @@ from service.client import app as jobs
 from service.request import JobRequest, document_of, plan_of_document, plan_of_request
 from service.settings import Limits
 
-COMMAND = typer.main.get_command(measuring.app)
+COMMAND = typer.main.get_command(questions.app)
 CONTEXT = COMMAND.make_context("trunnion", [], resilient_parsing=True)
 JOBS = typer.main.get_command(jobs)
 PYTHON: dict[str, Any] = {f"engine.{f.__name__}": f for f in (engine.simulate, engine.sweep, engine.sensitivity)}
 REST = {"POST /v1/jobs": JobRequest, "POST /v1/sensitivities": SensitivityRequest}
-COMMANDS = [f"trunnion {n}" for n in ("simulate", "sweep", "sensitivity", "chart", "advise", "jobs submit")]
+COMMANDS = [f"trunnion {n}" for n in ("simulate", "sweep", "sensitivity", "wear", "chart", "advise", "jobs submit")]
 NAMES = {s.name for s in SETTINGS}
 WRONG = {"until": ["-1", "0", "x", "5 kg", "10 parsec"], "every": ["-1", "5 kg"], "rtol": ["1", "0", "1 m"], "method": ["rk55"],
          "step": ["-1"], "law": ["nonsense"], "kernel": ["part"]}  # fmt: skip

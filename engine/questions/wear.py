@@ -1,0 +1,209 @@
+"""``wear``: how far the contacts of a run slide, how hard they rub, and what that takes off, by Archard's law V = k ∫ N |v| dt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.contact.base import ContactElement, Place
+from engine.joints import REGISTRY
+from engine.scene import model as sm
+from engine.scene.touching import touching
+from engine.simulation.result import Result
+
+DEGREE = 5
+"""Of the splines through rows between two events: integrals are right to the sixth power of the spacing."""
+BINS = 72
+"""Directions around a pin in which wear is told: 5° each."""
+
+
+@dataclass(frozen=True)
+class ContactWear:
+    """What one contact of a joint suffers in a run.
+
+    distance    it slides, m.
+    load        ∫ N |v| dt, J: what friction takes at a ratio of 1.
+    volume      that comes off, m³; depth: the largest, m, on the part with the pin and on its bearing (NaN without k, or where it
+                is not known on which area the contact bears).
+    pv          largest pressure times sliding speed, W/m² (of the projected area); energy: friction's work over that area, J/m².
+    angles      middles of the directions (rad) around the pin (n), and depths there on the pin and on the bearing, m (n each); the
+                bearing's directions are those of the pin's frame at q = 0. Empty for contacts that do not go around.
+    """
+
+    joint: str
+    contact: int
+    distance: float
+    load: float
+    volume: float
+    depth: tuple[float, float]
+    pv: float
+    energy: float
+    angles: np.ndarray
+    on_pin: np.ndarray
+    on_bearing: np.ndarray
+
+    def cycles(self, depth: float) -> float:
+        """Runs after which ``depth``, m, is worn off where it is deepest; infinity where nothing is."""
+        deepest = max(self.depth)
+        return depth / deepest if deepest > 0.0 else math.inf
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        return {
+            "joint": self.joint, "contact": self.contact, "distance": self.distance, "load": self.load, "volume": self.volume,
+            "depth": list(self.depth), "pv": self.pv, "energy": self.energy, "angles": self.angles.tolist(),
+            "on_pin": self.on_pin.tolist(), "on_bearing": self.on_bearing.tolist(),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Wear:
+    """Wear of all contacts of a run. time (rows), s; columns: cumulated volumes (m³; without k the loads, J) by name."""
+
+    contacts: tuple[ContactWear, ...]
+    time: np.ndarray
+    columns: dict[str, np.ndarray]
+
+    def __getitem__(self, name: str) -> ContactWear:
+        """A contact by "joint.contact[i]"."""
+        return next(c for c in self.contacts if f"{c.joint}.contact[{c.contact}]" == name)
+
+
+def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
+    """Wear of every contact of a run whose rows have its normal forces, angles and the joint's coordinates and rates (the usual
+    columns). k: wear coefficient, m²/N, of every joint or by joint; without it those of the scene's joints (``wear: {k: …}``).
+    SceneError where columns are missing."""
+    joints = {n: j for n, j in result.scene.joints.items() if j.friction is not None}
+    lacking = [f"{n}.{c}" for n, j in joints.items() for c in _needed(n, j) if f"{n}.{c}" not in result]
+    if lacking:
+        hint = "run with all outputs of the joint"
+        raise SceneError([Problem("outputs", f"wear needs the column {c}", hint) for c in lacking[:8]])
+    pieces, contacts, columns = _pieces(result), [], {}
+    for name, j in joints.items():
+        element = touching(j)
+        if element is None or not element.count:
+            continue
+        own = k.get(name) if isinstance(k, Mapping) else k
+        own = own if own is not None else (j.wear.k if j.wear else None)
+        for i, found, grown in _joint(result, name, j, element, own, pieces):
+            contacts.append(found)
+            columns[f"{name}.wear.{'volume' if own is not None else 'load'}[{i}]"] = grown
+    return Wear(tuple(contacts), result.time, columns)
+
+
+def _needed(name: str, j: sm.Joint) -> list[str]:
+    element, kind = touching(j), REGISTRY[j.type]
+    count = element.count if element else 0
+    forces = [f"contact[{i + 1}].{what}" for i in range(count) for what in ("normal_force", "angle", "normal[1]")]
+    return [*forces, *(f"qd[{i + 1}]" for i in range(kind.nv if count else 0))]
+
+
+Piece = tuple[float, float, slice]
+Found = list[tuple[int, ContactWear, np.ndarray]]
+
+
+def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, pieces: list[Piece]) -> Found:
+    """Each contact's number, what it suffers, and its volume (without k its load) in every row."""
+    sizes = _sizes(j, element)
+    places, speeds = element.places(sizes), _speeds(r, name, element, sizes)
+    pairs = [i * len(element.pairs) // element.count for i in range(element.count)]
+    forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]
+    rubbed = np.column_stack([f * speeds[p] for f, p in zip(forces, pairs, strict=True)])
+    grown = integral(r.time, np.column_stack([rubbed, *speeds]), pieces)
+    mu = float(j.friction.mu) if j.friction is not None and j.friction.mu is not None else math.nan
+    out = []
+    for i in range(element.count):
+        place = places[i] if i < len(places) else Place("pin", 0, 0.0, 0.0)
+        load, way = grown[:, i], float(grown[-1, element.count + pairs[i]])
+        volume = load * (math.nan if k is None else k)
+        area = place.area or math.nan
+        around = _around(r, name, i + 1, np.diff(volume), place) if place.arc and element.anywhere else (np.zeros(0),) * 3
+        depth = tuple(float(x.max()) if len(x) else float(volume[-1] / area) for x in around[1:])
+        pressed, energy = float(rubbed[:, i].max() / area), mu * float(load[-1]) / area
+        found = ContactWear(
+            name, i + 1, way, float(load[-1]), float(volume[-1]), (depth[0], depth[1]), pressed, energy, *around
+        )  # fmt: skip
+        out.append((i + 1, found, load if k is None else volume))
+    return out
+
+
+def _sizes(j: sm.Joint, element: ContactElement) -> dict[str, float]:
+    out: dict[str, float] = {"pitch": float(j.pitch or 0.0)}
+    for s in element.sizes:
+        value = getattr(j.friction, s.name)
+        if value is not None:
+            values = value if isinstance(value, tuple) else (value,) * s.count
+            out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
+    return out
+
+
+def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, float]) -> list[np.ndarray]:
+    """Sliding speed of every pair in every row, m/s."""
+    rates = [r[f"{name}.qd[{i + 1}]"] for i in range(sum(map(len, element.pairs)))]
+    if element.elevates:  # a ball slides where its turning is not about the normal: r |ω × n|
+        normal = np.array([r[f"{name}.contact[1].normal[{i}]"] for i in (1, 2, 3)])
+        return [sizes["radius"] * np.linalg.norm(np.cross(np.array(rates).T, normal.T), axis=1)]
+    pairs: Any = element.velocity(rates, sizes)  # type: ignore[arg-type]  # its arithmetic is that of numbers, too
+    return [np.sqrt(sum(np.asarray(x, float) ** 2 for x in pair)) for pair in pairs]
+
+
+def _around(r: Result, name: str, i: int, worn: np.ndarray, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(middles of directions, depth on the pin, depth on the bearing) around a pin; worn: volume between rows, m³."""
+    edges = np.linspace(-np.pi, np.pi, BINS + 1)
+    joint = r.scene.joints[name]
+    kind = REGISTRY[joint.type]
+    spin = next(x for x in range(kind.nv) if kind.turns(x)) if kind.second_axis < 0 else (i - 1) // 2
+    angle, turned = np.unwrap(r[f"{name}.contact[{i}].angle"]), r[f"{name}.q[{spin + 1}]"]
+    sense = (1.0 if joint.pin == "inboard" else -1.0) * (1.0 if spin == 0 or kind.second_axis < 0 else -1.0)
+    area = place.arc * (edges[1] - edges[0])
+    on_pin, on_bearing = (_spread(a, worn, edges) / area for a in (angle, angle + sense * turned))
+    return (edges[1:] + edges[:-1]) / 2, on_pin, on_bearing
+
+
+def _spread(angle: np.ndarray, worn: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """What falls into each direction while the contact goes from row to row, spread evenly over the angle between."""
+    width, steps = edges[1] - edges[0], np.diff(angle)
+    count = np.maximum(1, (np.abs(steps) / (0.25 * width)).astype(int))
+    row = np.repeat(np.arange(len(steps)), count)
+    within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    at = angle[row] + steps[row] * (within + 0.5) / count[row]
+    bins = np.floor(np.mod(at + np.pi, 2 * np.pi) / width).astype(int) % (len(edges) - 1)
+    return np.bincount(bins, worn[row] / count[row], len(edges) - 1)
+
+
+def _pieces(r: Result) -> list[Piece]:
+    """Spans of time between events, each with the rows inside it."""
+    ends = sorted({float(r.time[0]), float(r.time[-1]), *(e.time for e in r.events if r.time[0] < e.time < r.time[-1])})
+    out = []
+    for a, b in pairwise(ends):
+        first = np.searchsorted(r.time, a, "left" if a == r.time[0] else "right")
+        last = np.searchsorted(r.time, b, "right" if b == r.time[-1] else "left")
+        out.append((a, b, slice(int(first), int(last))))
+    return out
+
+
+def integral(time: np.ndarray, values: np.ndarray, pieces: list[Piece]) -> np.ndarray:
+    """∫ values dt up to each row (rows × columns): between events by splines of degree 5 through the rows there, carried on to the
+    events."""
+    from scipy.interpolate import make_interp_spline
+
+    out, total = np.zeros_like(values), np.zeros(values.shape[1])
+    for a, b, rows in pieces:
+        t, y = time[rows], values[rows]
+        if not len(t):  # no row between two events: what is nearest before counts
+            total = total + values[max(0, rows.start - 1)] * (b - a)
+        elif len(t) == 1:
+            out[rows] = total + y * (t - a)[:, None]
+            total = total + y[0] * (b - a)
+        else:
+            grown = make_interp_spline(t, y, k=min(DEGREE, len(t) - 1)).antiderivative()
+            out[rows] = total + grown(t) - grown(a)
+            total = total + grown(b) - grown(a)
+    out[-1] = total
+    return out
