@@ -42,7 +42,7 @@ def columns(system: System) -> list[Column]:
         out += _body(i, b.name, [n for n, _ in b.points])
     for j in system.joints:
         out += _joint(j)
-    return [*out, *_whole(system)]
+    return [*out, *_springs(system), *_whole(system)]
 
 
 def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
@@ -89,8 +89,35 @@ def _joint(j: Joint) -> Iterator[Column]:
         yield from _three(f"{name}.reaction.torque", "N*m", "torque " + what.format(name), ("reaction", name, "m"))
     for k in j.driven:
         yield Column(f"{name}.drive.effort[{k + 1}]", _unit(kind, k)[1], f"effort of the drive of {name}", ("drive", name, k))
+        yield Column(f"{name}.drive.power[{k + 1}]", "W", f"power of the drive of {name}", ("power", name, k, "drive"))
+    yield from _devices(j)
     if j.friction:
         yield from _friction(j)
+
+
+DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort"}
+"""Fields of a freedom's device, and what its columns are called."""
+
+
+def _devices(j: Joint) -> Iterator[Column]:
+    """Columns of what acts along a joint's freedoms: effort on the outboard part, and its power."""
+    for k, d in enumerate(j.devices):
+        for field, word in DEVICES.items():
+            if getattr(d, field) is not None:
+                text = f"of the {word} of {j.name}, on the outboard part along freedom {k + 1}"
+                own = f"{j.name}.{word}" + (".effort" if word != "effort" else "")
+                yield Column(f"{own}[{k + 1}]", _unit(j.kind, k)[1], f"force or torque {text}", ("device", j.name, k, field))
+                yield Column(f"{j.name}.{word}.power[{k + 1}]", "W", f"power {text}", ("power", j.name, k, field))
+
+
+def _springs(system: System) -> Iterator[Column]:
+    """Columns of springs between points."""
+    for i, load in enumerate(system.loads):
+        if load.kind == "spring_damper":
+            name = load.name
+            yield Column(f"{name}.length", "m", f"length of {name}", ("line", i, "length"))
+            yield Column(f"{name}.force", "N", f"force with which {name} pulls its ends together", ("line", i, "force"))
+            yield Column(f"{name}.power", "W", f"power of {name} on the bodies", ("line", i, "power"))
 
 
 def _friction(j: Joint) -> Iterator[Column]:

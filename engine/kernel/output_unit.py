@@ -18,9 +18,11 @@ from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.records import names_of_powers, post_of, wants_of
 from engine.recursion.accelerations import Accelerations, given
+from engine.recursion.loads import device_force, spring_line
 from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
 from engine.recursion.vectors import SX, cross
+from engine.system.structure import Device
 
 
 @dataclass
@@ -126,6 +128,26 @@ class Outputs:
 
     def _drive(self, name: str, k: int) -> SX:
         return ex.drive(self.m, self.acc, self.pick, name, k)
+
+    def _device(self, name: str, k: int, field: str) -> SX:
+        j, c = ex.joint(self.m, name), self.once(self._of_joint, name)
+        i = j.kind.coordinate_of(k)
+        only = Device(**{field: getattr(j.devices[k], field)})
+        return device_force(self.sym, only, c[0][i] if i >= 0 else None, c[1][k])
+
+    def _of_joint(self, name: str) -> tuple[list[SX], list[SX]]:
+        return ex.coordinates(self.m, name), ex.rates(self.m, name)
+
+    def _power(self, name: str, k: int, field: str) -> SX:
+        effort = self._drive(name, k) if field == "drive" else self._device(name, k, field)
+        return effort * self._qd(name, k)
+
+    def _line(self, i: int, what: str) -> SX:
+        load = self.sym.system.loads[i]
+        length, rate, _, _ = spring_line(self.sym, self.m.motions, load)
+        stiffness, damping, free = (self.sym.leaf(x) for x in load.numbers)
+        force = stiffness * (length - free) + damping * rate
+        return {"length": length, "force": force, "power": -force * rate}[what]
 
     def _friction(self, name: str, k: int) -> SX:
         return self.sym.eta[ex.eta_of(self.m, name)[k]]

@@ -61,7 +61,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 def _small() -> Iterator[Asked]:
     yield from (("small", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
     yield from (("small", "device", what) for what in ("force", "power", "potential"))
-    yield from (("small", "spring", what) for what in ("wrench", "power", "potential"))
+    yield from (("small", "spring", what) for what in ("wrench", "power", "potential", "line"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
     yield from (("small", "depth", upper) for upper in SIDES)
     yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over", "span"))

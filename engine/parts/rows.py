@@ -9,6 +9,7 @@ from engine.abi.runs import EXTRA, LAST
 from engine.friction import REGISTRY as LAWS
 from engine.kernel.columns import Column
 from engine.kernel.records import names_of_powers
+from engine.parts.acting import DeviceRows
 from engine.parts.blocks import Closed, Moving
 from engine.parts.known import TOUCH, rubbing
 from engine.parts.places import element_places, lengths_of, write_span
@@ -20,7 +21,7 @@ from engine.system.elements import Element, elements, everything
 from engine.system.structure import GROUND, Joint
 
 
-class Rows:
+class Rows(DeviceRows):
     """Blocks of columns by their key (``Column.key``): the first word of a key is the method below that finds it."""
 
     def __init__(self, scene: Scene, tape: Tape):
@@ -164,12 +165,6 @@ class Rows:
         whole = self.once(("reaction", name), 6, lambda out: self.scene.call(self.tape, part, ft=ft, pose=m.pose, out=out))
         return whole.part(k + (0 if which == "f" else 3), 1)
 
-    def _drive(self, name: str, k: int) -> Block:
-        j, m = self.joint(name)
-        assert isinstance(m, Moving)
-        N = self.reactions()[j.child]
-        return self.once(("drive", name, k), 1, lambda out: self.scene.drive_effort(self.tape, j, k, m, N, out))
-
     def _friction(self, name: str, k: int) -> Block:
         return self.scene.eta(self.joints[name]).part(k, 1)
 
@@ -223,11 +218,11 @@ class Rows:
     def _potential(self) -> Block:
         return self._energies().part(1, 1)
 
-    def _sum(self, key: str, terms: list[tuple[Block, int]]) -> Block:
+    def _sum(self, key: str, terms: list[tuple[Block, int]], times: Block | None = None) -> Block:
         def make(out: Block) -> None:
             self.tape.zero(out)
             for block, sign in terms:
-                self.tape.call(Builtin.PRODUCT, [self.scene.one, block, out], [1, sign])
+                self.tape.call(Builtin.PRODUCT, [times or self.scene.one, block, out], [1, sign])
 
         return self.once(key, 1, make)
 

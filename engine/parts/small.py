@@ -91,7 +91,7 @@ def load(kind: str, body_frame: bool, what: str) -> Part:
 @cache
 def spring(what: str) -> Part:
     """Of a spring-damper between two points: numbers (3, points 3 + 3), two motions → ``wrench`` on both (6 each, added), ``power``
-    of its damper or ``potential`` energy (added)."""
+    of its damper or ``potential`` energy (added), or ``line``: its length, the force with which it pulls, its power (3)."""
     count = Numbers()
     numbers = count.some(3)
     points = (count.some(3), count.some(3))
@@ -99,6 +99,9 @@ def spring(what: str) -> Part:
     given, motions = Load("", "spring_damper", (0, 1), points, numbers=numbers), [unpack_motion(ca.vertsplit(m)) for m in (a, b)]
     ins = {"numbers": sym.p, "a": a, "b": b}
     length, rate = spring_line(sym, motions, given)[:2]
+    if what == "line":
+        force = sym.p[0] * (length - sym.p[2]) + sym.p[1] * rate
+        return one("l_spring_line", ins, {"out": [length, force, -force * rate]})
     if what == "wrench":
         (_, on_a), (_, on_b) = wrenches(sym, motions, given)
         return one("l_spring_wrench", ins, {"on_a": on_a, "on_b": on_b}, ["on_a", "on_b"])
