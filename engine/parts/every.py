@@ -152,10 +152,14 @@ def _rubbing(which: Rubbing) -> Iterator[Asked]:
     assert friction is not None
     kind, law = joint.kind, LAWS[friction.law]
     yield from (("friction", name, which, alone) for name in ("law", *(["held"] if law.sets else [])) for alone in SIDES)
-    yield "friction", "pressed", which, False
-    yield from (("friction", name, which) for name in ("contacts", "residual"))
+    yield "friction", "residual", which
+    if CONTACTS[friction.contact].count:
+        yield "friction", "pressed", which, False
+        yield "friction", "contacts", which
     if law.bristles:
         yield "friction", "drift", which
+    if not CONTACTS[friction.contact].count:
+        return  # what is given needs no reactions
     names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
     for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):
         yield from _pinned(which, fit)
