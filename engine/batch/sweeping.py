@@ -50,6 +50,10 @@ class Sweep:
     def __len__(self) -> int:
         return int(self.table.num_rows)
 
+    def __repr__(self) -> str:
+        ended = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count)
+        return f"<Sweep of {self.plan.scene.name}: {len(self)} cases × {self.table.num_columns} columns, {ended}>"
+
     def to_arrow(self) -> pyarrow.Table:
         """The table; units and descriptions in its fields' metadata."""
         return self.table

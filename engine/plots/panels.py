@@ -18,6 +18,8 @@ NEGLIGIBLE = 1e-7
 """A component this much smaller than the largest of its family is not drawn: in plane motion most of them are."""
 MOST_CURVES = 8
 MOST_JOINTS = 4
+NAMED = 3
+"""Joints left out of a figure that are named."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,35 @@ class Section:
 
 
 def sections(result: Result, joints: Sequence[str] | None = None) -> list[Section]:
-    """All that ``figure`` draws: each frictional joint (those named, else the first few), then motion and energy."""
-    chosen = frictional(result)[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
+    """All that ``figure`` draws: each frictional joint (those named, else the first few that have columns), what acts along
+    freedoms and between points, then motion and energy."""
+    rubbing = [j for j in frictional(result) if result.matching(f"{j}.*")]
+    chosen = rubbing[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
     out = [Section(_heading(result, j), tuple(_joint_panels(result, j))) for j in chosen]
+    out.append(Section("Drives, springs, dampers, stops", tuple(_devices(result))))
     others = [j for j in moving(result) if j not in chosen]
-    out.append(Section("Motion and energy", (*_motion(result, others), *_energy(result))))
+    left = rubbing[MOST_JOINTS:] if joints is None else []
+    note = f"   (friction of {_listed(left)} is not drawn: --outputs '{left[0]}.*', figure(joints=…))" if left else ""
+    out.append(Section(f"Motion and energy{note}", (*_motion(result, others), *_energy(result))))
     return [s for s in out if s.panels]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The first names, and how many more there are."""
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return ", ".join(names[:NAMED]) + more
+
+
+def _devices(result: Result) -> Iterator[Panel]:
+    """Efforts of what acts along freedoms, forces and lengths of springs between points."""
+    words = ("drive.effort", "effort", "spring.effort", "damper.effort", "stop.effort")
+    efforts = [n for w in words for j in result.scene.joints for n in result.matching(f"{j}.{w}[*]")]
+    springs = [n for n, f in result.scene.forces.items() if f"{n}.length" in result]
+    torques = [n for n in efforts if result.units[n] == "N*m"]
+    forces = [*(n for n in efforts if result.units[n] == "N"), *(f"{n}.force" for n in springs)]
+    yield from _panel(result, "Torques along the joints' freedoms", "torque", torques)
+    yield from _panel(result, "Forces along the joints' freedoms and of springs", "force", forces)
+    yield from _panel(result, "Lengths of springs", "length", [f"{n}.length" for n in springs])
 
 
 def frictional(result: Result) -> list[str]:

@@ -44,6 +44,9 @@ class Sensitivity:
     events: tuple[EventShift, ...]
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<Sensitivity of {', '.join(self.names)} to {', '.join(self.parameters)}: {len(self.time)} times>"
+
     def __getitem__(self, name: str) -> np.ndarray:
         """An output over time (n)."""
         return self.values[:, self.names.index(name)]

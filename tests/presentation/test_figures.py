@@ -14,6 +14,8 @@ from engine.plots.angles import broken, rotation_vector
 from engine.plots.curves import thousands, ylabel
 from engine.plots.panels import Curve, Panel, sections
 from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from tests.engine.test_many_pairs import links
 
 
 def axes_of(result: Result) -> dict:
@@ -105,7 +107,8 @@ def test_prescribed_and_dependent_coordinates_are_left_out(slider: Result) -> No
     drawn = {c.label for s in sections(slider) for p in s.panels for c in p.curves}
     assert "slider_pin.q[1]" in drawn
     assert "guide.qdd[1]" in drawn
-    assert not any(name.startswith(("crank_pivot.", "crank_pin.")) for name in drawn)
+    assert not any(name.startswith(("crank_pivot.q", "crank_pin.")) for name in drawn)
+    assert "crank_pivot.drive.effort[1]" in drawn  # what its motion takes is no coordinate
 
 
 def test_a_result_with_few_columns_still_makes_a_page(pendulum: Result) -> None:
@@ -138,3 +141,21 @@ def test_a_picture_of_the_mechanism_shows_contacts_and_states_the_scale(slider: 
     dots = [line for line in picture.axes[0].get_lines() if line.get_marker() == "o"]
     assert len(dots) == 2
     save_figure(picture, tmp_path / "m.png")
+
+
+def test_what_acts_along_freedoms_and_between_points_is_drawn() -> None:
+    titles = {p.title: {c.label for c in p.curves} for s in sections(simulate("andrews", until=0.002)) for p in s.panels}
+    assert titles["Torques along the joints' freedoms"] == {"beta.effort[1]"}
+    assert titles["Forces along the joints' freedoms and of springs"] == {"spring.force"}
+    assert titles["Lengths of springs"] == {"spring.length"}
+
+
+def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
+    r = simulate(links(7, 0, "revolute", apart=False), until=1e-3)
+    rubbing = [n for n, j in r.scene.joints.items() if j.friction is not None]
+    [note] = [s.heading for s in sections(r) if "not drawn" in s.heading]
+    assert all(n in note for n in rubbing[4:7])
+    only = simulate(r.scene, until=1e-3, outputs=(f"{rubbing[5]}.*",))
+    seen = [s.heading.split()[0] for s in sections(only)]
+    assert rubbing[5] in seen
+    assert not any("not drawn" in s.heading for s in sections(r, rubbing))
