@@ -25,7 +25,7 @@ TOLERANCE, STEP, MAX_STEPS = "FMU_TOLERANCE", "FMU_STEP", "FMU_MAX_STEPS"
 """What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
 HUGE = 1e300
 """Magnitude written as the bound of a number that has none."""
-NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"))
+NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"), ("move", "begin"), ("move", "duration"))
 """Ends of paths whose changes would move the kinks the integrator stops at, which are laid down at export."""
 TUNABLE_SECTIONS = ("friction", "forces", "gravity")
 TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort")

@@ -38,6 +38,8 @@ def driven_to(drive: Drive, until: float) -> list[float]:
         return [float(v) for v in drive.table.value]
     if drive.constant is not None:
         return [drive.constant.start + drive.constant.rate * t for t in (0.0, until)]
+    if drive.move is not None:
+        return [drive.move.start, drive.move.end]
     if drive.ramp is not None:
         r = drive.ramp
         times = np.linspace(0.0, until, 1001)

@@ -21,6 +21,7 @@ from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
 from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
 from engine.system.elements import everything
+from engine.system.profiles import MOVES
 from engine.system.structure import Fit, FrictionElement, Joint, Slider
 
 Asked = tuple[Any, ...]
@@ -30,7 +31,7 @@ MANY = 3
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
 """Laws with which Adams' approximation of normal forces is compared: one that smooths another, and that."""
 SIDES = (False, True)
-DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic"), ("ramp", "begun", "harmonic")
+DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic")
 
 
 def every() -> Iterator[Asked]:

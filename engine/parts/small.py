@@ -22,9 +22,10 @@ from engine.recursion.reactions import overlap, pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.external import TIMES
+from engine.system.profiles import MOVES
 from engine.system.structure import Body, Device, Fit, Joint, Load, Signal, Stop
 
-LEAVES = {"value": 1, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2}
+LEAVES = {"value": 1, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
 """Numbers of a signal, by its kind; a table has none."""
 
 

@@ -7,6 +7,7 @@ import casadi as ca
 from engine.recursion.vectors import SX, vector
 from engine.system.external import INSIDE, MODE, NOW
 from engine.system.leaves import Leaf, Leaves, Param
+from engine.system.profiles import MOVES, PROFILES, derivative
 from engine.system.structure import Joint, Signal, System, state_coordinates
 
 
@@ -67,7 +68,7 @@ class Symbols:
             return self.x[k], self.x[k + 1], self.x[k + 2]
         if s.kind == "harmonic":
             return self._harmonic(s)
-        return self._ramp(s)
+        return self._move(s) if s.kind in MOVES else self._ramp(s)
 
     def _harmonic(self, s: Signal) -> tuple[SX, SX, SX]:
         amplitude, frequency, phase, offset = (self.leaf(x) for x in s.leaves)
@@ -79,6 +80,21 @@ class Symbols:
         """How far a ramp has come: 0 before it, 1 after it. ts chooses the branch, so that no step sees both sides of a kink."""
         inside = (self.t - begin) / duration
         return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
+
+    def _move(self, s: Signal) -> tuple[SX, SX, SX]:
+        """Position, rate and acceleration of a way from rest to rest; ts decides on which piece it is."""
+        start, end, begin, duration = (self.leaf(x) for x in s.leaves)
+        profile = PROFILES[s.kind.removeprefix("move_")]
+        u, at = (self.t - begin) / duration, (self.ts - begin) / duration
+        out = []
+        pieces = profile.pieces
+        for order in range(3):
+            value = SX(1 if order == 0 else 0)
+            for first, last, piece in reversed(list(zip(profile.knots[:-1], profile.knots[1:], pieces, strict=True))):
+                value = ca.if_else(at < last, sum((c * (u - first) ** k for k, c in enumerate(piece)), SX(0)), value)
+            out.append((end - start) / duration**order * ca.if_else(at < 0, 0, value))
+            pieces = tuple(derivative(piece) for piece in pieces)
+        return start + out[0], out[1], out[2]
 
     def _ramp(self, s: Signal) -> tuple[SX, SX, SX]:
         """Position, rate and acceleration of a drive whose rate goes evenly from one value to another; it is at ``origin`` at t =

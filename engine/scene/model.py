@@ -31,7 +31,7 @@ from engine.scene.jointed import (
 )
 from engine.scene.loads import Applied, Force, Input, SpringDamper, Torque
 from engine.scene.quantities import Acceleration, Duration, Per
-from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Ramp, Signal, Table
+from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Move, Ramp, Signal, Table
 from engine.scene.values import STRICT, AxisName, Direction, Position, Vector
 
 if TYPE_CHECKING:
@@ -98,38 +98,8 @@ class Scene:
 
 
 __all__ = [
-    "Applied",
-    "AxisAngle",
-    "AxisName",
-    "Body",
-    "Constant",
-    "Coordinates",
-    "Cylinder",
-    "Direction",
-    "Drive",
-    "Force",
-    "Friction",
-    "FrictionDefaults",
-    "FromInput",
-    "Ground",
-    "Harmonic",
-    "Input",
-    "Joint",
-    "JointType",
-    "Load",
-    "LoadVector",
-    "Position",
-    "Ramp",
-    "Scene",
-    "Side",
-    "Signal",
-    "Simulation",
-    "Spring",
-    "SpringDamper",
-    "Start",
-    "Stops",
-    "Table",
-    "Torque",
-    "Vector",
+    "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive", "Force", "Friction",
+    "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType", "Load", "LoadVector", "Move", "Position",
+    "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Vector",
     "Wear",
 ]  # fmt: skip

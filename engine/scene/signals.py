@@ -40,6 +40,23 @@ class Ramp:
 
 
 @dataclass(frozen=True, config=STRICT)
+class Move:
+    """A way from rest to rest of a drive: at ``start`` up to ``begin``, at ``end`` from ``begin + duration`` on."""
+
+    start: Number
+    """Coordinate before."""
+    end: Number
+    """Coordinate after."""
+    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a way takes some time"))]
+    """How long it takes."""
+    begin: Time = 0.0
+    """When it begins."""
+    profile: Literal["polynomial", "trapezoid", "s_curve"] = "polynomial"
+    """polynomial: of degree 5, no acceleration at its ends; trapezoid: speed up, go on, slow down, a third of the time each;
+    s_curve: the same with limited jerk."""
+
+
+@dataclass(frozen=True, config=STRICT)
 class Harmonic:
     """A sine: offset + amplitude sin(2 pi frequency t + phase)."""
 
@@ -89,6 +106,8 @@ class Drive:
     """Steady rate."""
     ramp: Ramp | None = None
     """Rate that changes linearly from one value to another."""
+    move: Move | None = None
+    """From one coordinate to another, at rest before and after."""
     harmonic: Harmonic | None = None
     """Sine motion."""
     table: Table | None = None

@@ -43,7 +43,7 @@ joints:
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
-    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used)
+    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used); also move: from rest to rest
 
 # A second link, hung on the first; its joint names points of both bodies:
 #   bodies:

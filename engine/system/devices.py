@@ -88,6 +88,11 @@ class Builder:
             s = self.table.own
             return Signal("rate", (s(f"{path}.constant.start", d.constant.start, unit),
                                    s(f"{path}.constant.rate", d.constant.rate, f"{unit}/s")))
+        if d.move is not None:
+            s, kink, m = self.table.own, self.table.scalar, d.move
+            return Signal(f"move_{m.profile}", (
+                s(f"{path}.move.start", m.start, unit), s(f"{path}.move.end", m.end, unit),
+                kink(f"{path}.move.begin", m.begin, "s"), kink(f"{path}.move.duration", m.duration, "s")))
         if d.input is not None:
             index = self.inputs[d.input]
             self.tables[index] = ("tracked", self.tables[index][1])

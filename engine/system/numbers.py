@@ -12,6 +12,7 @@ from engine.scene.mass import mass_properties
 from engine.system.curves import Curve, Outside, curve
 from engine.system.devices import Builder
 from engine.system.frames import direction
+from engine.system.profiles import PROFILES
 from engine.system.structure import System, state_coordinates
 
 
@@ -96,6 +97,8 @@ def breaks(scene: sm.Scene) -> tuple[float, ...]:
     for s in _signals(scene):
         if s.ramp is not None:
             times |= {float(s.ramp.begin), float(s.ramp.begin + s.ramp.duration)}
+        if isinstance(s, sm.Drive) and s.move is not None:
+            times |= {float(s.move.begin + u * s.move.duration) for u in PROFILES[s.move.profile].knots}
         if s.table is not None:
             times |= {float(t) for t in s.table.time}
     return tuple(sorted(times))

@@ -9,6 +9,7 @@ from functools import cached_property
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, JointKind
 from engine.system.external import External
+from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
 
 GROUND = -1
@@ -17,8 +18,9 @@ GROUND = -1
 @dataclass(frozen=True)
 class Signal:
     """A function of time. kind: "value" (one leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins
-    before t = 0; a drive still has its origin at t = 0), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate:
-    q = start + rate t) or "table" (index of a table; external inputs are the first tables)."""
+    before t = 0; a drive still has its origin at t = 0), "move_…" (a way from rest to rest: start, end, begin, duration;
+    ``profiles``), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t) or "table" (index of
+    a table; external inputs are the first tables)."""
 
     kind: str
     leaves: Leaves = ()
@@ -84,30 +86,6 @@ class FrictionElement:
     def bristles(self) -> bool:
         """Whether its law has a state along every freedom (bristles)."""
         return LAWS[self.law].bristles
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Which part of a joint is inside, and which has the ends that contacts sit at. pin_out: the outboard part carries the pin;
-    ends: "pin", "bearing" (the part around it has them) or "overlap" (they are where two finite parts end to touch)."""
-
-    pin_out: bool = False
-    ends: str = "pin"
-
-    @property
-    def label(self) -> str:
-        """In names of C functions."""
-        return ("pin_out" if self.pin_out else "pin_in") + ("" if self.ends == "pin" else f"_{self.ends}")
-
-    @property
-    def ends_out(self) -> bool:
-        """Whether the outboard part has the ends."""
-        return self.pin_out != (self.ends == "bearing")
-
-    @property
-    def sign(self) -> int:
-        """+1 where the inboard part carries the pin, −1 where the outboard part does."""
-        return -1 if self.pin_out else 1
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from engine.scene.walk import entries, signals
 
 FIELDS = ("spring", "damping", "stops", "drive", "effort")
 NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
-KINDS = ("constant", "ramp", "harmonic", "table", "input")
+KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
 
 
 def check(scene: Scene) -> Iterator[Finding]:
