@@ -9,7 +9,7 @@ are put side by side. Where groups meet in an entry, and where a case is not of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from engine.abi.batches import CASE_SETTINGS
 from engine.basics.interrupts import heed
 from engine.basics.problems import SceneError
+from engine.batch.followers import Followers
 from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
@@ -60,17 +61,29 @@ class Preparer:
     """Turns values (cases × paths) into rows for the C loop. Keeps what it has built; use it from one thread."""
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
+        self.followers = Followers(scene, paths)
+        paths = self.followers.paths
         self.scene, self.paths, self.run = scene, tuple(paths), run
         self.start = build(scene)
         self.base = self._flat(self.start)
         owners = [owner(p) for p in paths]
         self.groups = [[i for i, o in enumerate(owners) if o == own] for own in dict.fromkeys(owners)]
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
-        self.sizing = len({o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p})
+        sizes = (o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p or ".at[" in p)
+        self.sizing = len(set(sizes))
 
     def rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
         """(the cases' rows, grouped by structure; for each case that cannot be run, by its index in ``values``, what is wrong
         with it)."""
+        values, wrong = self.followers.values(values)
+        kept = np.array([i for i in range(len(values)) if i not in wrong], int)
+        if not wrong:
+            return self._rows(values)
+        rows, more = self._rows(values[kept]) if len(kept) else ([], {})
+        return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
+
+    def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
+        """The same for values of the scene's own numbers."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)

@@ -142,15 +142,19 @@ def check(
         float | None, typer.Option("--misfit", metavar="M", help="With --bounds: the same by how far, m, joints are from fitting.")
     ] = None,
     budget: Annotated[float | None, typer.Option("--budget", metavar="S", help="With --bounds: seconds for all searches.")] = None,
+    plot: Annotated[str | None, typer.Option("--plot", metavar="FILE", help="Draw the assembled start: .png, .svg, .pdf.")] = None,
+    whole: Annotated[
+        str | None, typer.Option("-o", "--output", metavar="FILE", help="Write the scene without includes and copies: .yaml.")
+    ] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
-    from engine.cli.checking import Holding, check_command
+    from engine.cli.checking import Files, Holding, check_command
 
     held = Holding(hold, bounds, self_stress, misfit, budget)
-    raise typer.Exit(check_command(words_of(scene, ctx), outputs, held, changes or [], as_json, verbose))
+    raise typer.Exit(check_command(words_of(scene, ctx), outputs, held, Files(plot, whole), changes or [], as_json, verbose))
 
 
 @app.command()

@@ -10,12 +10,16 @@ from engine.cli import options
 from engine.cli.ends import left_behind
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
-from engine.cli.simulating import loaded, talk
+from engine.cli.simulating import PICTURES, loaded, talk
 from engine.cli.summary import table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from engine.kernel.columns import Column
     from engine.scene.model import Scene
+
+SCENES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True)
@@ -30,10 +34,22 @@ class Holding:
     budget: float | None = None
 
 
-def check_command(words: list[str], outputs: bool, hold: Holding, changes: Sequence[str], as_json: bool, verbose: bool) -> int:
+@dataclass(frozen=True)
+class Files:
+    """What is to be written: a picture of the assembled start, the scene as it is after includes, assemblies and copies."""
+
+    plot: str | None = None
+    whole: str | None = None
+
+
+def check_command(
+    words: list[str], outputs: bool, hold: Holding, files: Files, changes: Sequence[str], as_json: bool, verbose: bool
+) -> int:
     """Report on a scene; the exit code (1: it is well formed but its loops cannot be closed; with ``hold``, it does not hold)."""
     talk(verbose)
     found = Findings()
+    plot = options.destination(files.plot, PICTURES, "--plot", found)
+    whole = options.destination(files.whole, SCENES, "-o", found)
     source = options.one_scene(words, found)
     scene = loaded(source, options.assignments(changes, found), None, found)
     if hold.bounds and not hold.asked:
@@ -45,6 +61,7 @@ def check_command(words: list[str], outputs: bool, hold: Holding, changes: Seque
         found.add("--budget", "one answer needs none", "write --hold --bounds --budget S")
     found.end()
     assert scene is not None
+    written = write(scene, plot, whole)
     if hold.bounds:
         return _bounded(scene, hold, as_json)
     if hold.asked:
@@ -53,15 +70,32 @@ def check_command(words: list[str], outputs: bool, hold: Holding, changes: Seque
     code = DONE if report["start"]["outcome"] in ("done", "ready") else FAILED
     if as_json:
         listed = [{"name": c.name, "unit": c.unit, "description": c.description} for c in every]
-        print_json({"exit_code": code, "problems": []} | report | ({"outputs": listed} if outputs else {}))
+        print_json({"exit_code": code, "problems": []} | report | ({"outputs": listed} if outputs else {}) | {"files": written})
     else:
         lines = (
             report_lines(report)
             if not outputs
             else table(("column", "unit", "meaning"), [(c.name, c.unit, c.description) for c in every])
         )
-        print("\n".join(_bare(line) for line in lines))
+        print("\n".join(_bare(line) for line in [*lines, *(f"written: {name}" for name in written)]))
     return code
+
+
+def write(scene: Scene, plot: Path | None, whole: Path | None) -> list[str]:
+    """Write the picture of the assembled start and the whole scene, where they are asked for; the names of what was written.
+    SceneError when there is no start to draw."""
+    from engine.basics.files import writing
+    from engine.scene.dump import scene_to_yaml
+
+    if whole is not None:
+        with writing(whole, SCENES) as work:
+            work.write_text(scene_to_yaml(scene), encoding="utf-8")
+    if plot is not None:
+        from engine.plots import save_figure
+        from engine.plots.mechanism import at_start
+
+        save_figure(at_start(scene), plot)
+    return [str(p) for p in (whole, plot) if p is not None]
 
 
 def _held(scene: Scene, as_json: bool) -> int:

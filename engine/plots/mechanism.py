@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.basics.problems import Problem, SceneError
 from engine.joints import REGISTRY
 from engine.plots.labels import label
 from engine.plots.motion import NEEDED, VIEW, arrow_scale, bounds, first_view, motion, rails, round_force
@@ -31,6 +32,8 @@ Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
 COILS, WIDTH = 9, 0.05
 """Corners of a spring's zigzag, its half width as a part of its length."""
+SOONEST = 1e-9
+"""The same where only the assembled start is wanted."""
 SOON = 1e-3
 """To see the start of a scene it is run for this part of its end time."""
 
@@ -63,6 +66,18 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
     if states:
         _arrow_legend(axes, scale, round_force(scale, scene.size))
     return fig
+
+
+def at_start(scene: Scene) -> Figure:
+    """A picture of the assembled start. SceneError when the scene cannot be assembled."""
+    from engine.simulation.run import simulate
+    from engine.simulation.summary import started
+
+    soon = SOONEST * float(scene.simulation.until)
+    result = simulate(scene, until=soon, every=soon, outputs=needed(scene))
+    if not started(result):
+        raise SceneError([Problem("--plot", f"there is no start to draw: {result.outcome.name}", result.outcome.advice)])
+    return mechanism(result, 0.0)
 
 
 def _result(source: Scene | Result, time: float) -> Result:

@@ -16,7 +16,8 @@ from engine.plots import meshes
 from engine.plots.meshes import Mesh
 from engine.plots.palette import BODIES
 from engine.scene import model as sm
-from engine.scene.refs import GROUND, axes_of, body_of, point_of
+from engine.scene.poses import sides_of
+from engine.scene.refs import GROUND, body_of, point_of
 from engine.scene.touching import touching
 from engine.simulation.result import Result
 from engine.system.frames import frame, matrix
@@ -103,13 +104,17 @@ def scenery(scene: sm.Scene) -> Scenery:
 
 def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:
     """Joint points of a body, from its mass centre."""
-    sides = [s for j in scene.joints.values() for s in (j.inboard, j.outboard)]
-    return [_point(scene, s) for s in sides if body_of(s) == body]
+    sides = [s for j in scene.joints.values() for s in sides_of(scene, j)]
+    return [_from_center(scene, body, s.point) for s in sides if s.body == body]
 
 
-def _point(scene: sm.Scene, side: str | sm.Side) -> np.ndarray:
-    """Joint point of a side, measured from the body's mass centre (on ground: from the origin), in the body's axes."""
-    body, p = point_of(scene, side)
+def _point(scene: sm.Scene, end: str) -> np.ndarray:
+    """The point that an end of a spring names, from the body's mass centre, in the body's axes."""
+    return _from_center(scene, *point_of(scene, end))
+
+
+def _from_center(scene: sm.Scene, body: str, p: tuple[float, float, float]) -> np.ndarray:
+    """A point of a body, measured from its mass centre (on ground: from the origin), in the body's axes."""
     center = (0.0, 0.0, 0.0) if body == GROUND else scene.bodies[body].center
     return np.array(p, float) - np.array(center, float)
 
@@ -167,9 +172,10 @@ def _distinct(points: list[np.ndarray], apart: float) -> list[np.ndarray]:
 
 
 def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size: float) -> JointMark:
-    parts = (index[body_of(j.inboard)], index[body_of(j.outboard)])
-    points = (_point(scene, j.inboard), _point(scene, j.outboard))
-    frames = (matrix(frame(*axes_of(j, j.inboard))), matrix(frame(*axes_of(j, j.outboard))))
+    a, b = sides_of(scene, j)
+    parts = (index[a.body], index[b.body])
+    points = (_from_center(scene, a.body, a.point), _from_center(scene, b.body, b.point))
+    frames = (matrix(frame(a.axis, a.reference)), matrix(frame(b.axis, b.reference)))
     bare = JointMark(name, j.type, parts, points, frames, int(j.pin == "outboard"))
     return replace(bare, pins=tuple(_pins(bare, j, size)), contacts=tuple(_contacts(bare, j)))
 

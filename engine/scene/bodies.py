@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import field
+from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
-from engine.scene.quantities import Density, Extent, Inertia, Mass
-from engine.scene.values import STRICT, AxisName, Position
+from engine.scene.quantities import Angle, Density, Extent, Inertia, Mass
+from engine.scene.values import GROUP, LIST, STRICT, AxisName, Direction, Position, Vector, either
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -23,8 +24,28 @@ class Cylinder:
 
 
 @dataclass(frozen=True, config=STRICT)
+class Turn:
+    """A turn of a body, about the origin of its frame: by an ``angle`` about an axis of the world, or the least one by which an
+    axis of the body points ``towards`` a direction of the world."""
+
+    axis: Direction
+    """Axis of the world that it turns about; with ``towards``, the axis of the body that is to point there."""
+    angle: Angle | None = None
+    """Angle of the turn."""
+    towards: Vector | None = None
+    """Direction in the world that the axis points to after the turn, of any length."""
+
+
+Orientation = Annotated[
+    Annotated[Turn, GROUP] | Annotated[tuple[Turn, ...], LIST], either("a turn (axis with angle or towards) or a list of turns")
+]
+
+
+@dataclass(frozen=True, config=STRICT)
 class Body:
     """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
+
+    A body with a ``position`` is placed: joints between placed parts (the ground is one) are found from where these stand.
 
     Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. An explicit ``inertia`` wins
     over the shape, which is then for drawing only.
@@ -47,6 +68,10 @@ class Body:
     sign they have in the matrix; (0, 0, 0) is a point mass."""
     points: dict[str, Position] = field(default_factory=dict)
     """Named points in the body's frame: places for joints and springs, and outputs."""
+    position: Position | None = None
+    """Where the origin of its frame stands in the world in the pose in which all joints have coordinate 0; this places the body."""
+    orientation: Orientation | None = None
+    """How a placed body is turned: one turn, or several, one after another; left out, its axes are those of the world."""
     color: str | None = None
     """Colour in pictures: a name or #rrggbb."""
 

@@ -8,10 +8,12 @@ from typing import Any
 
 from engine.basics.numbers import Bound, Order
 from engine.joints import REGISTRY, JointKind
+from engine.scene.dimensions import unit_of as unit_text
 from engine.scene.finding import Path
 from engine.scene.jointed import ORDERS
 from engine.scene.model import Force, Scene
-from engine.scene.typed import bound_at, unit_at
+from engine.scene.quantities import Quantity
+from engine.scene.typed import bound_at, shape, unit_at
 
 PLAIN = "1"
 
@@ -37,32 +39,28 @@ def _numbers(value: Any, path: Path, scene: Scene) -> Iterator[tuple[Path, float
 
 def unit_of(scene: Scene, path: Path) -> str:
     """SI unit of the number at a path."""
-    mark = unit_at(_shape(path))
+    mark = unit_at(shape(path))
     if mark is not None and mark.unit:
         return mark.unit
     if path[0] == "joints":
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
+    if path[0] == "parameters":
+        given = scene.parameters[str(path[1])]
+        return (unit_text(given.dimension) if isinstance(given, Quantity) else "") or PLAIN
     return scene.inputs[str(path[1])].unit if path[0] == "inputs" else PLAIN
 
 
 def bound_of(path: Path) -> Bound:
     """The values the number at a path may have, whatever the scene."""
-    return bound_at(_shape(path))
+    return bound_at(shape(path))
 
 
 def order_of(path: Path) -> Order | None:
     """The comparison in which the number at a path must be the higher one; None when there is none."""
     owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
     return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
-
-
-def _shape(path: Path) -> Path:
-    """The path with names that users choose, and places in lists, replaced by a few fixed ones, so that few different paths are
-    ever looked up."""
-    named = path[0] in ("bodies", "joints", "forces", "inputs") and len(path) > 1
-    return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
 
 
 def _joint_unit(kind: JointKind, path: Path) -> str:

@@ -46,6 +46,17 @@ def si_text(dimension: Dimension) -> str:
     return "*".join(parts)
 
 
+def unit_of(dimension: Dimension) -> str:
+    """The SI unit of a dimension as text that reads back; '' for a plain number."""
+    unit = si_text(dimension)
+    if unit == "1" or not unit:
+        return ""
+    a, b, c, d, e = dimension
+    if unit in QUANTITIES or not e:
+        return unit
+    return "*".join([si_text((a, b, c + e, d, 0)), f"Hz^{e}"]).removeprefix("1*")
+
+
 def described(dimension: Dimension) -> str:
     """What a dimension measures, such as "a length"; its unit when there is no such word."""
     unit = si_text(dimension)

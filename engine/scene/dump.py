@@ -8,12 +8,14 @@ from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
+from engine.scene.dimensions import unit_of
 from engine.scene.model import Scene
+from engine.scene.quantities import Computed, Quantity
 from engine.scene.scalars import is_text
 
 WIDTH = 110
 """A group is written in one line when the line has at most so many characters."""
-FIRST = ("schema", "name", "title", "gravity", "ground", "friction", "inputs")
+FIRST = ("schema", "name", "title", "parameters", "gravity", "ground", "friction", "inputs")
 """Keys written before the bodies."""
 _BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_./^ -]*", re.ASCII)
 
@@ -21,6 +23,8 @@ _BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_./^ -]*", re.ASCII)
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
     """Nested dicts, lists and scalars (SI) of everything that differs from its default, together with schema and name."""
     given = {"schema": scene.schema, "name": scene.name, **_group(scene)}
+    if scene.parameters:
+        given["parameters"] = {n: _with_unit(v) for n, v in scene.parameters.items()}
     return {key: given[key] for key in (*FIRST, *given) if key in given}
 
 
@@ -41,7 +45,17 @@ def _plain(value: Any) -> Any:
         return {k: _plain(v) for k, v in value.items()}
     if isinstance(value, tuple | list):
         return [_plain(v) for v in value]
+    if isinstance(value, Computed) and value.names:
+        return value.text
     return float(value) if isinstance(value, float) else value
+
+
+def _with_unit(value: float) -> Any:
+    """A parameter, whose unit is its own: nothing else says it."""
+    if isinstance(value, Computed) and value.names:
+        return value.text
+    unit = unit_of(value.dimension) if isinstance(value, Quantity) else ""
+    return f"{float(value)!r} {unit}" if unit else float(value)
 
 
 def scene_to_yaml(scene: Scene) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from engine.basics.problems import MOST, Problem, SceneError
@@ -15,6 +15,18 @@ Path = tuple[str | int, ...]
 
 CONNECTIONS: Path = ("connections",)
 """Stands, as a path, for everything that depends on all joints being known."""
+
+
+class Line(int):
+    """A line of another file than the scene's own. file: its name; copy: whether several parts were made of what stands there."""
+
+    file: str
+    copy: bool
+
+    def __new__(cls, line: int, file: str, copy: bool = False) -> Line:
+        self = int.__new__(cls, line)
+        self.file, self.copy = file, copy
+        return self
 
 
 @dataclass(frozen=True)
@@ -69,11 +81,29 @@ def line_of(path: Path, lines: Mapping[Path, int]) -> int:
 
 def problem(f: Finding, lines: Mapping[Path, int], file: str = "") -> Problem:
     """The finding as the user sees it."""
-    return Problem(dotted(f.path), f.what, str(f.hint), file, f.line or line_of(f.path, lines))
+    line = f.line or line_of(f.path, lines)
+    return Problem(dotted(f.path), f.what, str(f.hint), getattr(line, "file", "") or file, int(line))
+
+
+def _once(found: list[Finding], lines: Mapping[Path, int]) -> Iterator[Finding]:
+    """The findings, those of lines of which several copies were made once only."""
+    seen = set()
+    for f in found:
+        line = f.line or line_of(f.path, lines)
+        if isinstance(line, Line) and line.copy:
+            same = (int(line), line.file, f.path[-1:], f.what)
+            if same in seen:
+                continue
+            seen.add(same)
+        yield f
 
 
 def error_of(found: Iterable[Finding], lines: Mapping[Path, int], file: str = "") -> SceneError:
     """All findings as one error, in the order of the file. Only those that are listed are put into words, since a hint may take
     a search among all names of the scene."""
-    every = sorted(found, key=lambda f: f.line or line_of(f.path, lines))
+    def place(f: Finding) -> tuple[str, int]:
+        line = f.line or line_of(f.path, lines)
+        return getattr(line, "file", ""), int(line)
+
+    every = list(_once(sorted(found, key=place), lines))
     return SceneError([problem(f, lines, file) for f in every[:MOST]], more=len(every[MOST:]))

@@ -188,8 +188,10 @@ class Joint:
     """The part the motion is measured from: "body", "body.point", or a group."""
     outboard: SideOf
     """The part whose motion is measured: "body", "body.point", or a group."""
+    at: PointOf | None = None
+    """Between placed bodies, where the joint is: a place in the world, or "body.point"; left out, the point that a side names."""
     axis: Direction | None = None
-    """e1, in both bodies' frames."""
+    """e1, in both bodies' frames; between placed bodies, in the world."""
     reference: Direction | None = None
     """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
     pin: Literal["inboard", "outboard"] = "inboard"

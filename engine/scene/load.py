@@ -14,6 +14,8 @@ from engine.scene.finding import Finding, Path, error_of
 from engine.scene.library import SCENE_FILE, model_file, model_names
 from engine.scene.model import Scene
 from engine.scene.reading import LARGEST, read
+from engine.scene.written.composing import whole
+from engine.scene.written.parameters import MEND_FIRST, evaluated
 
 SUFFIXES = (".yaml", ".yml", ".json")
 MOST_NAMED = 5
@@ -32,7 +34,7 @@ def load_scene(source: str | os.PathLike[str]) -> Scene:
     except OSError as e:
         raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
     name = path.parent.name if path.name == SCENE_FILE else path.stem
-    return scene_from_text(content, str(path), path.suffix.lower() == ".json", name)
+    return scene_from_text(content, str(path), path.suffix.lower() == ".json", name, path.parent)
 
 
 def _file(source: str | os.PathLike[str]) -> FilePath:
@@ -61,8 +63,11 @@ def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Pro
     return Problem("scene", f"the folder has no {SCENE_FILE}", hint, text[:200])
 
 
-def scene_from_text(content: bytes | str, file: str = "", is_json: bool = False, name: str = "") -> Scene:
-    """The scene in YAML (or JSON) text; ``name`` is used where it gives none."""
+def scene_from_text(
+    content: bytes | str, file: str = "", is_json: bool = False, name: str = "", folder: FilePath | None = None
+) -> Scene:
+    """The scene in YAML (or JSON) text; ``name`` is used where it gives none; ``folder``: where the files are that it names (none
+    are read without it)."""
     doc = read(content, is_json)
     if doc.data is None and not doc.findings:
         doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))
@@ -72,7 +77,7 @@ def scene_from_text(content: bytes | str, file: str = "", is_json: bool = False,
         raise error_of(doc.findings, doc.lines, file)
     if name and "name" not in doc.data:
         doc.data["name"] = name
-    return scene_from_data(doc.data, doc.findings, doc.lines, file)
+    return scene_from_data(doc.data, doc.findings, doc.lines, file, folder)
 
 
 def scene_from_dict(data: Mapping[str, Any]) -> Scene:
@@ -91,15 +96,22 @@ def _read_on(data: Any) -> None:
 
 
 def scene_from_data(
-    data: dict[str, Any], found: Iterable[Finding] = (), lines: Mapping[Path, int] | None = None, file: str = ""
+    data: dict[str, Any],
+    found: Iterable[Finding] = (),
+    lines: Mapping[Path, int] | None = None,
+    file: str = "",
+    folder: FilePath | None = None,
 ) -> Scene:
     """Build and check plain data. SceneError lists all problems, ``found`` (those of reading the file) among them, in the order
-    of the file; lines: the line of every path."""
+    of the file; lines: the line of every path; folder: where files that it names are, None where none are read."""
+    data, lines, composed = whole(data, dict(lines or {}), file, folder)
     _read_on(data)
+    data, wrong = evaluated(data)
     built = build(data)
-    found = [*found, *built.findings]
+    told = {f.path for f in composed}
+    found = [*found, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
     if built.scene is not None:
-        found += [f for f in findings(built.scene) if not built.hides(f)]
+        found += [f for f in findings(built.scene) if not built.hides(f) and f.path not in told]
     if found or built.scene is None:
-        raise error_of(found, lines or {}, file)
+        raise error_of(found, lines, file)
     return built.scene

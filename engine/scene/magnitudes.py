@@ -11,7 +11,7 @@ from engine.basics.problems import MOST
 from engine.scene.contexts import numbers
 from engine.scene.finding import dotted
 from engine.scene.model import Scene
-from engine.scene.quantities import Quantity
+from engine.scene.quantities import Computed, Quantity
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ def magnitude_notes(scene: Scene) -> list[str]:
     """A line for every number that is allowed but seldom meant, up to a hundred; then how many more there are."""
     notes = []
     for path, value, unit in numbers(scene):
-        if not value or (isinstance(value, Quantity) and unit not in value.text):
-            continue  # the user wrote another unit, so the value is meant
+        if not value or (isinstance(value, Quantity) and (isinstance(value, Computed) or unit not in value.text)):
+            continue  # the user wrote another unit, or an expression, so the value is meant
         place = dotted(path)
         usual = next((u for fits, u in _ROWS if u.unit == unit and fits(place)), None)
         if usual is not None and not usual.least <= abs(value) <= usual.most:

@@ -15,7 +15,8 @@ from pydantic.dataclasses import dataclass
 
 from engine.basics.settings import RTOL
 from engine.integrators import METHODS
-from engine.scene.bodies import Body, Cylinder, Ground
+from engine.scene.assemblies import Assembly
+from engine.scene.bodies import Body, Cylinder, Ground, Turn
 from engine.scene.jointed import (
     AxisAngle,
     Coordinates,
@@ -30,9 +31,9 @@ from engine.scene.jointed import (
     Wear,
 )
 from engine.scene.loads import Applied, Force, Input, SpringDamper, Torque
-from engine.scene.quantities import Acceleration, Duration, Per
+from engine.scene.quantities import Acceleration, Duration, Number, Per
 from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Move, Ramp, Signal, Table
-from engine.scene.values import STRICT, AxisName, Direction, Position, Vector
+from engine.scene.values import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
 
 if TYPE_CHECKING:
     MethodName = str
@@ -71,6 +72,8 @@ class Scene:
     """Version of this format."""
     title: str = ""
     """One line about the scene."""
+    parameters: dict[str, Number] = field(default_factory=dict)
+    """Numbers by name, for use in expressions such as "{a/2 + 5 mm}", which may stand wherever a number may."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
     """Acceleration of gravity in the world frame."""
     ground: Ground = field(default_factory=Ground)
@@ -93,6 +96,11 @@ class Scene:
     def normal_force_of(self, friction: Friction) -> str:
         """How the normal force of a joint is found: its own way, else the scene's."""
         return friction.normal_force or self.friction.normal_force
+    include: tuple[str, ...] = ()
+    """Files beside this one whose keys are taken over where this one does not give them (one name, or a list); read by commands and
+    Python, not by servers. None is left once a scene is read."""
+    assemblies: dict[str, Assembly] = field(default_factory=dict)
+    """Parts that are used as a whole, also several times, by name. None is left once a scene is read: only bodies and joints."""
     tunable: tuple[str, ...] = ()
     """Numbers (dotted paths, patterns) that stay run-time parameters even when they are zero as written."""
 
@@ -100,6 +108,6 @@ class Scene:
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive", "Force", "Friction",
     "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType", "Load", "LoadVector", "Move", "Position",
-    "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Vector",
-    "Wear",
+    "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn",
+    "Vector", "Wear",
 ]  # fmt: skip

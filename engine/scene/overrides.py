@@ -11,12 +11,16 @@ from typing import Any
 from engine.basics.problems import MOST, Problem, SceneError
 from engine.scene.check import checked
 from engine.scene.contexts import numbers
+from engine.scene.dimensions import unit_of
 from engine.scene.finding import Finding, Path, dotted, parse_path
 from engine.scene.load import load_scene, scene_from_data, scene_from_dict
 from engine.scene.model import Scene
+from engine.scene.quantities import Computed, Quantity, Worthless, agree, number
 from engine.scene.reading import read
 from engine.scene.suggest import Nearest, closest, shown
 from engine.scene.typed import keys_at
+from engine.scene.units import UnitError
+from engine.scene.written.parameters import is_expression
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,7 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None) -> Scen
 def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """The scene with other values at dotted paths, checked again. SceneError names every path and value that is wrong."""
     data = _opened(scene)
-    wrong = [w for path, value in changes.items() if (w := _set(data, path, value))]
+    wrong = [w for path, value in changes.items() if (w := _set(data, path, _measured(scene, path, value)))]
     if wrong:
         whole = cache(lambda: [p.path for p in list_parameters(scene)])
         raise SceneError([Problem(w.text, w.what, _hint(w, whole)) for w in wrong[:MOST]], more=len(wrong[MOST:]))
@@ -88,6 +92,8 @@ def _opened(value: Any) -> Any:
         return {f.name: _opened(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, dict):
         return {k: _opened(v) for k, v in value.items()}
+    if isinstance(value, Computed) and value.names:
+        return value.text  # its parameters may be among the changes
     return [_opened(v) for v in value] if isinstance(value, tuple) else value
 
 
@@ -112,6 +118,21 @@ def _set(data: Any, text: str, value: Any) -> _Wrong | None:
                 node[key] = {}
             node = node[key]
     return None
+
+
+def _measured(scene: Scene, path: str, value: Any) -> Any:
+    """The value as it is to be set: a plain number given to a parameter is measured as the parameter is, in SI."""
+    steps = parse_path(path) or ()
+    old = scene.parameters.get(str(steps[1])) if len(steps) == 2 and steps[0] == "parameters" else None
+    if not isinstance(old, Quantity) or is_expression(value):
+        return value
+    try:
+        new = number(value)
+        if isinstance(new, Quantity):
+            agree(new, unit_of(old.dimension) or "1")
+    except UnitError as e:
+        return Worthless(str(value), e.what, e.hint)
+    return Quantity(new, old.dimension, new.text if isinstance(new, Quantity) else f"{new!r} {unit_of(old.dimension)}")
 
 
 def _missing(node: Any, path: Path) -> Finding | None:

@@ -12,7 +12,7 @@ from pydantic_core import core_schema
 from engine.basics.numbers import ANY, NOT_NEGATIVE, POSITIVE, Bound
 from engine.scene.dimensions import QUANTITIES, described, fits
 from engine.scene.suggest import shown
-from engine.scene.units import Dimension, UnitError, parse, parse_unit
+from engine.scene.units import NONE, Dimension, UnitError, parse, parse_unit
 
 
 class Quantity(float):
@@ -28,8 +28,52 @@ class Quantity(float):
         self.dimension, self.text = dimension, text
         return self
 
-    def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
+    def __getnewargs__(self) -> tuple[Any, ...]:  # type: ignore[override]
         return float(self), self.dimension, self.text
+
+    def fits(self, wanted: Dimension) -> bool:
+        """Whether it may stand where a number of another dimension is wanted."""
+        return fits(self.dimension, wanted)
+
+
+class Computed(Quantity):
+    """The value of an expression. text: the expression as written, in braces; names: the parameters in it; plain: whether it has
+    neither parameters nor units, so that it counts as a number without unit."""
+
+    __slots__ = ("names", "plain")
+
+    names: frozenset[str]
+    plain: bool
+
+    def __new__(cls, value: float, dimension: Dimension, text: str, names: frozenset[str], plain: bool) -> Computed:
+        self = float.__new__(cls, value)
+        self.dimension, self.text, self.names, self.plain = dimension, text, names, plain
+        return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:  # type: ignore[override]
+        return float(self), self.dimension, self.text, self.names, self.plain
+
+    def fits(self, wanted: Dimension) -> bool:
+        """As for a quantity; besides, a ratio may be an angle (arc over radius), and radians may be left in what has other units
+        (radius times angle is a length)."""
+        given, rest = self.dimension, (*wanted[:3], wanted[4])
+        if self.plain or given == wanted:
+            return True
+        return (*given[:3], given[4]) == rest and (rest != (0, 0, 0, 0) or given == NONE)
+
+
+class Worthless(str):
+    """The text of an expression that has no value, until the reader of numbers tells why: ``what`` and ``hint``."""
+
+    __slots__ = ("hint", "what")
+
+    what: str
+    hint: str
+
+    def __new__(cls, text: str, what: str, hint: str = "") -> Worthless:
+        self = super().__new__(cls, text)
+        self.what, self.hint = what, hint
+        return self
 
 
 def parse_quantity(text: str) -> float:
@@ -43,6 +87,8 @@ def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
     and an ``example``."""
     if isinstance(value, Quantity):
         return value
+    if isinstance(value, Worthless):
+        raise UnitError(value.what, value.hint)
     if isinstance(value, str):
         return parse_quantity(value)
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -61,7 +107,7 @@ def agree(value: float, unit: str) -> None:
     if not isinstance(value, Quantity):
         return
     wanted = parse_unit("" if unit == "1" else unit).dimension
-    if not fits(value.dimension, wanted):
+    if not value.fits(wanted):
         name, example = QUANTITIES.get(unit, (described(wanted), f"1 {unit}"))
         raise UnitError(
             f"{shown(value.text)} is {described(value.dimension)}; {name} is wanted", f'for example "{example}"'
@@ -89,7 +135,7 @@ class AnyUnit:
 
 @dataclass(frozen=True)
 class Per(AnyUnit):
-    """Marks a number that is measured in ``unit`` (SI) and stored as a plain float."""
+    """Marks a number that is measured in ``unit`` (SI) and stored as a plain float, or as an expression of parameters."""
 
     def __call__(self, value: Any) -> float:
         """Validate a value and convert it to SI; UnitError when its dimension is not that of ``unit``."""
@@ -98,7 +144,7 @@ class Per(AnyUnit):
         name, example = QUANTITIES[self.unit]
         out = number(value, name, f'"{example}"')
         agree(out, self.unit)
-        return float(out)
+        return out if isinstance(out, Computed) and out.names else float(out)
 
 
 Number = Annotated[float, AnyUnit()]

@@ -69,6 +69,8 @@ def references(scene: Scene) -> Iterator[Reference]:
 
 
 def _sides(name: str, j: Joint) -> Iterator[Reference]:
+    if isinstance(j.at, str):
+        yield Reference(("joints", name, "at"), *split(j.at), "side")
     for key, side in (("inboard", j.inboard), ("outboard", j.outboard)):
         at: Path = ("joints", name, key)
         if isinstance(side, Side):

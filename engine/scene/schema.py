@@ -46,7 +46,8 @@ def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
     if cls.__name__ not in defs:
         defs[cls.__name__] = {}
         docs = _field_docs(cls)
-        properties = {f.name: _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for f in fields(cls)}
+        keys = getattr(cls, "__key_names__", {})
+        properties = {keys.get(f.name, f.name): _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for f in fields(cls)}
         required = [f.name for f in fields(cls) if f.default is MISSING and f.default_factory is MISSING]
         defs[cls.__name__] = {
             "type": "object",

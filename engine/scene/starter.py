@@ -20,6 +20,8 @@ schema: 1
 name: {name}
 title: A pendulum on a hinge with friction
 
+# parameters: {{reach: 1 m}}          # then box: ["{{reach}}", 0.1, 0.1], center: ["{{reach/2}}", 0, 0]; --set parameters.reach=2
+
 gravity: [0, 0, -9.81]
 
 bodies:
@@ -50,6 +52,11 @@ joints:
 #     link: {{cylinder: {{radius: 20 mm, length: 0.4, axis: x}}, mass: 2, center: [0.2, 0, 0]}}
 #   joints:
 #     elbow: {{type: spherical, inboard: pendulum.tip, outboard: link, friction: {{mu: 0.2, radius: 15 mm}}}}
+
+# Files to take over, parts that come more than once (copies: mirror, rotate, line), bodies placed by position and orientation:
+# include: common.yaml
+# assemblies:
+#   arm: {{use: arm.yaml, with: {{reach: 0.5 m}}, copies: {{mirror: y}}}}
 
 # forces:
 #   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}

@@ -16,6 +16,9 @@ from engine.scene.finding import Path
 from engine.scene.model import Scene
 from engine.scene.quantities import AnyUnit
 
+NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("assemblies",))
+"""Groups of a scene whose keys are names that users choose."""
+
 
 @cache
 def hints(cls: type) -> dict[str, Any]:
@@ -59,6 +62,13 @@ def at(path: Path) -> tuple[Any, ...]:
     return tuple(found)
 
 
+def shape(path: Path) -> Path:
+    """The path with names that users choose, and places in lists, replaced by a few fixed ones, so that few different paths are
+    ever looked up."""
+    named = path[:1] in NAMED and len(path) > 1
+    return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
+
+
 def classes_at(path: Path) -> list[type]:
     """Scene classes that may stand at a path."""
     return [a for annotation in at(path) for a, _ in members(annotation) if isinstance(a, type) and is_dataclass(a)]
@@ -66,7 +76,7 @@ def classes_at(path: Path) -> list[type]:
 
 def keys_at(path: Path) -> list[str]:
     """Keys a group at this path may have, in order, without repetition; empty for groups with free names."""
-    return list(dict.fromkeys(f.name for c in classes_at(path) for f in fields(c)))
+    return list(dict.fromkeys(getattr(c, "__key_names__", {}).get(f.name, f.name) for c in classes_at(path) for f in fields(c)))
 
 
 def required_at(path: Path) -> list[str]:

@@ -103,7 +103,7 @@ def _exact(factor: str | Unit) -> Unit:
 
 
 UNITS = _table()
-_ALIASES = {
+ALIASES = {
     "°": "deg",
     "µm": "um",
     "μm": "um",
@@ -186,7 +186,7 @@ class _Reader:
 
 
 def _symbol(word: str) -> Unit:
-    found = UNITS.get(_ALIASES.get(word, word))
+    found = UNITS.get(ALIASES.get(word, word))
     if found is None:
         best = closest(word, UNITS)
         raise UnitError(f'unknown unit "{word}"', f'did you mean "{best}"?' if best else "known: " + ", ".join(UNITS))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError
+from engine.scene.following import Following, parameter
 from engine.scene.model import Scene
 from engine.scene.overrides import apply, list_parameters
 from engine.scene.suggest import closest
@@ -47,50 +48,89 @@ def checked(scene: Scene, parameters: Sequence[str]) -> list[float]:
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
     """A problem for every path that is no number a derivative may be taken by."""
     known = {p.path: p.value for p in list_parameters(scene)}
+    following = Following(scene)
     problems = []
     for name in parameters:
         if name not in known:
             near = next((k for k in known if k.startswith(f"{name}[")), None) or closest(name, list(known))
             hint = f'did you mean "{near}"?' if near else "paths are those of --set, one number each"
             problems.append(Problem("parameters", f"{name!r} is no number of the scene", hint))
-        elif name.startswith("simulation.") or ".table." in name:
-            what = "a table" if ".table." in name else "a setting of the run"
-            problems.append(Problem("parameters", f"{name} belongs to {what}", "choose a number of the mechanism"))
+        for path in moved(following, name) if name in known else ():
+            if path.startswith("simulation.") or ".table." in path:
+                what = "a table" if ".table." in path else "a setting of the run"
+                said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
+                problems.append(Problem("parameters", said, "choose a number of the mechanism"))
     if not parameters:
         problems.append(Problem("parameters", "none is given", "for example joints.ball.friction.mu"))
     return problems
 
 
+def moved(following: Following, name: str) -> list[str]:
+    """Paths of the scene's own numbers that a number moves: itself, or what follows it where it is a parameter."""
+    return following.of([parameter(name)]) if parameter(name) else [name]
+
+
 def start_of(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> Start:
     """Derivatives of what the run starts from. The block is left assembled at the scene's own numbers."""
     values = checked(scene, parameters)
+    following = Following(scene)
     columns = []
     for name, value in zip(parameters, values, strict=True):
         tick()
-        columns.append(_column(model, scene, name, value))
+        columns.append(_column(model, _Line(scene, name, value, following)))
     _numbers(model, model.built)
     return Start(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
 
 
-def _column(model: Model, scene: Scene, name: str, value: float) -> tuple[np.ndarray, ...]:
-    h = STEP * (abs(value) if value else 0.1)
+class _Line:
+    """The scenes along which a number is differenced. Numbers that follow a parameter go along their tangent, which is exact, so
+    that an expression is never differenced. size: what a step is measured by."""
+
+    def __init__(self, scene: Scene, name: str, value: float, following: Following):
+        self.scene, self.name = scene, name
+        known = {p.path: p.value for p in list_parameters(scene)}
+        by = following.slopes(parameter(name)) if parameter(name) else {name: 1.0}
+        self.moves = {path: (known[path], slope) for path, slope in by.items()}
+        reach = [_size(v) / abs(s) for v, s in self.moves.values() if s]
+        self.size = min(_size(value), *reach) if parameter(name) and reach else _size(value)
+
+    def at(self, step: float) -> Scene:
+        """The scene when the number has moved by a step."""
+        return apply(self.scene, {path: v + step * slope for path, (v, slope) in self.moves.items()})
+
+
+def _size(value: float) -> float:
+    return abs(value) if value else 0.1
+
+
+def _column(model: Model, line: _Line) -> tuple[np.ndarray, ...]:
     try:
-        return _differences(model, scene, name, value, h, CENTRAL)
+        return _differences(model, line, STEP * line.size, CENTRAL)
     except SceneError:
-        return _differences(model, scene, name, value, h, FORWARD)
+        return _differences(model, line, STEP * line.size, FORWARD)
 
 
-def _differences(model: Model, scene: Scene, name: str, value: float, h: float, weights) -> tuple[np.ndarray, ...]:
+def _differences(model: Model, line: _Line, h: float, weights) -> tuple[np.ndarray, ...]:
     total: list[np.ndarray] | None = None
     for k, w in weights:
-        built = build(apply(scene, {name: value + k * h}))
+        built = build(line.at(k * h))
         if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
-            what = f"{name} is zero in the scene, and so part of its structure"
-            raise SceneError([Problem("parameters", what, f'add "{name}" to the scene\'s tunable list')])
+            raise SceneError([_structural(line)])
         found = _numbers(model, built)
         total = [w / h * f for f in found] if total is None else [t + w / h * f for t, f in zip(total, found, strict=True)]
     assert total is not None
     return tuple(total)
+
+
+def _structural(line: _Line) -> Problem:
+    """A number that is differenced is zero as written, and so part of the structure."""
+    zero = [path for path, (v, slope) in line.moves.items() if not v and slope]
+    if not parameter(line.name):
+        zero = [line.name]
+    if not zero:
+        return Problem("parameters", f"{line.name} changes the structure of the scene", "axes and turns of bodies are structure")
+    what = f"{', '.join(zero)} is zero in the scene, and so part of its structure"
+    return Problem("parameters", what, f'add "{zero[0]}" to the scene\'s tunable list')
 
 
 def _numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.scene.check.frames import vector
 from engine.scene.model import Side
+from engine.scene.poses import vector
 from engine.simulation.diagnosis import around
 from engine.simulation.outcome import Outcome
 from engine.system.structure import Joint

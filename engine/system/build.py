@@ -8,7 +8,8 @@ from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
-from engine.scene.refs import axes_of, body_of, named_point, point_of
+from engine.scene.poses import sides_of
+from engine.scene.refs import body_of, named_point
 from engine.system.devices import Builder
 from engine.system.frames import frame
 from engine.system.friction import element
@@ -61,7 +62,7 @@ class _Maker:
         self.origin = {"ground": (0.0, 0.0, 0.0)}
         for name, child, forward in spanning.tree:
             j = scene.joints[name]
-            self.origin[child] = point_of(self.scene, j.outboard if forward else j.inboard)[1]
+            self.origin[child] = sides_of(scene, j)[1 if forward else 0].point
 
     def system(self) -> System:
         """The whole structure."""
@@ -88,11 +89,10 @@ class _Maker:
         """Path of a body's named point in the scene."""
         return f"ground.points.{point}" if body == "ground" else f"bodies.{body}.points.{point}"
 
-    def label(self, side: str | sm.Side, otherwise: str) -> str:
-        """Path of a joint side's point: that of the named point where the side names one, else the side's own, below
-        ``otherwise``."""
-        point = named_point(side)
-        return self.named(body_of(side), point) if point else f"{otherwise}.point"
+    def label(self, end: str, otherwise: str) -> str:
+        """Path of the point that an end of a spring names, ``otherwise`` where it names none."""
+        point = named_point(end)
+        return self.named(body_of(end), point) if point else otherwise
 
     # -- parts --------------------------------------------------------------------------------------------------------------
 
@@ -119,14 +119,14 @@ class _Maker:
         """A joint, still without its offsets in the state and among the constraint rows."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
-        a, b = point_of(self.scene, j.inboard), point_of(self.scene, j.outboard)
-        frames = [frame(*axes_of(j, s)) for s in (j.inboard, j.outboard)]
+        a, b = sides_of(self.scene, j)
+        frames = [frame(s.axis, s.reference) for s in (a, b)]
         pitch = self.table.own(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
         stiffness = self.table.own(f"joints.{name}.stiffness", j.stiffness, "N/m") if j.stiffness is not None else None
         return Joint(
-            name, j.type, self.index[a[0]], self.index[b[0]],
-            self.relative(a[0], self.label(j.inboard, f"joints.{name}.inboard"), a[1]),
-            self.relative(b[0], self.label(j.outboard, f"joints.{name}.outboard"), b[1]),
+            name, j.type, self.index[a.body], self.index[b.body],
+            self.relative(a.body, a.named or f"joints.{name}.inboard.point", a.point),
+            self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness,
         )

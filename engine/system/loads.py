@@ -31,7 +31,7 @@ def load(maker: _Maker, name: str, f: sm.Force | sm.Torque | sm.SpringDamper) ->
 def _spring(maker: _Maker, name: str, f: sm.SpringDamper) -> Load:
     s = maker.table.own
     ends = [point_of(maker.scene, b) for b in f.between]
-    labels = [maker.label(side, f"bodies.{b}.origin") for side, (b, _) in zip(f.between, ends, strict=True)]
+    labels = [maker.label(side, f"bodies.{b}.origin.point") for side, (b, _) in zip(f.between, ends, strict=True)]
     leaves = tuple(maker.relative(b, label, p) for label, (b, p) in zip(labels, ends, strict=True))
     numbers = (
         s(f"forces.{name}.stiffness", f.stiffness, "N/m"), s(f"forces.{name}.damping", f.damping, "N*s/m"),

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
+from engine.scene.poses import poses_of, sides_of
 from engine.system.curves import Curve, Outside, curve
 from engine.system.devices import Builder
 from engine.system.frames import direction
@@ -134,6 +135,9 @@ def length_scale(scene: sm.Scene) -> float:
             if isinstance(side, sm.Side) and not isinstance(side.point, str) and side.body != "ground":
                 b = scene.bodies[side.body]
                 sizes.append(float(np.linalg.norm(np.array(side.point, float) - np.array(b.center, float))))
+        for found in sides_of(scene, j) if poses_of(scene, j) is not None else ():
+            if found.body != "ground":
+                sizes.append(math.dist(found.point, scene.bodies[found.body].center))
     return max(sizes) or 1.0
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from engine.basics.problems import Problem
-from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, run, starts, topology
+from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, poses, run, starts, topology
 from engine.scene.finding import Finding, error_of
 from engine.scene.model import Scene
 
@@ -15,6 +15,7 @@ TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     bodies.check,
     topology.check,
     frames.check,
+    poses.check,
     friction.check,
     starts.check,
     devices.check,

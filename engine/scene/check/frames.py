@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
 from engine.scene.model import AxisAngle, Direction, Joint, Scene, Side
+from engine.scene.poses import vector
 from engine.scene.refs import axes_of
 
 PARALLEL = 1e-6
 """Sine of the angle between axis and reference below which e2 would be rounding (rad)."""
-_NAMED = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -26,14 +26,6 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _pitch(path, j)
         if j.stiffness is not None and REGISTRY[j.type].nv == 6:
             yield Finding((*path, "stiffness"), f"a {j.type} joint has no contacts", "remove it")
-
-
-def vector(d: Direction) -> tuple[float, float, float]:
-    """The three components of a direction as written, not normalised."""
-    if isinstance(d, str):
-        x, y, z = _NAMED[d[-1]]
-        return (-x, -y, -z) if d[0] == "-" else (x, y, z)
-    return float(d[0]), float(d[1]), float(d[2])
 
 
 def _written(path: Path, j: Joint) -> Iterator[Finding]:

@@ -20,11 +20,11 @@ def check(scene: Scene) -> Iterator[Finding]:
         bound = bound_of(path)
         if not bound.holds(value):
             yield Finding(path, bound.refusal(called(path), value), bound.advice)
-        if not isinstance(value, Quantity):
-            continue
+        if not isinstance(value, Quantity) or path[0] == "parameters":
+            continue  # the dimension of a parameter is its own
         if path[0] == "inputs" and not _is_unit(unit):
             continue  # the mistake is told at the input's unit
-        if unit == PLAIN and path[-2] in ("axis", "reference") and value.dimension == parse_unit("m").dimension:
+        if unit == PLAIN and path[-2] in ("axis", "reference", "towards") and value.dimension == parse_unit("m").dimension:
             continue  # a direction may be given by lengths
         try:
             agree(value, unit)

@@ -1,0 +1,232 @@
+"""Parts moved as a whole: turned about x, y or z, mirrored, shifted. Bodies keep their own numbers and change their place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from engine.joints import REGISTRY, JointKind
+from engine.scene.finding import Path
+from engine.scene.written.terms import Term, is_number, plus, three, times
+
+AXES = ("x", "y", "z")
+PRODUCTS = ((0, 1), (0, 2), (1, 2))
+"""Axes of the fourth, fifth and sixth entry of an inertia."""
+Note = tuple[Path, str, str]
+"""Where in the part, what, what to do."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """A motion of a part. matrix: rows of numbers or expressions; shift: added after it, lengths; turn: for a turn, its axis and
+    angle as written; mirror: for a mirror, the number of its axis, else −1."""
+
+    matrix: tuple[tuple[Term, ...], ...]
+    shift: tuple[Term, ...] = (0, 0, 0)
+    turn: tuple[str, Term] | None = None
+    mirror: int = -1
+
+    def direction(self, d: Sequence[Term], sign: float = 1.0) -> list[Term]:
+        """A direction after the motion."""
+        out = []
+        for row in self.matrix:
+            total: Term = 0.0
+            for m, c in zip(row, d, strict=True):
+                total = plus(total, times(m, c))
+            out.append(times(sign, total))
+        return out
+
+    def place(self, p: Sequence[Term]) -> list[Term]:
+        """A place after the motion."""
+        return [plus(c, s) for c, s in zip(self.direction(p), self.shift, strict=True)]
+
+    @property
+    def turns(self) -> bool:
+        """Whether directions change."""
+        return self.turn is not None or self.mirror >= 0
+
+
+STILL = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def about(matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[str, Term] | None = None, mirror: int = -1) -> Move:
+    """A turn or mirror whose axis or plane goes through a point."""
+    center = three(through)
+    plain = Move(matrix)
+    back = [times(-1.0, c) for c in plain.direction(center)]
+    return Move(matrix, tuple(plus(c, b) for c, b in zip(center, back, strict=True)), turn, mirror)
+
+
+def shift(step: Any) -> Move:
+    """A motion that turns nothing."""
+    return Move(STILL, tuple(three(step)))
+
+
+def moved(data: dict[str, Any], moves: Sequence[Move]) -> tuple[dict[str, Any], list[Note]]:
+    """A part after these motions, and what of it cannot be moved. UnitError where a place is none."""
+    notes: list[Note] = []
+    for move in moves:
+        for key, change in (("bodies", _body), ("joints", _joint), ("forces", _force)):
+            _sections(data, key, change, move, notes)
+        ground = data.get("ground")
+        if isinstance(ground, dict):
+            _sections(ground, "points", _point, move, notes)
+    return data, list(dict.fromkeys(notes))
+
+
+Change = Callable[[str, Any, Move, list[Note]], Any]
+
+
+def _sections(data: dict[str, Any], key: str, change: Change, move: Move, notes: list[Note]) -> None:
+    group = data.get(key)
+    if isinstance(group, dict):
+        data[key] = {n: change(n, v, move, notes) if isinstance(v, dict | list) else v for n, v in group.items()}
+
+
+def _point(name: str, p: Any, move: Move, notes: list[Note]) -> Any:
+    return move.place(three(p))
+
+
+def _flipped(p: Any, k: int) -> Any:
+    """A place or direction in the frame of a body that is mirrored along its axis k."""
+    return [times(-1.0, c) if i == k else c for i, c in enumerate(p)] if isinstance(p, list) and len(p) == 3 else p
+
+
+def _body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
+    out = dict(b)
+    if out.get("position") is None:
+        if move.turns:
+            notes.append((("bodies", name), "only placed bodies can be turned or mirrored", "give it a position"))
+        return out
+    out["position"] = move.place(three(out["position"]))
+    given = out.get("orientation")
+    turns = given if isinstance(given, list) else [] if given is None else [given]
+    if move.turn is not None:
+        out["orientation"] = [*turns, {"axis": move.turn[0], "angle": move.turn[1]}]
+    if move.mirror < 0:
+        return out
+    k = move.mirror
+    if turns:
+        mirrored = [_mirrored_turn(t, k) for t in turns]
+        out["orientation"] = mirrored if isinstance(given, list) else mirrored[0]
+    if isinstance(out.get("points"), dict):
+        out["points"] = {n: _flipped(p, k) for n, p in out["points"].items()}
+    if "center" in out:
+        out["center"] = _flipped(out["center"], k)
+    if isinstance(out.get("inertia"), list) and len(out["inertia"]) == 6:
+        six = out["inertia"]
+        out["inertia"] = [times(-1.0, v) if i > 2 and k in PRODUCTS[i - 3] else v for i, v in enumerate(six)]
+    return out
+
+
+def _mirrored_turn(t: Any, k: int) -> Any:
+    """A turn as seen in a mirror: about the mirrored axis, the other way round; an axis of the body is mirrored with it."""
+    if not isinstance(t, dict):
+        return t
+    if "towards" in t:
+        return {**t, "axis": _along(t.get("axis"), k, 1.0), "towards": _flipped(t["towards"], k)}
+    return {**t, "axis": _along(t.get("axis"), k, -1.0)}
+
+
+def _along(axis: Any, k: int, sign: float) -> Any:
+    """A direction mirrored along axis k, times a sign."""
+    vector = named(axis) if isinstance(axis, str) else axis
+    if not isinstance(vector, list) or len(vector) != 3:
+        return axis
+    return short([times(sign, c) for c in _flipped(vector, k)])
+
+
+def named(axis: str) -> Any:
+    """The three numbers of a named axis; other text as it is."""
+    letter, sign = axis[-1:], -1.0 if axis[:1] == "-" else 1.0
+    return [sign if a == letter else 0.0 for a in AXES] if letter in AXES and len(axis) < 3 else axis
+
+
+def short(vector: list[Term]) -> Any:
+    """The name of an axis, where a direction is one; else the direction."""
+    if all(is_number(c) for c in vector) and sorted(abs(c) for c in vector) == [0, 0, 1]:
+        k = next(i for i, c in enumerate(vector) if c)
+        return ("-" if vector[k] < 0 else "") + AXES[k]
+    return vector
+
+
+def _joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
+    out, kind = dict(j), REGISTRY.get(str(j.get("type")))
+    if isinstance(out.get("at"), list):
+        out["at"] = move.place(three(out["at"]))
+    sign = 1.0
+    if move.mirror >= 0 and kind is not None:
+        sign = _handed(name, out, kind, notes)
+    if move.turns:
+        _explicit(out, kind)
+        _turned(out, move, sign)
+    for side in ("inboard", "outboard"):
+        given = out.get(side)
+        if not isinstance(given, dict):
+            continue
+        given = dict(given)
+        on_ground = given.get("body") == "ground"
+        if isinstance(given.get("point"), list):
+            given["point"] = move.place(three(given["point"])) if on_ground else _in_body(given["point"], move)
+        if on_ground and move.turns:
+            _turned(given, move, sign)
+        elif move.mirror >= 0:
+            for key in {"axis", "reference"} & given.keys():
+                given[key] = _along(given[key], move.mirror, sign)
+        out[side] = given
+    return out
+
+
+def _in_body(p: Any, move: Move) -> Any:
+    return _flipped(p, move.mirror) if move.mirror >= 0 else p
+
+
+def _explicit(j: dict[str, Any], kind: JointKind | None) -> None:
+    """Write down the axis and reference that a joint has when it gives none, so that they can be turned."""
+    if kind is None or not kind.nv or kind.nv == 6:
+        return
+    if "axis" not in j:
+        j["axis"], j["reference"] = "x", "y"
+    elif "reference" not in j and isinstance(named(j["axis"]) if isinstance(j["axis"], str) else 0, list):
+        j["reference"] = AXES[(AXES.index(j["axis"][-1]) + 1) % 3]
+
+
+def _turned(owner: dict[str, Any], move: Move, sign: float) -> None:
+    for key in ("axis", "reference"):
+        d = owner.get(key)
+        vector = named(d) if isinstance(d, str) else d
+        if isinstance(vector, list) and len(vector) == 3:
+            owner[key] = short(move.direction(vector, sign=sign))
+
+
+def _handed(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) -> float:
+    """The sign with which a joint's frame is mirrored, so that its numbers stay: −1 for rotations, 1 for travels. What has both is
+    mirrored only where no number says which way."""
+    turns = [kind.turns(k) for k in range(kind.nv)]
+    if kind.pitched and "pitch" in j:
+        j["pitch"] = times(-1.0, j["pitch"])
+        return -1.0
+    if len(set(turns)) > 1:
+        said = [k for k in ("start", "spring", "stops", "drive", "effort") if j.get(k) is not None]
+        for k in said:
+            what = f"{k} of a {kind.name} joint has no mirror image: its travels and angles turn out differently"
+            notes.append((("joints", name, k), what, "write the joint for each side"))
+    return -1.0 if turns and all(turns) else 1.0
+
+
+def _force(name: str, f: Any, move: Move, notes: list[Note]) -> Any:
+    out = dict(f)
+    for key, sign in (("force", 1.0), ("torque", -1.0 if move.mirror >= 0 else 1.0)):
+        given = out.get(key)
+        if not isinstance(given, list) or len(given) != 3 or not move.turns:
+            continue
+        in_body = out.get("frame") == "body"
+        if in_body and move.mirror < 0:
+            continue
+        if any(isinstance(c, dict) for c in given):
+            what = "a load that changes with time or comes from outside is not turned"
+            notes.append((("forces", name, key), what, "give it frame: body, or write it for each copy"))
+            continue
+        out[key] = [times(sign, c) for c in _flipped(given, move.mirror)] if in_body else move.direction(given, sign)
+    return out

@@ -1,0 +1,58 @@
+"""Sums and products of numbers as they are written: plain numbers stay numbers, anything else becomes an expression."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engine.scene.units import UnitError
+from engine.scene.written.parameters import inside, is_expression
+
+Term = Any
+"""A number, a number with a unit, or an expression in braces; 0 and 1 as numbers are left out of sums and products."""
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a plain number."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def source(value: Term) -> str:
+    """A value as part of an expression. A plain number is in SI, whatever unit is wanted there."""
+    if is_expression(value):
+        return f"({inside(value)})"
+    if is_number(value):
+        return f"({float(value)!r} SI)"
+    if isinstance(value, str):
+        return f"({value})"
+    raise UnitError("a place or direction has three numbers", "write [x, y, z]")
+
+
+def plus(a: Term, b: Term) -> Term:
+    """The sum of two values."""
+    if is_number(a) and is_number(b):
+        return a + b
+    if is_number(a) and not a:
+        return b
+    if is_number(b) and not b:
+        return a
+    return f"{{{source(a)} + {source(b)}}}"
+
+
+def times(factor: Term, a: Term) -> Term:
+    """A value times a plain number or an expression of one."""
+    if is_number(factor) and is_number(a):
+        return factor * a + 0.0  # never −0
+    if is_number(factor) and factor in (0.0, 1.0):
+        return a if factor else 0.0
+    if is_number(a) and not a:
+        return 0.0
+    if is_number(factor) and factor == -1.0:
+        return f"{{-{source(a)}}}"
+    return f"{{{float(factor)!r}*{source(a)}}}" if is_number(factor) else f"{{{source(factor)}*{source(a)}}}"
+
+
+def three(value: Any) -> list[Term]:
+    """The three entries of a list. UnitError when it is none."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise UnitError("a place or direction has three numbers", "write [x, y, z]")
+    return list(value)
