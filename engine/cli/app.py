@@ -151,7 +151,8 @@ def check(
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
     """Tell a scene's problems, or what it is: bodies, freedoms, loops, columns."""
-    from engine.cli.checking import Files, Holding, check_command
+    from engine.cli.check_files import Files
+    from engine.cli.checking import Holding, check_command
 
     held = Holding(hold, bounds, self_stress, misfit, budget)
     raise typer.Exit(check_command(words_of(scene, ctx), outputs, held, Files(plot, whole), changes or [], as_json, verbose))

@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from engine.cli import options
 from engine.cli.ends import left_behind
+from engine.cli.check_files import SCENES, Files, write
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
 from engine.cli.simulating import PICTURES, loaded, talk
 from engine.cli.summary import table
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from engine.kernel.columns import Column
     from engine.scene.model import Scene
-
-SCENES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True)
@@ -32,14 +29,6 @@ class Holding:
     self_stress: float | None = None
     misfit: float | None = None
     budget: float | None = None
-
-
-@dataclass(frozen=True)
-class Files:
-    """What is to be written: a picture of the assembled start, the scene as it is after includes, assemblies and copies."""
-
-    plot: str | None = None
-    whole: str | None = None
 
 
 def check_command(
@@ -79,23 +68,6 @@ def check_command(
         )
         print("\n".join(_bare(line) for line in [*lines, *(f"written: {name}" for name in written)]))
     return code
-
-
-def write(scene: Scene, plot: Path | None, whole: Path | None) -> list[str]:
-    """Write the picture of the assembled start and the whole scene, where they are asked for; the names of what was written.
-    SceneError when there is no start to draw."""
-    from engine.basics.files import writing
-    from engine.scene.dump import scene_to_yaml
-
-    if whole is not None:
-        with writing(whole, SCENES) as work:
-            work.write_text(scene_to_yaml(scene), encoding="utf-8")
-    if plot is not None:
-        from engine.plots import save_figure
-        from engine.plots.mechanism import at_start
-
-        save_figure(at_start(scene), plot)
-    return [str(p) for p in (whole, plot) if p is not None]
 
 
 def _held(scene: Scene, as_json: bool) -> int:

@@ -85,16 +85,6 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
     return scene_from_data(copied(data))
 
 
-def _read_on(data: Any) -> None:
-    """Restore the key ``on`` of forces. In YAML 1.1 it is a word for true, so that tools of that version write it back as
-    ``true:``."""
-    forces = data.get("forces") if isinstance(data, dict) else None
-    for force in forces.values() if isinstance(forces, dict) else ():
-        said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
-        if said:
-            force["on"] = force.pop(said[0])
-
-
 def scene_from_data(
     data: dict[str, Any],
     found: Iterable[Finding] = (),
@@ -105,13 +95,12 @@ def scene_from_data(
     """Build and check plain data. SceneError lists all problems, ``found`` (those of reading the file) among them, in the order
     of the file; lines: the line of every path; folder: where files that it names are, None where none are read."""
     data, lines, composed = whole(data, dict(lines or {}), file, folder)
-    _read_on(data)
     data, wrong = evaluated(data)
     built = build(data)
     told = {f.path for f in composed}
     found = [*found, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
-    if built.scene is not None:
-        found += [f for f in findings(built.scene) if not built.hides(f) and f.path not in told]
+    if built.scene is not None and not composed:  # what is missing then has consequences everywhere
+        found += [f for f in findings(built.scene) if not built.hides(f)]
     if found or built.scene is None:
         raise error_of(found, lines, file)
     return built.scene

@@ -97,6 +97,27 @@ VALID: dict[str, Any] = {
     "tunable": ["bodies.arm.center[2]"],
 }
 
+ARM = """
+schema: 1
+gravity: [0, -9.81, 0]
+parameters: {a: 600 mm, thick: "{a/15}", mu: 0.12, pin: 8 mm, lift: 30 deg}
+bodies:
+  arm:
+    box: ["{a}", "{thick}", "{thick}"]
+    density: 7800
+    points: {pivot: ["{-a/2}", 0, 0]}
+joints:
+  pivot:
+    type: revolute
+    axis: z
+    inboard: ground
+    outboard: arm.pivot
+    friction: {mu: "{mu}", radius: "{pin}", half_length: "{2*pin - 1 mm}"}
+    start: {q: "{lift}"}
+simulation: {until: 0.2}
+"""
+"""A swinging arm whose numbers are expressions."""
+
 
 def edited(changes: dict[str, Any]) -> dict[str, Any]:
     """The valid scene with other values at dotted paths; GONE removes."""

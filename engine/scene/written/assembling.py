@@ -24,6 +24,7 @@ Points = dict[str, dict[str, str]]
 def assembled(level: Level) -> Points:
     """Replace the includes and assemblies of a level by what they stand for; the names for points that assemblies offer."""
     included(level)
+    names.read_on(level.data)
     given = level.data.pop("assemblies", None)
     offered: Points = {}
     if isinstance(given, dict):

@@ -8,13 +8,16 @@ from typing import Any
 
 from engine.joints import REGISTRY, JointKind
 from engine.scene.finding import Path
-from engine.scene.written.terms import Term, is_number, plus, three, times
+from engine.scene.units import UnitError
+from engine.scene.written.terms import Term, is_number, known, plus, three, times
 
 AXES = ("x", "y", "z")
 PRODUCTS = ((0, 1), (0, 2), (1, 2))
 """Axes of the fourth, fifth and sixth entry of an inertia."""
 Note = tuple[Path, str, str]
 """Where in the part, what, what to do."""
+
+STILL = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,8 @@ class Move:
 
     def direction(self, d: Sequence[Term], sign: float = 1.0) -> list[Term]:
         """A direction after the motion."""
+        if self.matrix == STILL:
+            return list(d)
         out = []
         for row in self.matrix:
             total: Term = 0.0
@@ -45,9 +50,6 @@ class Move:
     def turns(self) -> bool:
         """Whether directions change."""
         return self.turn is not None or self.mirror >= 0
-
-
-STILL = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def about(matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[str, Term] | None = None, mirror: int = -1) -> Move:
@@ -159,7 +161,7 @@ def _joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
     if move.mirror >= 0 and kind is not None:
         sign = _handed(name, out, kind, notes)
     if move.turns:
-        _explicit(out, kind)
+        _explicit(name, out, kind, notes)
         _turned(out, move, sign)
     for side in ("inboard", "outboard"):
         given = out.get(side)
@@ -182,14 +184,22 @@ def _in_body(p: Any, move: Move) -> Any:
     return _flipped(p, move.mirror) if move.mirror >= 0 else p
 
 
-def _explicit(j: dict[str, Any], kind: JointKind | None) -> None:
+def _explicit(name: str, j: dict[str, Any], kind: JointKind | None, notes: list[Note]) -> None:
     """Write down the axis and reference that a joint has when it gives none, so that they can be turned."""
-    if kind is None or not kind.nv or kind.nv == 6:
+    if kind is None or not kind.nv or kind.nv == 6 or "reference" in j:
         return
     if "axis" not in j:
         j["axis"], j["reference"] = "x", "y"
-    elif "reference" not in j and isinstance(named(j["axis"]) if isinstance(j["axis"], str) else 0, list):
-        j["reference"] = AXES[(AXES.index(j["axis"][-1]) + 1) % 3]
+        return
+    vector = named(j["axis"]) if isinstance(j["axis"], str) else j["axis"]
+    try:
+        sizes = [abs(known(c)) for c in three(vector)]
+    except UnitError:
+        if kind.second_axis >= 0 or (j.get("friction") is not None and kind.slides_along >= 0):
+            what = "it is turned with the assembly, and what lies across its axis must be, too"
+            notes.append((("joints", name), what, "give it a reference"))
+        return
+    j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]
 
 
 def _turned(owner: dict[str, Any], move: Move, sign: float) -> None:

@@ -16,6 +16,16 @@ Renamer = Callable[[str, Path], str]
 _BRACES = re.compile(r"\{([^{}]*)\}")
 
 
+def read_on(data: dict[str, Any]) -> None:
+    """Restore the key ``on`` of forces. In YAML 1.1 it is a word for true, so that tools of that version write it back as
+    ``true:``."""
+    forces = data.get("forces")
+    for force in forces.values() if isinstance(forces, dict) else ():
+        said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
+        if said:
+            force["on"] = force.pop(said[0])
+
+
 def mapped(section: str, name: str, part: Any, by: Renamer) -> Any:
     """A joint or load, in which every name of a body or of its point is what ``by`` makes of it."""
     path: Path = (section, name)

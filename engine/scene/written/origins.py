@@ -19,7 +19,7 @@ class TooMuch(Exception):
 class Budget:
     """How many values may still be made."""
 
-    left: int = MOST
+    left: int = field(default_factory=lambda: MOST)
 
     def spend(self, count: int) -> None:
         """Note values that are made; TooMuch when there are too many."""

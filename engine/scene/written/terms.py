@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from engine.scene.quantities import Worthless, number
 from engine.scene.units import UnitError
-from engine.scene.written.parameters import inside, is_expression
+from engine.scene.written.parameters import Known, inside, is_expression
 
 Term = Any
 """A number, a number with a unit, or an expression in braces; 0 and 1 as numbers are left out of sums and products."""
@@ -25,6 +26,14 @@ def source(value: Term) -> str:
     if isinstance(value, str):
         return f"({value})"
     raise UnitError("a place or direction has three numbers", "write [x, y, z]")
+
+
+def known(value: Term) -> float:
+    """The value, SI, of a term that depends on no parameter. UnitError when it does, or is no number."""
+    found = Known().computed(value) if is_expression(value) else number(value)
+    if isinstance(found, Worthless):
+        raise UnitError(found.what, found.hint)
+    return float(found)
 
 
 def plus(a: Term, b: Term) -> Term:
