@@ -71,7 +71,7 @@ def yaml_text(data: dict[str, Any]) -> str:
 def _block(data: dict[str, Any], indent: int) -> Iterator[str]:
     pad = "  " * indent
     for key, value in data.items():
-        flat = f"{pad}{_text(key)}: {_flow(value)}"
+        flat = f"{pad}{_text(key)}: {flow(value)}"
         nested = isinstance(value, dict) and value and (indent == 0 or len(flat) > WIDTH)
         if nested:
             yield f"{pad}{_text(key)}:"
@@ -80,11 +80,12 @@ def _block(data: dict[str, Any], indent: int) -> Iterator[str]:
             yield flat
 
 
-def _flow(value: Any) -> str:
+def flow(value: Any) -> str:
+    """A value as YAML in one line."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_text(k)}: {_flow(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{_text(k)}: {flow(v)}" for k, v in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_flow, value)) + "]"
+        return "[" + ", ".join(map(flow, value)) + "]"
     if value is None or isinstance(value, bool):
         return "null" if value is None else str(value).lower()
     if isinstance(value, str):

@@ -96,7 +96,9 @@ class Scene:
     def normal_force_of(self, friction: Friction) -> str:
         """How the normal force of a joint is found: its own way, else the scene's."""
         return friction.normal_force or self.friction.normal_force
-    include: tuple[str, ...] = ()
+    include: Annotated[
+        Annotated[str, SCALAR] | Annotated[tuple[str, ...], LIST], either("the name of a file, or a list of them")
+    ] = ()
     """Files beside this one whose keys are taken over where this one does not give them (one name, or a list); read by commands and
     Python, not by servers. None is left once a scene is read."""
     assemblies: dict[str, Assembly] = field(default_factory=dict)

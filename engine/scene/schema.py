@@ -28,6 +28,7 @@ def json_schema() -> dict[str, Any]:
     defs: dict[str, Any] = {}
     _class(Scene, defs)
     top = defs.pop("Scene")
+    top["anyOf"] = [{"required": top.pop("required")}, {"required": ["assemblies"]}, {"required": ["include"]}]
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Trunnion scene",

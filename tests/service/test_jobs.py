@@ -219,6 +219,25 @@ def test_a_scene_is_checked_as_it_is_typed(server: InProcess) -> None:
     assert "ball.contact[1].normal_force" in [c["name"] for c in facts["columns"]]
 
 
+def test_a_scene_that_is_sent_reads_no_files_of_the_server(server: InProcess, tmp_path, monkeypatch) -> None:
+    (tmp_path / "part.yaml").write_text("bodies: {secret: {sphere: 1, mass: 1}}")
+    monkeypatch.chdir(tmp_path)
+    rest = {"bodies": {"b": {"sphere": 1, "mass": 1}}, "joints": {"j": {"type": "free", "inboard": "ground", "outboard": "b"}}}
+    named: list[dict] = [{"include": "part.yaml"}, {"include": [str(tmp_path / "part.yaml")]}]
+    named.append({"assemblies": {"a": {"use": "part.yaml"}}})
+    for more in named:
+        for body in ({"scene": rest | more}, {"scene_text": json.dumps(rest | more)}):
+            answer = server.post("/v1/scenes/check", body)
+            assert answer.status_code == 422
+            assert "trunnion check FILE -o whole.yaml" in answer.text
+            assert "secret" not in answer.text
+    row = {"use": rest, "copies": {"line": {"times": 2, "step": [1, 0, 0]}}}
+    inside = {"scene": {"assemblies": {"a": row}, "parameters": {"size": "2 m"}}}
+    facts = server.post("/v1/scenes/check", inside).json()
+    assert facts["bodies"] == ["a1_b", "a2_b"]
+    assert {"path": "parameters.size", "value": 2.0, "unit": "m"} in facts["parameters"]
+
+
 def test_models_and_the_format_are_told(server: InProcess) -> None:
     assert "spherical_pendulum" in [m["name"] for m in server.get("/v1/models").json()]
     assert server.get("/v1/models/none").status_code == 404

@@ -15,7 +15,7 @@ from engine.scene.units import UnitError
 from engine.scene.written.moving import AXES, Move, about, shift
 from engine.scene.written.origins import Level
 from engine.scene.written.parameters import Known, is_expression
-from engine.scene.written.terms import Term, is_number, source, times
+from engine.scene.written.terms import Term, is_number, source, three, times
 
 MOST = 1000
 """Copies of one assembly, at most."""
@@ -143,7 +143,7 @@ def _rotate(how: Any) -> list[tuple[Move, ...]]:
 
 def _line(how: Any) -> list[tuple[Move, ...]]:
     group = _keys(how, ("times", "step"), ("times", "step"))
-    return [(), *((shift([times(float(i), c) for c in group["step"]]),) for i in range(1, _times(group)))]
+    return [(), *((shift([times(float(i), c) for c in three(group["step"])]),) for i in range(1, _times(group)))]
 
 
 _KINDS: dict[str, Callable[[Any], list[tuple[Move, ...]]]] = {"mirror": _mirror, "rotate": _rotate, "line": _line}

@@ -83,7 +83,8 @@ Change = Callable[[str, Any, Move, list[Note]], Any]
 def _sections(data: dict[str, Any], key: str, change: Change, move: Move, notes: list[Note]) -> None:
     group = data.get(key)
     if isinstance(group, dict):
-        data[key] = {n: change(n, v, move, notes) if isinstance(v, dict | list) else v for n, v in group.items()}
+        wanted = list if change is _point else dict
+        data[key] = {n: change(n, v, move, notes) if isinstance(v, wanted) else v for n, v in group.items()}
 
 
 def _point(name: str, p: Any, move: Move, notes: list[Note]) -> Any:

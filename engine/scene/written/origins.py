@@ -62,6 +62,8 @@ class Level:
         node = self.data
         for key in path[:-1]:
             node = node.setdefault(str(key), {})
+            if not isinstance(node, dict):
+                return  # the reader tells that a group is wanted here
         node[str(path[-1])] = value
         count = 0
         for p in spots(value, at):

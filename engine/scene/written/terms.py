@@ -10,11 +10,12 @@ from engine.scene.written.parameters import Known, inside, is_expression
 
 Term = Any
 """A number, a number with a unit, or an expression in braces; 0 and 1 as numbers are left out of sums and products."""
+LARGEST = 1e300
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a plain number."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    """Whether a value is a plain number, of a size that can be reckoned with."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
 
 
 def source(value: Term) -> str:
