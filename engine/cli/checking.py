@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from engine.cli import options
-from engine.cli.ends import left_behind
 from engine.cli.check_files import SCENES, Files, write
+from engine.cli.ends import left_behind
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
 from engine.cli.simulating import PICTURES, loaded, talk

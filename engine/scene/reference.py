@@ -119,9 +119,21 @@ def _group(name: str, group: dict[str, Any], found: dict[tuple[str, str], str]) 
     for key, p in group["properties"].items():
         what, value = _meaning(p)
         left = "needed" if key in needed or (name == "Scene" and key in ("bodies", "joints")) else _default(p)
-        example = found.get((name, key), "")
+        example = found.get((name, key)) or _usual(p)
         lines.append(f"| `{key}` | {_cell(what)} | {_cell(value)} | {left} | {f'`{_cell(example)}`' if example else ''} |")
     return [*lines, ""]
+
+
+def _usual(p: dict[str, Any]) -> str:
+    """An example of what the scene of examples has none of."""
+    if said := re.search(r'or text such as "([^"]*)"', str(p)):
+        return said[1]
+    if "enum" in p:
+        return str(p["enum"][-1])
+    first = next((o for o in p.get("anyOf", ()) if o != {"type": "null"}), p)
+    if first is not p:
+        return _usual(first)
+    return {"boolean": "true", "integer": "2", "array": "[…]", "string": "NAME"}.get(str(p.get("type")), "0.3" if "type" in p else "{…}")
 
 
 def _meaning(p: dict[str, Any]) -> tuple[str, str]:
