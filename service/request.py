@@ -14,7 +14,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.basics.settings import offered
 from engine.batch.plan import Plan, Run, plan
 from engine.scene.dump import scene_to_dict
-from engine.scene.library import model_file, model_names
+from engine.scene.library import bundled_names, model_file
 from engine.scene.load import load_scene, scene_from_dict, scene_from_text
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
@@ -126,8 +126,8 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
         what = "no scene is given" if not given else "two scenes are given"
         raise SceneError([Problem("scene", what, "give scene (a model's name, or JSON) or scene_text (YAML)")])
     if isinstance(source.scene, str):
-        if source.scene not in model_names():
-            hint = f"one of {', '.join(model_names())}; or give the scene itself"
+        if source.scene not in bundled_names():
+            hint = f"one of {', '.join(bundled_names())}; or give the scene itself"
             raise SceneError([Problem("scene", f"there is no bundled model {source.scene!r}", hint)])
         scene = load_scene(model_file(source.scene))
     elif source.scene is not None:

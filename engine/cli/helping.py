@@ -43,13 +43,13 @@ class Listed(TyperCommand):
 
 def scenes(incomplete: str) -> list[str]:
     """Bundled models, scene files and folders that begin with the word."""
-    from engine.scene.library import model_names
+    from engine.scene.library import bundled_names
 
     typed = Path(incomplete)
     folder = typed if incomplete.endswith("/") else typed.parent
     found = sorted(folder.iterdir()) if folder.is_dir() else []
     shown = [f"{p}/" if p.is_dir() else str(p) for p in found if p.is_dir() or p.suffix.lower() in FILES]
-    return [*_beginning(model_names(), incomplete), *_beginning((s for s in shown if not s.startswith(".")), incomplete)]
+    return [*_beginning(bundled_names(), incomplete), *_beginning((s for s in shown if not s.startswith(".")), incomplete)]
 
 
 def parameters(incomplete: str) -> list[str]:

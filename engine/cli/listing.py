@@ -19,9 +19,9 @@ def new_command(name: str, folder: str, as_json: bool) -> int:
 
 def models_command(as_json: bool) -> int:
     """Print names and titles of the bundled models."""
-    from engine.scene.library import model_names, models_dir
+    from engine.scene.library import bundled_names, models_dir
 
-    found = [(name, _title(name)) for name in model_names()]
+    found = [(name, _title(name)) for name in bundled_names()]
     if as_json:
         print_json({"exit_code": DONE, "folder": str(models_dir()), "models": [{"name": n, "title": t} for n, t in found]})
         return DONE

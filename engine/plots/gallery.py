@@ -181,17 +181,24 @@ CHOICES: dict[str, Choice] = {
 }
 
 
+def chosen(name: str) -> Choice:
+    """What to draw of a model or design."""
+    from engine.plots.gallery_designs import DESIGNS
+
+    return CHOICES[name] if name in CHOICES else DESIGNS[name]
+
+
 def run(name: str) -> Result:
     """The result of the run that is drawn."""
     from engine.simulation.run import simulate
 
-    c = CHOICES[name]
+    c = chosen(name)
     return simulate(name, until=c.until, every=c.every, rtol=RTOL, overrides=c.changes, outputs=["*"])
 
 
 def pictures(name: str) -> dict[str, Figure]:
     """Both pictures of a model by the names of their files."""
-    c, result = CHOICES[name], run(name)
+    c, result = chosen(name), run(name)
     seen = window(result, c.around) if c.around else result
     section = Section(c.says, tuple(_panel(result, p) for p in c.curves))
     return {MECHANISM: mechanism(seen, c.at, aside=c.aside), CURVES: page(result, [section])}
@@ -212,15 +219,17 @@ def draw(name: str, folder: Path) -> list[Path]:
 
 
 def main(words: list[str]) -> int:
-    """Draw the models named, or all."""
-    from engine.scene.library import models_dir
+    """Draw the models and designs named, or all."""
+    from engine.plots.gallery_designs import DESIGNS
+    from engine.scene.library import model_folder
 
+    known = [*CHOICES, *DESIGNS]
     try:
-        unknown = [w for w in words if w not in CHOICES]
+        unknown = [w for w in words if w not in known]
         if unknown:
-            raise SceneError([Problem(w, "the gallery has no such model", f"one of {', '.join(CHOICES)}") for w in unknown])
-        for name in words or CHOICES:
-            for path in draw(name, models_dir() / name):
+            raise SceneError([Problem(w, "the gallery has no such model", f"one of {', '.join(known)}") for w in unknown])
+        for name in words or known:
+            for path in draw(name, model_folder(name)):
                 print(f"{path} ({path.stat().st_size // 1000} kB)")
     except SceneError as e:
         print(e, file=sys.stderr)

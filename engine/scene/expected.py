@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from engine.scene.finding import Finding, error_of
-from engine.scene.library import models_dir
+from engine.scene.library import model_folder
 from engine.scene.reading import read
 from engine.scene.suggest import shown
 
@@ -54,8 +54,8 @@ class Expected:
 
 
 def expected(model: str) -> list[Expected]:
-    """The reference numbers of a bundled model, none when it has no reference file."""
-    file = models_dir() / model / FILE
+    """The reference numbers of a bundled model or design, none when it has no reference file."""
+    file = model_folder(model) / FILE
     return load_expected(file) if file.is_file() else []
 
 

@@ -11,7 +11,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.scene.building import build, copied
 from engine.scene.check import findings
 from engine.scene.finding import Finding, Path, error_of
-from engine.scene.library import SCENE_FILE, model_file, model_names
+from engine.scene.library import SCENE_FILE, bundled_names, model_file
 from engine.scene.model import Scene
 from engine.scene.reading import LARGEST, read
 from engine.scene.written.composing import whole
@@ -49,7 +49,7 @@ def _file(source: str | os.PathLike[str]) -> FilePath:
         others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
     except (OSError, ValueError):  # the name is one that no file system takes
         others = None
-    if others is not None and text not in model_names():
+    if others is not None and text not in bundled_names():
         raise SceneError([_no_scene_in(path, others, text)])
     if path.suffix.lower() in SUFFIXES or len(path.parts) > 1:
         raise SceneError([Problem("scene", "there is no such file", "", text[:200])])

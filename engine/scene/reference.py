@@ -133,7 +133,8 @@ def _usual(p: dict[str, Any]) -> str:
     first = next((o for o in p.get("anyOf", ()) if o != {"type": "null"}), p)
     if first is not p:
         return _usual(first)
-    return {"boolean": "true", "integer": "2", "array": "[…]", "string": "NAME"}.get(str(p.get("type")), "0.3" if "type" in p else "{…}")
+    otherwise = "0.3" if "type" in p else "{…}"
+    return {"boolean": "true", "integer": "2", "array": "[…]", "string": "NAME"}.get(str(p.get("type")), otherwise)
 
 
 def _meaning(p: dict[str, Any]) -> tuple[str, str]:

@@ -16,7 +16,7 @@ from starlette.responses import Response
 from engine.basics.problems import Problem, SceneError
 from engine.batch.reductions import DEFAULTS, reductions
 from engine.kernel.columns import columns
-from engine.scene.library import model_file, model_names
+from engine.scene.library import bundled_names, model_file
 from engine.scene.load import load_scene
 from engine.scene.magnitudes import magnitude_notes
 from engine.scene.model import Scene
@@ -90,13 +90,13 @@ class SceneFacts(BaseModel):
 @router.get("/models", response_model=list[ModelItem], responses=documented())
 def models(caller: Reader) -> Response:
     """List the bundled models."""
-    return Json([{"name": n, "title": load_scene(model_file(n)).title} for n in model_names()])
+    return Json([{"name": n, "title": load_scene(model_file(n)).title} for n in bundled_names()])
 
 
 @router.get("/models/{name}", response_model=ModelText, responses=documented(404))
 def model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> Response:
     """A bundled model's scene."""
-    if name not in model_names():
+    if name not in bundled_names():
         raise Refusal(404, "there is no such model")
     file = model_file(name)
     return Json({"name": name, "title": load_scene(file).title, "text": file.read_text(encoding="utf-8")})

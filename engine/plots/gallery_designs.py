@@ -1,0 +1,83 @@
+"""What is drawn of the designs, the mechanisms of ``models/designer``."""
+
+from __future__ import annotations
+
+from engine.plots.gallery import Choice, Plot
+
+DESIGNS: dict[str, Choice] = {
+    "drawer": Choice(
+        0.3,
+        "Pulled 300 mm off the middle, its runners press so hard that friction takes 60 % of the pull",
+        ("Normal contact forces in runners", Plot("Speed of the drawer", "velocity", ("drawer.velocity[1]",))),
+        aside=(30.0, 40.0),
+    ),
+    "folding_panel": Choice(
+        0.35,
+        "The spring between the panels turns them flat; the trolley slows down while they turn ever faster",
+        (
+            Plot("Turn of the first panel", "angle", ("wall.q[1]",), True),
+            Plot("Speed of trolley and panel", "velocity", ("trolley.velocity[1]", "leaf1_panel.velocity[1]")),
+        ),
+        until=0.8,
+        every=0.002,
+        aside=(30.0, 35.0),
+    ),
+    "quick_return": Choice(
+        0.15,
+        "The tool goes to the right for three fifths of a turn, slowly, and comes back in two fifths",
+        (
+            Plot("Place of the ram", "position", ("ram.position[1]",)),
+            Plot("Speed of the ram", "velocity", ("ram.velocity[1]",)),
+            Plot("Torque of the motor for a cut of 2 kN", "torque", ("motor.drive.effort[1]",)),
+        ),
+        until=1.0,
+        every=0.002,
+        aside=(20.0, 14.0),
+        changes={"parameters.cut": "2 kN"},
+    ),
+    "scissor_lift": Choice(
+        0.0,
+        "Raised by 300 rpm: the steeper the links, the less torque the same load takes",
+        (
+            Plot("Height of the platform", "position", ("platform.position[3]",)),
+            Plot("Torque of the motor", "torque", ("motor.drive.effort[1]",)),
+        ),
+        until=8.0,
+        every=0.02,
+        aside=(25.0, 14.0),
+        changes={"parameters.speed": "300 rpm"},
+    ),
+    "stewart_platform": Choice(
+        0.0,
+        "All legs grow by 100 mm/s: the platform rises straight, fast at first, as the legs stand up",
+        (
+            Plot("Height of the platform", "position", ("platform.position[3]",)),
+            Plot("Force of a leg", "force", ("pair1_leg1_ram.drive.effort[1]",)),
+        ),
+        changes={"parameters.speed": 0.1},
+        aside=(30.0, 18.0),
+    ),
+    "toggle_press": Choice(
+        0.0,
+        "Closing at 20 mm/s: the nearer the links come to a line, the less force closes them",
+        (
+            Plot("Force of the carriage", "force", ("push.drive.effort[1]",)),
+            Plot("Turn of the upper link", "angle", ("head.q[1]",), True),
+            "Friction torque of wrist",
+        ),
+        until=2.5,
+        every=0.01,
+        changes={"parameters.speed": -0.02},
+        aside=(25.0, 14.0),
+    ),
+    "wishbone_corner": Choice(
+        0.0,
+        "Both wheels lifted by 60 mm in a second: the springs carry the wheel load at ride height, and then more",
+        (
+            Plot("Height of the wheels' centres", "position", ("corner1_upright.position[3]",)),
+            Plot("Torque that lifts the arms", "torque", ("corner1_pivot.drive.effort[1]",)),
+        ),
+        changes={"parameters.speed": "8.6 deg/s"},
+        aside=(35.0, 14.0),
+    ),
+}
