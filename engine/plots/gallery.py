@@ -4,18 +4,18 @@ each model's folder. The same kernel and libraries give the same bytes."""
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.friction import DEFAULT
+from engine.plots.choices import Choice, Plot
 from engine.plots.curves import page, window
 from engine.plots.files import save_figure
+from engine.plots.gallery_designs import DESIGNS
 from engine.plots.mechanism import mechanism
-from engine.plots.motion import VIEW
 from engine.plots.panels import Panel, Section, family, pretty, sections
 
 if TYPE_CHECKING:
@@ -28,35 +28,6 @@ DPI = {MECHANISM: 100, CURVES: 88}
 """Dots per inch: pictures wide enough for a README, well under 150 kB each."""
 RTOL = 1e-8
 """Relative tolerance of the runs drawn: the error it leaves cannot be seen."""
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A panel of columns that share one unit. degrees: whether angles are shown in degrees."""
-
-    title: str
-    quantity: str
-    columns: tuple[str, ...]
-    degrees: bool = False
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What to draw of a model.
-
-    at: instant of the mechanism's picture, s. says: the line above the curves. curves: panels, by the titles they have in
-    ``figure``, or of one's own. until, every: of the run (none: the scene's). around: the part of it whose extent decides
-    from where the mechanism is seen, s. aside: where the viewer stands (see ``mechanism``). changes: overrides of the scene.
-    """
-
-    at: float
-    says: str
-    curves: tuple[str | Plot, ...]
-    until: float | None = None
-    every: float | None = None
-    around: tuple[float, float] | None = None
-    aside: tuple[float, float] = VIEW
-    changes: dict[str, Any] = field(default_factory=dict)
 
 
 LAW = {"friction.law": DEFAULT}
@@ -183,8 +154,6 @@ CHOICES: dict[str, Choice] = {
 
 def chosen(name: str) -> Choice:
     """What to draw of a model or design."""
-    from engine.plots.gallery_designs import DESIGNS
-
     return CHOICES[name] if name in CHOICES else DESIGNS[name]
 
 
@@ -220,7 +189,6 @@ def draw(name: str, folder: Path) -> list[Path]:
 
 def main(words: list[str]) -> int:
     """Draw the models and designs named, or all."""
-    from engine.plots.gallery_designs import DESIGNS
     from engine.scene.library import model_folder
 
     known = [*CHOICES, *DESIGNS]

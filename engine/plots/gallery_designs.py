@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine.plots.gallery import Choice, Plot
+from engine.plots.choices import Choice, Plot
 
 DESIGNS: dict[str, Choice] = {
     "drawer": Choice(

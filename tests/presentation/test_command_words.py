@@ -59,8 +59,8 @@ def test_an_option_means_the_same_in_every_command() -> None:
     assert all(len(spellings) == 1 for spellings in names.values()), names
     assert names["--output"] == {frozenset({"-o", "--output"})}
     writes = {n: o.metavar for n, o in options() if "-o" in o.opts}
-    tables = ["simulate", "sweep", "sensitivity", "advise", "import", "inverse", "wear"]
-    assert writes == dict.fromkeys(tables, "FILE") | {"chart": "DIR"}
+    files = ["simulate", "check", "sweep", "sensitivity", "advise", "import", "inverse", "wear"]
+    assert writes == dict.fromkeys(files, "FILE") | {"chart": "DIR"}
     assert {n for n, o in options() if "--outputs" in o.opts} == {"simulate", "check", "chart", "sensitivity", "advise", "inverse"}
 
 
