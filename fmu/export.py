@@ -86,7 +86,17 @@ def export(
         contents |= python_flavour.contents(made.identifier, made.guid, libraries)
     archive.write(target, contents)
     count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "input", "parameter")}
-    return Export(target, target.stat().st_size, made.guid, count, tuple(names), first.notes)
+    return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(loaded)))
+
+
+def left_out(scene: Scene) -> tuple[str, ...]:
+    """A note that names the scene's own parameters, which an FMU does not have."""
+    if not scene.parameters:
+        return ()
+    names = ", ".join(scene.parameters)
+    one = next(iter(scene.parameters))
+    said = "the numbers that follow them are offered one by one; other values: export again"
+    return (f"no parameters of the FMU: {names}; {said} with --set parameters.{one}=…",)
 
 
 def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
