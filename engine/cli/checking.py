@@ -163,6 +163,7 @@ def _joint(j: Any, scene: Scene) -> dict[str, Any]:
 
 def _start(model: Any) -> dict[str, Any]:
     """What assembling and starting the scene says, as plain data: outcome, notes (values moved, redundant loops), freedoms."""
+    from engine.scene.following import unused_notes
     from engine.scene.magnitudes import magnitude_notes
     from engine.simulation.block import Settings
     from engine.simulation.motions import beginning_notes
@@ -173,6 +174,7 @@ def _start(model: Any) -> dict[str, Any]:
     result = run(model, soon, soon, Settings(rtol=float(sim.rtol), method=sim.method))
     beginning = [n for n in beginning_notes(model.built, against_data=False) if n not in result.notes]
     notes = [*result.notes, *beginning, *left_behind(model.built.scene), *magnitude_notes(model.built.scene)]
+    notes += unused_notes(model.built.scene)
     open_reactions = getattr(result, "redundancy", None)
     count = getattr(open_reactions, "count", 0)
     name = "ready" if result.outcome.ok else result.outcome.name

@@ -74,6 +74,12 @@ class Following:
         return out
 
 
+def unused_notes(scene: Scene) -> list[str]:
+    """A line for every parameter that nothing follows: perhaps a number was meant to."""
+    following = Following(scene)
+    return [f"{NAMED}.{n}: no number of the scene follows it" for n in scene.parameters if not following.of([n])]
+
+
 def _tried(work: Any, where: str, problems: list[Problem], otherwise: Any) -> Any:
     try:
         return work()

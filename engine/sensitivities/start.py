@@ -11,7 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.basics.numbers import ANY
 from engine.basics.problems import Problem, SceneError
+from engine.scene.contexts import bound_of
+from engine.scene.finding import parse_path
 from engine.scene.following import Following, parameter
 from engine.scene.model import Scene
 from engine.scene.overrides import apply, list_parameters
@@ -91,12 +94,19 @@ class _Line:
         known = {p.path: p.value for p in list_parameters(scene)}
         by = following.slopes(parameter(name)) if parameter(name) else {name: 1.0}
         self.moves = {path: (known[path], slope) for path, slope in by.items()}
-        reach = [_size(v) / abs(s) for v, s in self.moves.values() if s]
+        reach = [_reach(path, v, s, _size(value)) for path, (v, s) in self.moves.items() if s]
         self.size = min(_size(value), *reach) if parameter(name) and reach else _size(value)
 
     def at(self, step: float) -> Scene:
         """The scene when the number has moved by a step."""
         return apply(self.scene, {path: v + step * slope for path, (v, slope) in self.moves.items()})
+
+
+def _reach(path: str, value: float, slope: float, size: float) -> float:
+    """How far a parameter of this size may go, in units of a step, before a number that follows it with this slope has gone as far
+    as it should: its own size, or, where it has no bounds and may be small by chance, a tenth of what moves it."""
+    free = bound_of(parse_path(path) or ()) == ANY
+    return max(abs(value), 0.1 * abs(slope) * size if free else 0.0) / abs(slope) if value else size
 
 
 def _size(value: float) -> float:

@@ -16,6 +16,7 @@ from starlette.responses import Response
 from engine.basics.problems import Problem, SceneError
 from engine.batch.reductions import DEFAULTS, reductions
 from engine.kernel.columns import columns
+from engine.scene.following import unused_notes
 from engine.scene.library import bundled_names, model_file
 from engine.scene.load import load_scene
 from engine.scene.magnitudes import magnitude_notes
@@ -129,7 +130,7 @@ def check(source: Annotated[SceneSource, Body(openapi_examples=SCENES)], caller:
             "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
             "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],
             "reductions": kept,
-            "notes": magnitude_notes(scene),
+            "notes": [*magnitude_notes(scene), *unused_notes(scene)],
         }
     )
 

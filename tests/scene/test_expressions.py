@@ -143,6 +143,13 @@ def test_angles_are_ratios_and_radians_need_not_be_taken_out(key: str, expressio
     assert problems_in(TEXT.replace(f"{key}: {old}", f'{key}: "{{{expression}}}"')) == []
 
 
+@pytest.mark.parametrize(("written", "meant"), [("{mu}", "{mu}"), ("{mu/2}", "{mu/2}"), ("{min(mu, 0.2)}", "{min(mu, 0.2)}")])
+def test_braces_without_quotes_are_told(written: str, meant: str) -> None:
+    (found,) = problems_in(TEXT.replace('mu: "{mu}"', f"mu: {written}"))
+    assert (found.where, found.line) == ("joints.pivot.friction.mu", 16)
+    assert f'put it in quotes: "{meant}"' in str(found)
+
+
 PARAMETERS = {
     "b: 1, c: '{d}', d: '{c}'": ["parameters.c", "parameters.d"],
     "h: 1 m": ["parameters.h"],

@@ -11,7 +11,7 @@ import engine
 from engine.basics.problems import SceneError
 from engine.cli import main
 from engine.scene import scene_from_dict, scene_from_text, scene_to_dict, scene_to_yaml
-from engine.scene.following import Following
+from engine.scene.following import Following, unused_notes
 from engine.scene.model import Scene
 from engine.scene.overrides import apply, list_parameters, parse_assignment
 
@@ -117,6 +117,20 @@ def test_parameters_are_found_from_measured_curves(scene: Scene) -> None:
     measured = engine.simulate(apply(scene, {"parameters.a": 0.7}), every=0.01, rtol=1e-9)
     found = engine.fit(scene, "parameters.a", measured.time, {"pivot.q[1]": measured["pivot.q[1]"]})
     assert found.values["parameters.a"] == pytest.approx(0.7, abs=1e-6)
+
+
+def test_a_number_that_is_small_by_chance_does_not_spoil_the_others(scene: Scene) -> None:
+    odd = apply(scene, {"bodies.arm.points.pivot[2]": "{a - 600 mm + 1e-12 m}"})
+    found = engine.sensitivity(odd, "parameters.a", ["pivot.q[1]"], every=0.2).derivatives[-1, 0, 0]
+    step = 1e-4
+    runs = [engine.simulate(apply(odd, {"parameters.a": A + d}), rtol=1e-12)["pivot.q[1]"][-1] for d in (-step, step)]
+    assert found == pytest.approx((runs[1] - runs[0]) / (2 * step), rel=1e-4)  # of a difference of order two
+
+
+def test_a_parameter_that_nothing_follows_is_noted(scene: Scene) -> None:
+    assert unused_notes(scene) == []
+    more = scene_from_text(TEXT.replace("mu: 0.12,", 'mu: 0.12, spare: 3 mm, half: "{spare/2}",'))
+    assert [n.split(":")[0] for n in unused_notes(more)] == ["parameters.spare", "parameters.half"]
 
 
 def test_the_command_sets_a_parameter(tmp_path, capsys) -> None:

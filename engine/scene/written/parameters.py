@@ -11,7 +11,7 @@ from engine.scene.finding import Finding, Path
 from engine.scene.quantities import Computed, Quantity, Worthless, number
 from engine.scene.reading import DEEPEST
 from engine.scene.suggest import did_you_mean, shown
-from engine.scene.typed import shape, unit_at
+from engine.scene.typed import keys_at, shape, unit_at
 from engine.scene.units import NONE, Dimension, UnitError
 from engine.scene.written.formula import RESERVED, WHATEVER, Formula, formula
 from engine.scene.written.values import dimension, value
@@ -151,10 +151,19 @@ def _circle(name: str, needs: Mapping[str, str]) -> str:
     return " → ".join([*list(seen)[seen[name] :], name][:12])
 
 
+def _bare(node: dict[str, Any], path: Path) -> bool:
+    """Whether a group is an expression without quotes: YAML reads {a/2} as a group with the key a/2 and no value."""
+    if not node or any(v is not None for v in node.values()) or unit_at(shape(path)) is None:
+        return False
+    return not set(node) & set(keys_at(shape(path)))
+
+
 def _replaced(node: Any, path: Path, known: Known) -> Any:
     if len(path) > DEEPEST:
         return node
     if isinstance(node, dict):
+        if _bare(node, path):
+            return Worthless(str(path[-1]), "an expression is text", f'put it in quotes: "{{{", ".join(node)}}}"')
         return {k: _replaced(v, (*path, k), known) for k, v in node.items()}
     if isinstance(node, list | tuple):
         return [_replaced(v, (*path, i), known) for i, v in enumerate(node)]
