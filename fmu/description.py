@@ -21,6 +21,7 @@ from engine.system.curves import Outside
 from engine.system.structure import state_coordinates
 
 NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_QD", "FMU_BANDWIDTH"
+PARAMETER = "FMU_PARAMETER"
 TOLERANCE, STEP, MAX_STEPS = "FMU_TOLERANCE", "FMU_STEP", "FMU_MAX_STEPS"
 """What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
 HUGE = 1e300

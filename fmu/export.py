@@ -24,6 +24,7 @@ from engine.simulation.run import Model, run
 from engine.simulation.settings import KERNELS
 from fmu import archive, pages, platforms, python_flavour
 from fmu.description import Variable, variables
+from fmu.following import Arrangement, arranged
 from fmu.tables import model_text
 from fmu.xml import model_description
 
@@ -86,17 +87,16 @@ def export(
         contents |= python_flavour.contents(made.identifier, made.guid, libraries)
     archive.write(target, contents)
     count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "input", "parameter")}
-    return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(loaded)))
+    return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
 
 
-def left_out(scene: Scene) -> tuple[str, ...]:
-    """A note that names the scene's own parameters, which an FMU does not have."""
-    if not scene.parameters:
+def left_out(made: Arrangement) -> tuple[str, ...]:
+    """A note that names the parameters of the scene that the FMU does not have."""
+    if not made.left_out:
         return ()
-    names = ", ".join(scene.parameters)
-    one = next(iter(scene.parameters))
-    said = "the numbers that follow them are offered one by one; other values: export again"
-    return (f"no parameters of the FMU: {names}; {said} with --set parameters.{one}=…",)
+    names, one = ", ".join(made.left_out), made.left_out[0]
+    why = "they act on what an FMU cannot change (shapes, points, axes, rotations, nothing); other values: export again"
+    return (f"no parameters of the FMU: {names}: {why} with --set parameters.{one}=…",)
 
 
 def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
@@ -130,16 +130,17 @@ class Made:
         self.model, self.first = model, first
         self.scene = model.built.scene
         sim = self.scene.simulation
-        self.listed: list[Variable] = variables(model, step, float(sim.rtol))
+        self.all = arranged(self.scene, variables(model, step, float(sim.rtol)))
+        self.listed: list[Variable] = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
         if not self.identifier[:1].isalpha():
             self.identifier = f"m_{self.identifier}"
         units = self._units()
-        text = model_text(model, self.listed, "", "linear" in units)
+        text = model_text(model, self.all, "", "linear" in units)
         plain = model_description(self.scene, self.listed, self.identifier, "", self.step, "native")
         self.guid = uuid(cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair)))
-        self.sources = {**units, "model": model_text(model, self.listed, self.guid, "linear" in units)}
+        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units)}
 
     def _units(self) -> dict[str, str]:
         """C text of the generated units."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from itertools import accumulate
 
+from engine.basics.problems import Problem, SceneError
 from engine.scene.finding import called, parse_path
 from engine.simulation.audit import SAID
 from engine.simulation.block import METHODS
@@ -12,30 +14,37 @@ from engine.simulation.outcome import ADVICE, NAMES
 from engine.simulation.run import Model
 from engine.system.curves import table_block
 from fmu.description import Variable
+from fmu.following import Arrangement, depth
 
+STACK = 256
+"""Values an expression may keep (``FMU_STACK``)."""
 HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_kernel;\nextern const tr_outputs trunnion_outputs;\n' \
        "extern const tr_jacobian trunnion_jacobian;\nextern const tr_linear trunnion_linear;\n"
 
 
-def model_text(model: Model, listed: list[Variable], guid: str, linear: bool) -> str:
+def model_text(model: Model, all_: Arrangement, guid: str, linear: bool) -> str:
     """The C source that defines ``fmu_the_model``."""
     n, sizes = model.built.numbers, model.kernel.sizes
-    settings = [v for v in listed if v.causality == "parameter"]
+    listed = all_.listed
+    settings = [*(v for v in listed if v.causality == "parameter"), *all_.followers]
+    begin = list(accumulate((len(p) for p in all_.programs), initial=0))
     tables = table_block(n.tables)
     watched = sizes["nsliders"] + sizes["nstops"]
     arrays = [
         doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables),
         doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given),
-        _settings(settings), _outcomes(model),
+        _settings(settings), _outcomes(model), _code(all_.programs),
+        f"static const int m_begin[]={{{','.join(map(str, begin))}}};\n",
         strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", SAID.values()),
     ]
     counts = [sum(v.causality == c for v in listed) for c in ("output", "input")]
     values = [
-        string(guid), string(model.built.scene.name), *counts, len(settings), "&trunnion_kernel", "&trunnion_outputs",
+        string(guid), string(model.built.scene.name), *counts, len(settings), len(all_.followers),
+        "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
         METHODS[model.built.scene.simulation.method], 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
-        "m_joint", "m_law",
+        "m_code", "m_begin", "m_joint", "m_law",
     ]
     return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 
@@ -59,6 +68,14 @@ def strings(name: str, values: Iterable[str]) -> str:
 def doubles(name: str, values: Iterable[float]) -> str:
     """A constant C array; without values it holds one zero, because C has no empty arrays."""
     return f"static const double {name}[]={{{','.join(map(number, values)) or '0'}}};\n"
+
+
+def _code(programs: list[list[str]]) -> str:
+    """The C array of the words of all expressions."""
+    most = max((depth(p) for p in programs), default=1)
+    if most > STACK:
+        raise SceneError([Problem("parameters", f"an expression keeps {most} values, more than {STACK}", "give parts of it names")])
+    return f"static const double m_code[]={{{','.join(w for p in programs for w in p) or '0'}}};\n"
 
 
 def _settings(settings: list[Variable]) -> str:

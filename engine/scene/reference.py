@@ -37,9 +37,9 @@ scene's `parameters`, `+ - * / ^`, parentheses, `pi`, and sin, cos, tan, asin, a
 else. Dimensions are checked: lengths are added to lengths, a sine is of an angle, and a length must come out where one is wanted.
 A ratio may be an angle, and radians need not be taken out (radius times angle is a length). Parameters are set (`--set
 parameters.a=130mm`), swept (`"over": {"parameters.a": "100 mm:200 mm:11"}`), differentiated and fitted like any number; a number
-that is set itself follows its expression no longer. FMUs have the numbers, each by itself, and not the parameters that they
-follow. Names of units and functions cannot name a parameter. `0.3 SI` is 0.3 in whatever SI unit is wanted: copies of plain
-numbers are written so.
+that is set itself follows its expression no longer. They are parameters of [FMUs](../fmu/README.md), too, where these can change
+all that follows them. Names of units and functions cannot name a parameter. `0.3 SI` is 0.3 in whatever SI unit is wanted: copies
+of plain numbers are written so.
 
 **Placed bodies.** A body with a `position` stands there, turned by its `orientation`, when all joint coordinates are 0. Joints
 between placed bodies (and the ground) are found from there: `at` says where the joint is in the world, `axis` and `reference` are

@@ -8,8 +8,16 @@
 #include "tr.h"
 #include "fmi2Functions.h"
 
+#define FMU_STACK 256 /* values an expression may keep (STACK of fmu/tables.py) */
+
 /* What a parameter of the FMU stands for. Its `index` counts engine parameters, coordinates, rates or inputs, as the kind says. */
-enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS };
+enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_PARAMETER };
+
+/* Words of an expression, for a stack: FMU_VALUE and FMU_SETTING are followed by a number and by the place of a parameter. */
+enum fmu_operation {
+  FMU_VALUE, FMU_SETTING, FMU_ADD, FMU_SUBTRACT, FMU_MULTIPLY, FMU_DIVIDE, FMU_POWER, FMU_NEGATE, FMU_SIN, FMU_COS, FMU_TAN, FMU_ASIN,
+  FMU_ACOS, FMU_ATAN, FMU_ATAN2, FMU_SQRT, FMU_ABS, FMU_MIN, FMU_MAX
+};
 
 /* A parameter. open: min itself is excluded; nonzero: zero is excluded. above: the place of another parameter that this one must
  * not be below (strict: must exceed), -1 for none. rotation: a quaternion begins here. name: path in the scene; key: the last key
@@ -29,7 +37,7 @@ typedef struct fmu_outcome {
 
 typedef struct fmu_model {
   const char *guid, *name;
-  int outputs, inputs, settings;
+  int outputs, inputs, settings, followers; /* the last of the settings, the followers, are no variables: expressions give them */
   const tr_kernel *kernel;
   const tr_outputs *columns;
   const tr_jacobian *jacobian;
@@ -42,6 +50,8 @@ typedef struct fmu_model {
   int method, events, noutcomes;
   const fmu_setting *setting;
   const fmu_outcome *outcome;
+  const double *code; /* words of all expressions; that of follower i goes from begin[i] to begin[i + 1] */
+  const int *begin;
   const char *const *joint, *const *law; /* names of the joints with friction; what is wrong where a law of the audit is broken */
 } fmu_model;
 
@@ -67,7 +77,7 @@ typedef struct fmu_state {
   int failed;  /* status of the runtime that ended the run, 0 while it goes on */
   int has_stop, has_tolerance, moved;
   double start, stop, tolerance, time, reached;
-  int settings, inputs, row, sim; /* offsets in doubles behind this struct */
+  int settings, trial, inputs, row, sim; /* offsets in doubles behind this struct */
 } fmu_state;
 
 typedef struct fmu_instance {

@@ -42,6 +42,7 @@ static void fmu_free(const fmi2CallbackFunctions *host, void *p) {
 static size_t fmu_layout(fmu_state *s) {
   int at = 0;
   s->settings = at, at += MODEL->settings;
+  s->trial = at, at += MODEL->settings;
   s->inputs = at, at += TR_DOUBLES(fmu_input) * MODEL->inputs;
   s->row = at, at += 1 + MODEL->columns->nout;
   s->sim = at = (at + 7) & ~7;

@@ -1,7 +1,9 @@
 /* Getting and setting variables. Value references count outputs, then inputs, then parameters. */
+#include <string.h>
 #include "fmu.h"
+#include "following.c"
 
-static int fmu_count(void) { return MODEL->outputs + MODEL->inputs + MODEL->settings; }
+static int fmu_count(void) { return MODEL->outputs + MODEL->inputs + MODEL->settings - MODEL->followers; }
 
 static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t n, double *value) {
   fmu_state *s = m->state;
@@ -34,9 +36,27 @@ static fmi2Status fmu_check_setting(fmu_instance *m, const fmu_setting *g, doubl
   return fmi2OK;
 }
 
+/* What follows the parameters of the scene in `trial`, where one of them is new; says which number may not have its value. */
+static fmi2Status fmu_check_followers(fmu_instance *m, double *trial) {
+  const double *settings = FMU_A(m->state, settings);
+  int first = MODEL->settings - MODEL->followers, anew = 0;
+  for (int i = 0; i < first; ++i) anew |= MODEL->setting[i].kind == FMU_PARAMETER && trial[i] != settings[i];
+  if (!anew) return fmi2OK;
+  fmu_follow(trial);
+  for (int i = first; i < MODEL->settings; ++i) {
+    const fmu_setting *g = MODEL->setting + i;
+    if (!isfinite(trial[i])) return fmu_log(m, fmi2Discard, "%s: its expression has no value", g->name);
+    fmi2Status status = trial[i] == settings[i] ? fmi2OK : fmu_check_setting(m, g, trial[i]);
+    if (status != fmi2OK) return status;
+  }
+  return fmi2OK;
+}
+
 static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const double *value) {
   fmu_state *s = m->state;
   int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count();
+  double *settings = FMU_A(s, settings), *trial = FMU_A(s, trial);
+  memcpy(trial, settings, sizeof(double) * MODEL->settings);
   for (size_t i = 0; i < n; ++i) { /* check all values before setting any */
     int r = (int)vr[i];
     if (vr[i] >= (unsigned)all) return fmu_log(m, fmi2Error, "there is no real variable with value reference %u", vr[i]);
@@ -45,18 +65,22 @@ static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t 
     if (r >= no + ni) {
       fmi2Status status = fmu_check_setting(m, MODEL->setting + (r - no - ni), value[i]);
       if (status != fmi2OK) return status;
+      trial[r - no - ni] = value[i];
     }
   }
+  fmi2Status status = fmu_check_followers(m, trial);
+  if (status != fmi2OK) return status;
   for (size_t i = 0; i < n; ++i) {
     int r = (int)vr[i] - no;
     fmu_input *in = FMU_INPUTS(s) + r;
-    double *at = r < ni ? &in->value : FMU_A(s, settings) + (r - ni);
-    int same = *at == value[i] && (r >= ni || (in->derivative[0] == 0.0 && in->derivative[1] == 0.0));
-    if (same) continue;
-    *at = value[i];
-    if (r < ni) in->derivative[0] = in->derivative[1] = 0.0; /* a host sets derivatives after the value */
-    s->changed |= r < ni ? FMU_NEW_INPUTS : FMU_NEW_PARAMETERS;
+    if (r >= ni || (in->value == value[i] && in->derivative[0] == 0.0 && in->derivative[1] == 0.0)) continue;
+    in->value = value[i];
+    in->derivative[0] = in->derivative[1] = 0.0; /* a host sets derivatives after the value */
+    s->changed |= FMU_NEW_INPUTS;
   }
+  for (int i = 0; i < MODEL->settings; ++i)
+    if (settings[i] != trial[i]) s->changed |= FMU_NEW_PARAMETERS;
+  memcpy(settings, trial, sizeof(double) * MODEL->settings);
   return fmi2OK;
 }
 
