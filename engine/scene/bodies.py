@@ -68,12 +68,12 @@ class Body:
     sign they have in the matrix; (0, 0, 0) is a point mass."""
     points: dict[str, Position] = field(default_factory=dict)
     """Named points in the body's frame: places for joints and springs, and outputs."""
+    color: str | None = None
+    """Colour in pictures: a name or #rrggbb."""
     position: Position | None = None
     """Where the origin of its frame stands in the world in the pose in which all joints have coordinate 0; this places the body."""
     orientation: Orientation | None = None
     """How a placed body is turned: one turn, or several, one after another; left out, its axes are those of the world."""
-    color: str | None = None
-    """Colour in pictures: a name or #rrggbb."""
 
 
 @dataclass(frozen=True, config=STRICT)

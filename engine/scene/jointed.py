@@ -188,8 +188,6 @@ class Joint:
     """The part the motion is measured from: "body", "body.point", or a group."""
     outboard: SideOf
     """The part whose motion is measured: "body", "body.point", or a group."""
-    at: PointOf | None = None
-    """Between placed bodies, where the joint is: a place in the world, or "body.point"; left out, the point that a side names."""
     axis: Direction | None = None
     """e1, in both bodies' frames; between placed bodies, in the world."""
     reference: Direction | None = None
@@ -221,3 +219,5 @@ class Joint:
     """Force or torque along the freedoms, on the outboard part."""
     cut: Annotated[bool, Strict()] | None = None
     """Whether a closed loop is opened at this joint: true, it is; false, it is not; left out, where it is best."""
+    at: PointOf | None = None
+    """Between placed bodies, where the joint is: a place in the world, or "body.point"; left out, the point that a side names."""

@@ -72,8 +72,6 @@ class Scene:
     """Version of this format."""
     title: str = ""
     """One line about the scene."""
-    parameters: dict[str, Number] = field(default_factory=dict)
-    """Numbers by name, for use in expressions such as "{a/2 + 5 mm}", which may stand wherever a number may."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
     """Acceleration of gravity in the world frame."""
     ground: Ground = field(default_factory=Ground)
@@ -96,6 +94,10 @@ class Scene:
     def normal_force_of(self, friction: Friction) -> str:
         """How the normal force of a joint is found: its own way, else the scene's."""
         return friction.normal_force or self.friction.normal_force
+    tunable: tuple[str, ...] = ()
+    """Numbers (dotted paths, patterns) that stay run-time parameters even when they are zero as written."""
+    parameters: dict[str, Number] = field(default_factory=dict)
+    """Numbers by name, for use in expressions such as "{a/2 + 5 mm}", which may stand wherever a number may."""
     include: Annotated[
         Annotated[str, SCALAR] | Annotated[tuple[str, ...], LIST], either("the name of a file, or a list of them")
     ] = ()
@@ -103,8 +105,6 @@ class Scene:
     Python, not by servers. None is left once a scene is read."""
     assemblies: dict[str, Assembly] = field(default_factory=dict)
     """Parts that are used as a whole, also several times, by name. None is left once a scene is read: only bodies and joints."""
-    tunable: tuple[str, ...] = ()
-    """Numbers (dotted paths, patterns) that stay run-time parameters even when they are zero as written."""
 
 
 __all__ = [

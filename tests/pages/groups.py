@@ -26,6 +26,7 @@ ELSEWHERE = (*LAST, "models/cookbook/README.md")
 GROUPS = {
     "plain": [
         *sorted({p.relative_to(ROOT).as_posix() for p in (ROOT / "models").glob("*/README.md")} - set(ELSEWHERE)),
+        *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "models" / "designer").glob("*/README.md")),
         *LAST,
     ],
     "pandas": ["engine/README.md", "models/cookbook/data.md"],
