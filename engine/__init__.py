@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from engine.bounds.api import hold
     from engine.questions.equilibrium import Equilibrium, equilibrium
     from engine.questions.inverse import inverse
+    from engine.questions.kinematics import kinematics
     from engine.questions.modes import Modes, modes
     from engine.questions.wear import Wear, wear
     from engine.scene import Scene, load_scene, models_dir
@@ -52,13 +53,14 @@ _HOMES = {
     "inverse": "engine.questions.inverse",
     "Wear": "engine.questions.wear",
     "wear": "engine.questions.wear",
+    "kinematics": "engine.questions.kinematics",
     "Sweep": "engine.batch.sweeping",
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
     "Equilibrium", "Event", "Fit", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
-    "SimulationError", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "linearize", "load_scene", "models_dir", "modes",
-    "sensitivity", "simulate", "sweep", "wear",
+    "SimulationError", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "kinematics", "linearize", "load_scene",
+    "models_dir", "modes",    "sensitivity", "simulate", "sweep", "wear",
 ]  # fmt: skip
 
 

@@ -1,5 +1,5 @@
-"""Commands that ask something else than motion: ``equilibrium``, ``modes``, ``inverse``, ``wear``. Their work is imported when
-they are invoked."""
+"""Commands that ask something else than motion: ``equilibrium``, ``modes``, ``inverse``, ``wear``, ``kinematics``. Their work is
+imported when they are invoked."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from engine.cli import measuring
-from engine.cli.app import CHANGES, JSON, OPEN, OUTPUTS, SCENE, VERBOSE
+from engine.cli.app import CHANGES, JSON, OPEN, OUTPUTS, SCENE, TABLE, VERBOSE
 from engine.cli.helping import Listed
 from engine.cli.options import words_of
 from engine.cli.settings import Words, with_settings
@@ -98,3 +98,25 @@ def wear(
 
     wish = WearWish(words_of(scene, ctx), settings, coefficient, depth, changes or [], save, plot, as_json, verbose)
     raise typer.Exit(wear_command(wish))
+
+
+@app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion kinematics")
+def kinematics(
+    ctx: typer.Context,
+    settings: Words,
+    scene: Annotated[str | None, SCENE] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    outputs: Annotated[list[str] | None, OUTPUTS] = None,
+    save: Annotated[str | None, TABLE] = None,
+    plot: Annotated[str | None, PICTURE] = None,
+    animate: Annotated[str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html.")] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """Where drives take a mechanism, how fast and how suddenly; bodies need no masses."""
+    from engine.cli.simulating import Wish, simulate_command
+
+    words = words_of(scene, ctx)
+    wish = Wish(words, settings, changes or [], outputs, save, plot, animate, as_json, verbose, kinematic=True)
+    raise typer.Exit(simulate_command(wish))

@@ -36,6 +36,8 @@ class Wish:
     as_json: bool = False
     verbose: bool = False
     linearize: str | None = None
+    kinematic: bool = False
+    """Motion alone, by what drives prescribe."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,8 @@ def understood(wish: Wish) -> Job:
     """The job that the options ask for; SceneError with every problem among them."""
     found = Findings()
     source = options.one_scene(wish.scene, found)
-    arguments = options.settings("trunnion simulate", wish.settings, found)
-    law = arguments.pop("law")
+    arguments = options.settings("trunnion kinematics" if wish.kinematic else "trunnion simulate", wish.settings, found)
+    law = arguments.pop("law", None)
     places = {
         "table": options.destination(wish.save, TABLES, "-o", found),
         "plot": options.destination(wish.plot, PICTURES, "--plot", found),
@@ -86,7 +88,9 @@ def understood(wish: Wish) -> Job:
         "linearization": options.destination(wish.linearize, MATRICES, "--linearize", found),
     }
     changes = options.assignments(wish.changes, found)
-    scene = loaded(source, changes, law, found)
+    scene = loaded(source, changes, law, found, wish.kinematic)
+    if scene is not None and wish.kinematic:
+        scene = found.attempt(partial(_prescribed, scene))
     patterns = tuple(wish.outputs) if wish.outputs else scene.outputs if scene is not None else ()
     if scene is not None:
         found.problems += unknown_outputs(scene, wish.outputs or ())
@@ -95,14 +99,24 @@ def understood(wish: Wish) -> Job:
     return Job(scene, arguments, patterns, {k: p for k, p in places.items() if p is not None})
 
 
-def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: Findings) -> Scene | None:
+def _prescribed(scene: Scene) -> Scene:
+    """The scene without all that is no motion, its outputs those of motion."""
+    from engine.questions.kinematics import moving_columns, prescribed
+
+    bare = prescribed(scene)
+    return replace(bare, outputs=moving_columns(bare))
+
+
+def loaded(
+    source: str | None, changes: dict[str, Any], law: str | None, found: Findings, massless: bool = False
+) -> Scene | None:
     """The scene with its changes; None when there are problems, which are kept."""
     from engine.scene.load import load_scene
     from engine.scene.overrides import apply
 
     if source is None:
         return None
-    scene = found.attempt(partial(load_scene, source))
+    scene = found.attempt(partial(load_scene, source, massless))
     if scene is None:
         return None
     if law is not None:

@@ -22,8 +22,9 @@ MOST_NAMED = 5
 """How many files of a folder a hint names."""
 
 
-def load_scene(source: str | os.PathLike[str]) -> Scene:
-    """The scene in a YAML or JSON file, in a folder with a scene.yaml, or the bundled model of that name.
+def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
+    """The scene in a YAML or JSON file, in a folder with a scene.yaml, or the bundled model of that name; massless: bodies need no
+    mass (they are given some: for questions in which it does not count).
 
     SceneError holds every problem found; nothing else is raised for bad content.
     """
@@ -34,7 +35,7 @@ def load_scene(source: str | os.PathLike[str]) -> Scene:
     except OSError as e:
         raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
     name = path.parent.name if path.name == SCENE_FILE else path.stem
-    return scene_from_text(content, str(path), path.suffix.lower() == ".json", name, path.parent)
+    return scene_from_text(content, str(path), path.suffix.lower() == ".json", name, path.parent, massless)
 
 
 def _file(source: str | os.PathLike[str]) -> FilePath:
@@ -64,10 +65,15 @@ def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Pro
 
 
 def scene_from_text(
-    content: bytes | str, file: str = "", is_json: bool = False, name: str = "", folder: FilePath | None = None
+    content: bytes | str,
+    file: str = "",
+    is_json: bool = False,
+    name: str = "",
+    folder: FilePath | None = None,
+    massless: bool = False,
 ) -> Scene:
     """The scene in YAML (or JSON) text; ``name`` is used where it gives none; ``folder``: where the files are that it names (none
-    are read without it)."""
+    are read without it); massless: as for ``load_scene``."""
     doc = read(content, is_json)
     if doc.data is None and not doc.findings:
         doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))
@@ -77,12 +83,22 @@ def scene_from_text(
         raise error_of(doc.findings, doc.lines, file)
     if name and "name" not in doc.data:
         doc.data["name"] = name
-    return scene_from_data(doc.data, doc.findings, doc.lines, file, folder)
+    return scene_from_data(doc.data, doc.findings, doc.lines, file, folder, massless)
 
 
-def scene_from_dict(data: Mapping[str, Any]) -> Scene:
-    """The scene in nested dicts and lists, as they would stand in a file."""
-    return scene_from_data(copied(data))
+def scene_from_dict(data: Mapping[str, Any], massless: bool = False) -> Scene:
+    """The scene in nested dicts and lists, as they would stand in a file; massless: as for ``load_scene``."""
+    return scene_from_data(copied(data), massless=massless)
+
+
+def _weighed(data: dict[str, Any]) -> None:
+    """Give every body that has none a mass, and where it has no shape an inertia."""
+    bodies = data.get("bodies")
+    for body in bodies.values() if isinstance(bodies, dict) else ():
+        if isinstance(body, dict) and not {"mass", "density"} & set(body):
+            body["mass"] = 1.0
+            if not {"box", "cylinder", "sphere", "inertia"} & set(body):
+                body["inertia"] = [1.0, 1.0, 1.0]
 
 
 def scene_from_data(
@@ -91,11 +107,15 @@ def scene_from_data(
     lines: Mapping[Path, int] | None = None,
     file: str = "",
     folder: FilePath | None = None,
+    massless: bool = False,
 ) -> Scene:
     """Build and check plain data. SceneError lists all problems, ``found`` (those of reading the file) among them, in the order
-    of the file; lines: the line of every path; folder: where files that it names are, None where none are read."""
+    of the file; lines: the line of every path; folder: where files that it names are, None where none are read; massless: as for
+    ``load_scene``."""
     data, lines, composed = whole(data, dict(lines or {}), file, folder)
     data, wrong = evaluated(data)
+    if massless:
+        _weighed(data)
     built = build(data)
     told = {f.path for f in composed}
     found = [*found, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]

@@ -53,14 +53,15 @@ Given = Scene | str | os.PathLike[str] | Mapping[str, Any]
 """What a caller from Python gives for a scene: made by hand, a file or folder, a bundled model's name, what a file would hold."""
 
 
-def scene_given(source: Given, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The checked scene that a caller means, with ``changes`` made. SceneError names everything that is wrong with it."""
+def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massless: bool = False) -> Scene:
+    """The checked scene that a caller means, with ``changes`` made; massless: as for ``load_scene``.
+    SceneError names everything that is wrong with it."""
     if isinstance(source, Mapping):
-        scene = scene_from_dict(source)
+        scene = scene_from_dict(source, massless)
     elif isinstance(source, Scene):
         scene = source if changes else checked(source)
     elif isinstance(source, str | os.PathLike):
-        scene = load_scene(source)
+        scene = load_scene(source, massless)
     else:
         what = f"a scene is wanted, not {shown(source)}"
         raise SceneError([Problem("scene", what, "a Scene, a dict, a file, or the name of a bundled model")])

@@ -25,7 +25,7 @@ CONTEXT = COMMAND.make_context("trunnion", [], resilient_parsing=True)
 JOBS = typer.main.get_command(jobs)
 PYTHON: dict[str, Any] = {f"engine.{f.__name__}": f for f in (engine.simulate, engine.sweep, engine.sensitivity)}
 REST = {"POST /v1/jobs": JobRequest, "POST /v1/sensitivities": SensitivityRequest}
-COMMANDS = [f"trunnion {n}" for n in ("simulate", "sweep", "sensitivity", "wear", "chart", "advise", "jobs submit")]
+COMMANDS = [f"trunnion {n}" for n in ("simulate", "sweep", "sensitivity", "wear", "kinematics", "chart", "advise", "jobs submit")]
 NAMES = {s.name for s in SETTINGS}
 WRONG = {"until": ["-1", "0", "x", "5 kg", "10 parsec"], "every": ["-1", "5 kg"], "rtol": ["1", "0", "1 m"], "method": ["rk55"],
          "step": ["-1"], "law": ["nonsense"], "kernel": ["part"]}  # fmt: skip

@@ -59,9 +59,10 @@ def test_an_option_means_the_same_in_every_command() -> None:
     assert all(len(spellings) == 1 for spellings in names.values()), names
     assert names["--output"] == {frozenset({"-o", "--output"})}
     writes = {n: o.metavar for n, o in options() if "-o" in o.opts}
-    files = ["simulate", "check", "sweep", "sensitivity", "advise", "import", "inverse", "wear"]
+    files = ["simulate", "check", "sweep", "sensitivity", "advise", "import", "inverse", "wear", "kinematics"]
     assert writes == dict.fromkeys(files, "FILE") | {"chart": "DIR"}
-    assert {n for n, o in options() if "--outputs" in o.opts} == {"simulate", "check", "chart", "sensitivity", "advise", "inverse"}
+    columns = {"simulate", "check", "chart", "sensitivity", "advise", "inverse", "kinematics"}
+    assert {n for n, o in options() if "--outputs" in o.opts} == columns
 
 
 def test_a_column_given_as_the_file_to_write_is_told(capsys: pytest.CaptureFixture[str]) -> None:

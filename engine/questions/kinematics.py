@@ -1,0 +1,64 @@
+"""``kinematics``: where driven joints take everything, how fast and how suddenly; no masses, loads or friction needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from engine.basics.problems import Problem, SceneError
+from engine.kernel.columns import columns, select
+from engine.questions.still import Still
+from engine.scene import model as sm
+from engine.scene.given import Amount, Names, names_given
+from engine.scene.overrides import Given, scene_given
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from engine.system.build import build
+
+MOTION = (
+    "*.q[*]", "*.qd[*]", "*.qdd[*]", "*.position[*]", "*.velocity[*]", "*.acceleration[*]", "*.orientation[*]",
+    "*.angular_velocity[*]", "*.length",
+)  # fmt: skip
+"""Columns that do not depend on masses."""
+
+
+def kinematics(
+    scene: Given, until: Amount | None = None, every: Amount | None = None, rtol: Amount | None = None,
+    outputs: Names | None = None, overrides: Mapping[str, Any] | None = None,
+) -> Result:  # fmt: skip
+    """The motion that a scene's drives prescribe: positions, velocities, accelerations of all joints, bodies and points, loops
+    closed. Bodies need no mass; friction, springs, loads and gravity are left out.
+
+    until, every, rtol, outputs, overrides: as for ``simulate``; outputs: columns of motion (default: all). SceneError for wrong
+    input, and where the drives leave something free."""
+    bare = prescribed(scene_given(scene, overrides, massless=True))
+    wanted = moving_columns(bare) if outputs is None else names_given(outputs)
+    return simulate(bare, until, every, rtol, outputs=wanted)
+
+
+def prescribed(scene: sm.Scene) -> sm.Scene:
+    """The scene without all that is no motion; SceneError where its drives leave a freedom open."""
+    joints = {
+        n: replace(j, friction=None, ends=None, spring=None, damping=None, stops=None, effort=None, wear=None)
+        for n, j in scene.joints.items()
+    }
+    forces: dict[str, sm.Applied] = {
+        n: replace(f, stiffness=0.0, damping=0.0) for n, f in scene.forces.items() if isinstance(f, sm.SpringDamper)
+    }
+    bare = replace(scene, joints=joints, gravity=(0.0, 0.0, 0.0), forces=forces, outputs=("*",))
+    still = Still(bare)
+    left = still.allowed()
+    if left.size:
+        free = [n for n, moves in zip(still.freedoms, np.abs(left).max(axis=1) > 1e-9, strict=True) if moves]
+        names = ", ".join(n.replace(".qd", ".q") for n in free)
+        what = f"{left.shape[1]} freedom{'s are' if left.shape[1] > 1 else ' is'} not driven, among {names}"
+        raise SceneError([Problem("joints", what, "give as many of these joints a drive (constant, ramp, move, harmonic, table)")])
+    return bare
+
+
+def moving_columns(scene: sm.Scene) -> tuple[str, ...]:
+    """The columns of motion that a scene has."""
+    return tuple(c.name for c in select(columns(build(scene).system), MOTION))
