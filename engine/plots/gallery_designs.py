@@ -5,6 +5,17 @@ from __future__ import annotations
 from engine.plots.choices import Choice, Plot
 
 DESIGNS: dict[str, Choice] = {
+    "door_closer": Choice(
+        1.5,
+        "Shut after 5.9 s: the damper lets the spring close it evenly, and the drag of the seal does not stop it",
+        (
+            Plot("Opening of the door", "angle", ("hinge.q[1]",), True),
+            Plot("Torques on the door", "torque", ("hinge.spring.effort[1]", "hinge.damper.effort[1]")),
+        ),
+        until=6.0,
+        every=0.01,
+        aside=(35.0, 25.0),
+    ),
     "drawer": Choice(
         0.3,
         "Pulled 300 mm off the middle, its runners press so hard that friction takes 60 % of the pull",

@@ -20,7 +20,9 @@ from .test_references import row
 
 PAGE = 60
 CASES = [(m, i) for m in design_names() for i, _ in enumerate(expected(m))]
-ALL = ["drawer", "folding_panel", "quick_return", "scissor_lift", "stewart_platform", "toggle_press", "wishbone_corner"]
+ALL = [
+    "door_closer", "drawer", "folding_panel", "quick_return", "scissor_lift", "stewart_platform", "toggle_press", "wishbone_corner",
+]  # fmt: skip
 
 
 def test_the_designs_are_all_there() -> None:
