@@ -42,6 +42,7 @@ def command(
     outputs: Annotated[list[str] | None, OUTPUTS] = None,
     step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step, for real time.")] = None,
     kernel: Annotated[str, KERNEL] = "auto",
+    whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help="Components written as 0 are parameters too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
     """Export the scene as an FMU (FMI 2.0, co-simulation)."""
@@ -65,7 +66,7 @@ def command(
     found.end()
     assert loaded is not None
     how = {"flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs, "step": length or 0.0}
-    _write(loaded, str(target), {**how, "kernel": made_of}, as_json)
+    _write(loaded, str(target), {**how, "kernel": made_of, "whole_vectors": whole_vectors}, as_json)
 
 
 def _write(
@@ -88,7 +89,8 @@ def _write(
         return
     v = made.variables
     typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, flavour {how['flavour']}, {', '.join(made.platforms)}")
-    typer.echo(f"  {v['output']} outputs, {v['input']} inputs, {v['parameter']} parameters, GUID {made.guid}")
+    count = f"{v['output']} outputs, {v['local']} local variables, {v['input']} inputs, {v['parameter']} parameters"
+    typer.echo(f"  {count}, GUID {made.guid}")
     for note in made.notes:
         typer.echo(f"  {note}")
 

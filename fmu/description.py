@@ -12,18 +12,22 @@ from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound, Order
 from engine.basics.settings import RTOL
 from engine.contact import sizes
 from engine.friction import numbers as law_numbers
-from engine.kernel.columns import Column
 from engine.scene.contexts import bound_of, order_of
 from engine.scene.finding import Path, dotted, parse_path
 from engine.scene.overrides import list_parameters
 from engine.simulation.run import Model
 from engine.system.curves import Outside
 from engine.system.structure import state_coordinates
+from fmu.types import HOST, INTEGER, derivatives, type_of
 
 NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_QD", "FMU_BANDWIDTH"
 PARAMETER = "FMU_PARAMETER"
-TOLERANCE, STEP, MAX_STEPS = "FMU_TOLERANCE", "FMU_STEP", "FMU_MAX_STEPS"
+TOLERANCE, HOST_TOLERANCE = "FMU_TOLERANCE", "FMU_HOST_TOLERANCE"
+STEP, MAX_STEPS = "FMU_STEP", "FMU_MAX_STEPS"
 """What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
+BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra", "verdict"), ("extra", "events"))
+"""Columns, by their keys or the ends of these, that are outputs where nobody has said which are wanted: points, coordinates and
+rates, efforts of drives, friction, normal forces, and whether all is well."""
 HUGE = 1e300
 """Magnitude written as the bound of a number that has none."""
 NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"), ("move", "begin"), ("move", "duration"))
@@ -37,8 +41,10 @@ positions are fixed: a change would create momentum or open a loop."""
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the FMU; its value reference is its place in the list. role, index: what a parameter stands for. above: the
-    name of a smaller parameter that this one must exceed, as ``order`` says. rotation: whether a quaternion begins here."""
+    """One variable of the FMU; its value reference is its place in the list. role, index: what a parameter stands for.
+    also: another number that is the same, −1 none. type: that of one that is not real (``types``). rate_of: the name of the
+    variable whose time derivative it is. above: the name of a smaller parameter that this one must exceed, as ``order`` says.
+    rotation: whether a quaternion begins here."""
 
     name: str
     unit: str
@@ -51,10 +57,13 @@ class Variable:
     nominal: float = 1.0
     role: str = ""
     index: int = 0
+    also: int = -1
     direct: bool = False
     above: str = ""
     order: Order | None = None
     rotation: bool = False
+    type: str = ""
+    rate_of: str = ""
 
     @property
     def minimum(self) -> float:
@@ -75,10 +84,10 @@ class Variable:
         return self.variability == "tunable"
 
 
-def variables(model: Model, step: float, rtol: float) -> list[Variable]:
-    """All variables in the order of their value references: outputs, inputs, parameters."""
-    scales = _Scales(model)
-    return [*(_output(c, scales) for c in model.columns), *_inputs(model), *_numbers(model), *_starts(model), *_solver(step, rtol)]
+def variables(model: Model, step: float, rtol: float, brief: bool = False) -> list[Variable]:
+    """All variables in the order of their value references: columns, inputs, parameters. brief: those columns that most hosts have
+    no use for are local variables, not outputs."""
+    return [*_outputs(model, brief), *_inputs(model), *_numbers(model), *_starts(model), *_solver(step, rtol)]
 
 
 class _Scales:
@@ -95,10 +104,16 @@ class _Scales:
         }
 
 
-def _output(c: Column, scales: _Scales) -> Variable:
-    nominal = float(f"{scales.of.get(c.unit, 1.0):.2g}")
-    return Variable(c.name, c.unit, c.description, "output", "discrete" if c.quantity.steps else "continuous", "calculated", None,
-                    c.bound, nominal, direct=c.quantity.direct)
+def _outputs(model: Model, brief: bool) -> Iterator[Variable]:
+    scales, rates = _Scales(model), derivatives(model)
+    for i, c in enumerate(model.columns):
+        nominal = float(f"{scales.of.get(c.unit, 1.0):.2g}")
+        kind, base = type_of(c), model.columns[rates[i]].name if i in rates else ""
+        wanted = c.key[0] in BRIEF or c.key in BRIEF or (c.key[0], c.key[-1]) in BRIEF
+        causality = "output" if wanted or not brief else "local"
+        variability = "discrete" if c.quantity.steps else "continuous"
+        yield Variable(c.name, c.unit, c.description, causality, variability, "calculated", None, c.bound, nominal,
+                       direct=c.quantity.direct, type=kind, rate_of=base)
 
 
 def _inputs(model: Model) -> Iterator[Variable]:
@@ -106,6 +121,17 @@ def _inputs(model: Model) -> Iterator[Variable]:
     for name, given in scene.inputs.items():
         text = given.description or f"external input {name}"
         yield Variable(name, given.unit, text, "input", "continuous", "", float(given.start))
+    for name in followed(model):
+        at = 2 * model.system.inputs.index(name)
+        for k, (kind, per) in enumerate((("rate", "/s"), ("acceleration", "/s^2"))):
+            text, unit = f"{kind} of input {name}; left at 0 where it is not known", scene.inputs[name].unit + per
+            yield Variable(f"inputs.{name}.{kind}", unit, text, "input", "continuous", "", 0.0, index=at + k)
+
+
+def followed(model: Model) -> dict[str, Outside]:
+    """The inputs that motions follow, by name."""
+    tables = zip(model.system.inputs, model.built.numbers.tables, strict=False)
+    return {name: given for name, given in tables if isinstance(given, Outside) and given.tracked}
 
 
 def _numbers(model: Model) -> Iterator[Variable]:
@@ -122,8 +148,24 @@ def _numbers(model: Model) -> Iterator[Variable]:
                         role=NUMBER, index=i)
         order = order_of(path)
         found.append(made if order is None else replace(made, above=dotted((*path[:-1], order.low)), order=order))
+    found = list(_joined(found, own))
     names = {v.name for v in found}
     yield from (v if v.above in names else replace(v, above="", order=None) for v in found)
+
+
+def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
+    """The parameters, those one that the scene says with one number: "radius" of a universal joint stands for two."""
+    first: dict[str, Variable] = {}
+    for v in found:
+        name = v.name.removesuffix("]").rpartition("[")[0]
+        if v.name in own or name not in own:
+            first[v.name] = v
+        elif name not in first:
+            path = parse_path(name) or ()
+            first[name] = replace(v, name=name, description=describe(path, name), bound=bound_of(path))
+        else:
+            first[name] = replace(first[name], also=v.index)
+    yield from first.values()
 
 
 def _derived(path: Path) -> bool:
@@ -166,20 +208,22 @@ def _starts(model: Model) -> Iterator[Variable]:
             unit = "rad/s" if j.kind.turns(k) else "m/s"
             yield Variable(f"joints.{j.name}.start.qd[{k + 1}]", unit, f"start rate {k + 1} of joint {j.name}", "parameter",
                            "fixed", "exact", float(n.v[j.v0 + at]), role=START_QD, index=j.v0 + at)
-    for i, given in enumerate(n.tables):
-        if isinstance(given, Outside) and given.tracked:
-            name = model.system.inputs[i]
-            yield Variable(f"inputs.{name}.bandwidth", "rad/s", f"how fast the motion follows input {name} (critically damped)",
-                           "parameter", "tunable", "exact", given.bandwidth, bound_of(("inputs", name, "bandwidth")),
-                           role=BANDWIDTH, index=i)
+    for name, given in followed(model).items():
+        text = f"how fast the motion follows input {name} (critically damped)"
+        bound, place = bound_of(("inputs", name, "bandwidth")), model.system.inputs.index(name)
+        yield Variable(f"inputs.{name}.bandwidth", "rad/s", text, "parameter", "tunable", "exact", given.bandwidth, bound,
+                       role=BANDWIDTH, index=place)
 
 
-def _solver(step: float, rtol: float) -> list[Variable]:
-    return [
-        Variable("solver.tolerance", "1", "relative tolerance of the steps (unless the host gives one)", "parameter", "fixed",
-                 "exact", rtol, RTOL, role=TOLERANCE),
-        Variable("solver.step", "s", "internal step; 0: chosen by error control; > 0: fixed, for real time", "parameter", "fixed",
-                 "exact", step, NOT_NEGATIVE, role=STEP),
-        Variable("solver.max_steps", "1", "internal steps allowed in one communication step; 0: any number", "parameter", "tunable",
-                 "exact", 0.0, Bound(0.0, 1e9), role=MAX_STEPS),
-    ]
+def _solver(step: float, rtol: float) -> Iterator[Variable]:
+    """Parameters of the stepping itself."""
+
+    def one(name: str, unit: str, text: str, start: float, bound: Bound, role: str, kind: str = "") -> Variable:
+        variability = "tunable" if role == MAX_STEPS else "fixed"
+        return Variable(f"solver.{name}", unit, text, "parameter", variability, "exact", start, bound, role=role, type=kind)
+
+    yield one("tolerance", "1", "relative tolerance of the steps (a tighter one of the host counts)", rtol, RTOL, TOLERANCE)
+    yield one("host_tolerance", "1", "what becomes of a tolerance that the host gives", 1.0, Bound(0.0, 2.0), HOST_TOLERANCE, HOST)
+    yield one("step", "s", "internal step; 0: chosen by error control; > 0: fixed, for real time", step, NOT_NEGATIVE, STEP)
+    most = "internal steps allowed in one communication step; 0: any number"
+    yield one("max_steps", "1", most, 0.0, Bound(0.0, 1e9), MAX_STEPS, INTEGER)

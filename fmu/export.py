@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 from engine.basics.files import destination_problems
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.kernel import cache, compiler
+from engine.kernel.dependence import Dependence, dependence
 from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
 from engine.parts.kernel import PartsKernel
 from engine.parts.text import parts_texts, unit_text
@@ -23,12 +25,17 @@ from engine.simulation.result import Result
 from engine.simulation.run import Model, run
 from engine.simulation.settings import KERNELS
 from fmu import archive, pages, platforms, python_flavour
+from fmu.dependencies import dependencies
 from fmu.description import Variable, variables
 from fmu.following import Arrangement, arranged
 from fmu.tables import model_text
 from fmu.xml import model_description
 
 FLAVOURS = ("native", "python")
+EVERYTHING = ("*",)
+"""Outputs of a scene that says nothing of them."""
+WHOLE = ("gravity*", "bodies.*", "forces.*")
+"""Vectors that can be parameters with all their components, those that the scene has as 0 too."""
 Progress = Callable[[str, int, int], None]
 """progress(what is being done, parts done, parts in all)."""
 
@@ -55,13 +62,16 @@ def export(
     step: Amount = 0.0,
     kernel: str = KERNELS[0],
     progress: Progress | None = None,
+    whole_vectors: bool = False,
 ) -> Export:
     """Write an FMI 2.0 co-simulation FMU.
 
     scene: as for ``engine.simulate``. flavour: native or python. platform: host, all, or names (linux64, win64,
-    darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``. step: default of
+    darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``; where
+    neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
-    the structure as for what is stepped for long. SceneError for wrong input, SimulationError when the scene cannot start.
+    the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
+    equations, are parameters too. SceneError for wrong input, SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")
@@ -69,24 +79,20 @@ def export(
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform))
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
     loaded = scene_given(scene, overrides)
+    if whole_vectors:
+        loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
     tell = progress or (lambda what, done, of: None)
     total = 2 + len(names)
     tell("deriving the equations", 0, total)
     model, first = started(loaded, outputs, kernel)
-    made = Made(model, first, step)
-    contents: dict[str, bytes] = {}
+    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING)
     libraries: dict[str, bytes] = {}
     for i, name in enumerate(names):
         tell(f"compiling for {name}", 1 + i, total)
         libraries[name] = platforms.library(name, made.identifier, made.sources)
     tell("writing", 1 + len(names), total)
-    contents |= made.documents(flavour)
-    if flavour == "native":
-        contents |= {f"binaries/{n}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
-    else:
-        contents |= python_flavour.contents(made.identifier, made.guid, libraries)
-    archive.write(target, contents)
-    count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "input", "parameter")}
+    archive.write(target, made.documents(flavour) | _binaries(made, flavour, libraries))
+    count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "local", "input", "parameter")}
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
 
 
@@ -97,6 +103,13 @@ def left_out(made: Arrangement) -> tuple[str, ...]:
     names, one = ", ".join(made.left_out), made.left_out[0]
     why = "they act on what an FMU cannot change (shapes, points, axes, rotations, nothing); other values: export again"
     return (f"no parameters of the FMU: {names}: {why} with --set parameters.{one}=…",)
+
+
+def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
+    """What hosts load, and what that needs, by path in the archive. libraries: the model compiled, by platform."""
+    if flavour == "python":
+        return python_flavour.contents(made.identifier, made.guid, libraries)
+    return {f"binaries/{n}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
 
 
 def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
@@ -117,7 +130,8 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
     model = Model(scene, outputs, kernel, inf)
     sim = scene.simulation
     glimpse = 1e-6 * float(sim.until)
-    result = run(model, glimpse, glimpse, Settings(rtol=float(sim.rtol), method=sim.method))
+    settings = Settings(rtol=float(sim.rtol), method=sim.method, through_jams=sim.jams == "impact")
+    result = run(model, glimpse, glimpse, settings)
     if not result.outcome.ok:
         raise SimulationError(f"the scene cannot start, so there is nothing to export: {result.outcome}")
     return model, result
@@ -126,19 +140,21 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
 class Made:
     """Everything about an exported model that does not depend on the platform."""
 
-    def __init__(self, model: Model, first: Result, step: float):
+    def __init__(self, model: Model, first: Result, step: float, brief: bool = False):
         self.model, self.first = model, first
         self.scene = model.built.scene
         sim = self.scene.simulation
-        self.all = arranged(self.scene, variables(model, step, float(sim.rtol)))
+        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief))
         self.listed: list[Variable] = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
         if not self.identifier[:1].isalpha():
             self.identifier = f"m_{self.identifier}"
+        self.known: list[Dependence] | None = None
         units = self._units()
+        self.depends = dependencies(model, self.listed, self.known)
         text = model_text(model, self.all, "", "linear" in units)
-        plain = model_description(self.scene, self.listed, self.identifier, "", self.step, "native")
+        plain = model_description(self.scene, self.listed, self.depends, self.identifier, "", self.step, "native")
         self.guid = uuid(cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair)))
         self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units)}
 
@@ -156,10 +172,13 @@ class Made:
             (folder / "jacobian.c").write_text(jacobian_source(system, parameters, redundant))
             linear = linear_source(system, parameters, chosen, quadratures, redundant) if system.inputs else PREAMBLE
             (folder / "linear.c").write_text(linear)
+            found = dependence(system, parameters, chosen, quadratures) if system.inputs else []
+            (folder / "depends.json").write_text(json.dumps([list(asdict(d).values()) for d in found]))
 
-        folder, _ = cache.entry(f"units-{cache.digest(kernel.key, names)}", make)
+        folder, _ = cache.entry(f"units-2-{cache.digest(kernel.key, names)}", make)
         made["jacobian"] = (folder / "jacobian.c").read_text()
         if system.inputs:
+            self.known = [Dependence(c, s, tuple(v), tuple(a)) for c, s, v, a in json.loads((folder / "depends.json").read_text())]
             made["linear"] = (folder / "linear.c").read_text()
         return made
 
@@ -173,7 +192,7 @@ class Made:
 
     def documents(self, flavour: str) -> dict[str, bytes]:
         """Files by path in the archive: model description, picture, documentation page, licences."""
-        xml = model_description(self.scene, self.listed, self.identifier, self.guid, self.step, flavour)
+        xml = model_description(self.scene, self.listed, self.depends, self.identifier, self.guid, self.step, flavour)
         return {
             "modelDescription.xml": xml, "model.png": pages.picture(self.first),
             "documentation/index.html": pages.page(self.first, self.listed, flavour, self.guid), **pages.licences(flavour),

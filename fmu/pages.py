@@ -32,7 +32,7 @@ def picture(result: Result) -> bytes:
 def page(result: Result, listed: list[Variable], flavour: str, guid: str) -> bytes:
     """documentation/index.html: the picture, the equations, the variables, the limits, the scene."""
     scene = result.scene
-    groups = {"outputs": "output", "inputs": "input", "parameters": "parameter"}
+    groups = {"outputs": "output", "locals": "local", "inputs": "input", "parameters": "parameter"}
     tables = {name: _table([v for v in listed if v.causality == c]) for name, c in groups.items()}
     notes = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
     text = Template(PAGE.read_text(encoding="utf-8")).substitute(

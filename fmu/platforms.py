@@ -119,6 +119,21 @@ def _constant(target: str, cpu: str) -> Path:
     return cache.entry(f"shell-{cache.digest(shell_key(), target, cpu)}", make)[0]
 
 
+def loader(name: str) -> bytes:
+    """The library that hosts load of the python flavour (``native/loader.c``): the same in every FMU of a platform."""
+    place, ((target, cpu),) = PLATFORMS[name], PLATFORMS[name].targets
+    more = ["-lkernel32"] if _system(target) == "windows" else ["-ldl"]
+
+    def make(folder: Path) -> None:
+        own = [NATIVE / "windows.c"] if _system(target) == "windows" else []
+        for source in (NATIVE / "loader.c", *own):
+            _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
+        link = [*map(str, sorted(folder.glob("*.o"))), *SYSTEM_LIBRARIES[_system(target)], *more]
+        _compile(target, cpu, folder, ["-shared", "-o", str(folder / f"loader{place.suffix}"), *link])
+
+    return (cache.entry(f"loader-{cache.digest(shell_key(), target, cpu)}", make)[0] / f"loader{place.suffix}").read_bytes()
+
+
 def _machine(target: str, cpu: str) -> Path:
     """Folder of the objects of what walks along the tapes of models made of parts: compiled once."""
 

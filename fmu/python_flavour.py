@@ -10,16 +10,16 @@ from string import Template
 
 from engine.basics.problems import Problem, SceneError
 from fmu.platforms import PLATFORMS as NATIVE
+from fmu.platforms import loader
 
 PLATFORMS = ("linux64", "win64")
 SLAVE = Path(__file__).with_name("slave.py.txt")
 DEPENDENCIES = """This FMU runs Python code in its host's process.
 
-Linux: the host must have libpython (3.9 or newer) loaded into the process; a Python host has it, others preload it:
+Linux: libpython (3.9 or newer) in the process, as in a Python host; another host finds one on its library path, or preloads it:
     LD_PRELOAD=libpython3.11.so.1.0 host …
 Windows: python3.dll must be on the PATH.
 No Python packages are needed beyond the standard library.
-Unpack it where the path has no special characters other than blanks: pythonfmu's loader decodes no others.
 The native flavour of the same FMU needs none of this.
 """
 REQUIREMENTS = "# the standard library only\n"
@@ -32,7 +32,7 @@ def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[st
     except ImportError as e:
         raise SceneError([Problem("--flavour", f"pythonfmu cannot be loaded: {e}", "pip install 'trunnion[fmu]'")]) from e
     unique = f"trunnion_{guid.replace('-', '')}"
-    text = Template(SLAVE.read_text(encoding="utf-8")).substitute(unique=unique, guid=guid, identifier=identifier)
+    text = Template(SLAVE.read_text(encoding="utf-8")).substitute(unique=unique, identifier=identifier)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         script = folder / f"{unique}.py"
@@ -54,6 +54,10 @@ def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[st
         with zipfile.ZipFile(built) as z:
             files = {n: z.read(n) for n in z.namelist() if n != "modelDescription.xml" and not n.endswith("/")}
     files = {n: b for n, b in files.items() if not n.startswith("binaries/") or n.split("/")[1] in libraries}
+    for platform in libraries:
+        suffix = NATIVE[platform].suffix
+        files[f"binaries/{platform}/pythonfmu-export{suffix}"] = files[f"binaries/{platform}/{identifier}{suffix}"]
+        files[f"binaries/{platform}/{identifier}{suffix}"] = loader(platform)
     files["resources/requirements.txt"] = REQUIREMENTS.encode()
     files["documentation/externalDependencies.txt"] = DEPENDENCIES.encode()
     return files

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
 from itertools import accumulate
 
 from engine.basics.problems import Problem, SceneError
 from engine.scene.finding import called, parse_path
 from engine.simulation.audit import SAID
 from engine.simulation.block import METHODS
-from engine.simulation.outcome import ADVICE, NAMES
+from engine.simulation.outcome import NAMES
 from engine.simulation.run import Model
 from engine.system.curves import table_block
+from fmu.causes import cause_tables, causes
 from fmu.description import Variable
 from fmu.following import Arrangement, depth
+from fmu.literals import doubles, integers, number, string, strings
+from fmu.types import derivatives as column_rates
 
 STACK = 256
 """Values an expression may keep (``FMU_STACK``)."""
@@ -24,50 +25,34 @@ HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_ker
 
 def model_text(model: Model, all_: Arrangement, guid: str, linear: bool) -> str:
     """The C source that defines ``fmu_the_model``."""
-    n, sizes = model.built.numbers, model.kernel.sizes
+    n, sizes, sim = model.built.numbers, model.kernel.sizes, model.built.scene.simulation
     listed = all_.listed
     settings = [*(v for v in listed if v.causality == "parameter"), *all_.followers]
     begin = list(accumulate((len(p) for p in all_.programs), initial=0))
     tables = table_block(n.tables)
+    given = len(model.built.scene.inputs)
+    derivatives = [v.index for v in [v for v in listed if v.causality == "input"][given:]]
     watched = sizes["nsliders"] + sizes["nstops"]
+    rates = {base: i for i, base in column_rates(model).items()}
+    next_ones = [-2 if c.quantity.steps else rates.get(i, -1) for i, c in enumerate(model.columns)]
     arrays = [
         doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables),
         doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given),
-        _settings(settings), _outcomes(model), _code(all_.programs),
-        f"static const int m_begin[]={{{','.join(map(str, begin))}}};\n",
+        _settings(settings), cause_tables(model), _code(all_.programs), integers("m_begin", begin),
+        integers("m_derivative", derivatives),
+        integers("m_whole", [int(v.type != "") for v in listed]), integers("m_rates", next_ones),
         strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", SAID.values()),
     ]
-    counts = [sum(v.causality == c for v in listed) for c in ("output", "input")]
+    counts = [len(model.columns), given, len(derivatives)]
     values = [
-        string(guid), string(model.built.scene.name), *counts, len(settings), len(all_.followers),
-        "&trunnion_kernel", "&trunnion_outputs",
+        string(guid), string(model.built.scene.name), *counts, len(settings), len(all_.followers), "m_derivative", "m_whole",
+        "m_rates", "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
-        METHODS[model.built.scene.simulation.method], 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
-        "m_code", "m_begin", "m_joint", "m_law",
+        METHODS[sim.method], int(sim.jams == "impact"), 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
+        *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
     ]
     return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
-
-
-def number(x: float) -> str:
-    """A double as C reads it back exactly."""
-    return repr(float(x)) if math.isfinite(x) else "INFINITY" if x > 0 else "-INFINITY"
-
-
-def string(text: str) -> str:
-    """The text as a C string literal; line breaks become spaces."""
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ")
-    return f'"{escaped}"'
-
-
-def strings(name: str, values: Iterable[str]) -> str:
-    """A constant C array of strings; without values it holds an empty one."""
-    return f"static const char *const {name}[]={{{','.join(map(string, values)) or string('')}}};\n"
-
-
-def doubles(name: str, values: Iterable[float]) -> str:
-    """A constant C array; without values it holds one zero, because C has no empty arrays."""
-    return f"static const double {name}[]={{{','.join(map(number, values)) or '0'}}};\n"
 
 
 def _code(programs: list[list[str]]) -> str:
@@ -82,7 +67,7 @@ def _settings(settings: list[Variable]) -> str:
     """The C table of parameters: what they stand for, the values they may have, and the words of their refusal."""
     place = {v.name: i for i, v in enumerate(settings)}
     rows = ",\n".join(
-        f"{{{v.role},{v.index},{int(v.tunable)},{number(v.start or 0.0)},{number(v.bound.least)},{number(v.bound.most)},"
+        f"{{{v.role},{v.index},{v.also},{int(v.tunable)},{number(v.start or 0.0)},{number(v.bound.least)},{number(v.bound.most)},"
         f"{int(v.bound.open)},{int(v.bound.nonzero)},{place.get(v.above, -1)},{int(v.order is not None and v.order.strict)},"
         f"{int(v.rotation)},{string(v.name)},{string(key(v.name))},{string(v.bound.rule)}}}"
         for v in settings
@@ -94,14 +79,3 @@ def key(name: str) -> str:
     """What a refusal calls a parameter: the last key of its path."""
     path = parse_path(name)
     return called(path) if path else name
-
-
-def _outcomes(model: Model) -> str:
-    """The C table of outcomes: status, name and advice. A joint is named when no other can be the cause."""
-    frictional = model.system.frictional
-    rows = []
-    for status, name in NAMES.items():
-        where = f" in joint {frictional[0].name}" if name == "no_solution" and len(frictional) == 1 else ""
-        rows.append(f"{{{status},{string(name + where)},{string(ADVICE[name])}}}")
-    rows.append('{0,"failed","please report this"}')
-    return "static const fmu_outcome m_outcome[]={\n" + ",\n".join(rows) + "\n};\n"

@@ -9,7 +9,9 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from engine.basics.version import version
 from engine.scene.model import Scene
 from engine.scene.units import parse_unit
+from fmu.dependencies import Depends
 from fmu.description import HUGE, Variable
+from fmu.types import ENUMERATIONS, QUANTITIES
 
 DISPLAY = {
     "rad": (("deg", 57.29577951308232),),
@@ -25,34 +27,40 @@ CATEGORIES = {
     "logStatusDiscard": "Messages with fmi2Discard status: a step or a run that cannot go on, and why.",
     "logStatusError": "Messages with fmi2Error status.",
     "logStatusFatal": "Messages with fmi2Fatal status.",
+    "logEvents": "Events at their own times: stick, slip, reversal, separation, impact, stops.",
+    "logProgress": "How the run begins, how far it has come, how it ends.",
 }
 
 
-def date() -> str:
-    """The date of generation: that of SOURCE_DATE_EPOCH, or a constant, so that a scene gives the same bytes on any day."""
+def date(scene: Scene) -> str:
+    """The date of generation: that of SOURCE_DATE_EPOCH, or the scene's, or a constant, so that a scene gives the same bytes on any
+    day."""
+    if scene.date and "SOURCE_DATE_EPOCH" not in os.environ:
+        return f"{scene.date}T00:00:00Z"
     at = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "946684800")), UTC)
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def model_description(scene: Scene, listed: list[Variable], identifier: str, guid: str, step: float, flavour: str) -> bytes:
-    """``modelDescription.xml`` as bytes."""
+def model_description(
+    scene: Scene, listed: list[Variable], depends: list[Depends], identifier: str, guid: str, step: float, flavour: str
+) -> bytes:
+    """``modelDescription.xml`` as bytes. depends: of the outputs, in their order."""
     root = Element("fmiModelDescription", {
         "fmiVersion": "2.0", "modelName": scene.name, "guid": guid, "description": scene.title or f"Mechanism {scene.name}",
-        "author": "Trunnion", "version": version(), "copyright": "The scene: its author. The runtime: the Trunnion authors",
+        "author": scene.author or "Trunnion", "version": scene.version or version(),
+        "copyright": "The scene: its author. The runtime: the Trunnion authors",
         "license": "Apache-2.0 (runtime; see documentation/licenses)", "generationTool": f"Trunnion {version()}",
-        "generationDateAndTime": date(), "variableNamingConvention": "structured",
+        "generationDateAndTime": date(scene), "variableNamingConvention": "structured",
     })  # fmt: skip
     options = {
         "modelIdentifier": identifier, "needsExecutionTool": "false", "canHandleVariableCommunicationStepSize": "true",
         "canBeInstantiatedOnlyOncePerProcess": "false", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+        "canInterpolateInputs": "true", "maxOutputDerivativeOrder": "1", "providesDirectionalDerivative": "true",
+        "canNotUseMemoryManagementFunctions": "false" if flavour == "native" else "true",
     }
-    if flavour == "native":
-        options |= {"canInterpolateInputs": "true", "maxOutputDerivativeOrder": "0", "providesDirectionalDerivative": "true",
-                    "canNotUseMemoryManagementFunctions": "false"}
-    else:
-        options |= {"canNotUseMemoryManagementFunctions": "true"}
     SubElement(root, "CoSimulation", options)
     _units(root, listed)
+    _types(root, listed)
     categories = SubElement(root, "LogCategories")
     for name, text in CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": text})
@@ -60,14 +68,14 @@ def model_description(scene: Scene, listed: list[Variable], identifier: str, gui
     SubElement(root, "DefaultExperiment", {
         "startTime": "0", "stopTime": repr(float(sim.until)), "tolerance": repr(float(sim.rtol)), "stepSize": repr(step)})
     _variables(root, listed)
-    _structure(root, listed)
+    _structure(root, listed, depends)
     indent(root, " ")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
 
 
 def _units(root: Element, listed: list[Variable]) -> None:
     units = SubElement(root, "UnitDefinitions")
-    for unit in sorted({v.unit for v in listed}):
+    for unit in sorted({v.unit for v in listed if not v.type}):
         node = SubElement(units, "Unit", {"name": unit})
         dimension = parse_unit("" if unit == "1" else unit).dimension
         exponents = dict(zip(("kg", "m", "s", "rad"), dimension, strict=False))
@@ -76,37 +84,70 @@ def _units(root: Element, listed: list[Variable]) -> None:
             SubElement(node, "DisplayUnit", {"name": name, "factor": repr(factor)})
 
 
+def _types(root: Element, listed: list[Variable]) -> None:
+    """Write TypeDefinitions: quantities of real variables, words for the values of enumerations."""
+    definitions = SubElement(root, "TypeDefinitions")
+    for unit in sorted({v.unit for v in listed if not v.type and v.unit in QUANTITIES}):
+        node = SubElement(definitions, "SimpleType", {"name": QUANTITIES[unit]})
+        SubElement(node, "Real", {"quantity": QUANTITIES[unit], "unit": unit})
+    for name in sorted({v.type for v in listed} & set(ENUMERATIONS)):
+        node = SubElement(SubElement(definitions, "SimpleType", {"name": name}), "Enumeration")
+        for value, (word, text) in ENUMERATIONS[name].items():
+            SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
+
+
 def _variables(root: Element, listed: list[Variable]) -> None:
     parent = SubElement(root, "ModelVariables")
+    place = {v.name: i + 1 for i, v in enumerate(listed)}
     for reference, v in enumerate(listed):
         given = {"name": v.name, "valueReference": str(reference), "description": v.description, "causality": v.causality,
                  "variability": v.variability}
         if v.initial:
             given["initial"] = v.initial
         node = SubElement(parent, "ScalarVariable", given)
-        real = {"unit": v.unit}
-        if v.unit in DISPLAY and "rad" in v.unit:
-            real["displayUnit"] = DISPLAY[v.unit][0][0]
-        if v.minimum > -HUGE:
-            real["min"] = repr(v.minimum)
-        if v.maximum < HUGE:
-            real["max"] = repr(v.maximum)
-        if v.nominal != 1.0:
-            real["nominal"] = repr(v.nominal)
-        if v.start is not None:
-            real["start"] = repr(v.start)
-        SubElement(node, "Real", real)
+        if v.type:
+            _whole(node, v)
+        else:
+            SubElement(node, "Real", _real(v) | ({"derivative": str(place[v.rate_of])} if v.rate_of else {}))
 
 
-def _structure(root: Element, listed: list[Variable]) -> None:
-    """Write ModelStructure: an output depends on inputs at once where forces act on it; at the start all outputs depend on
-    everything that was set before."""
+def _whole(node: Element, v: Variable) -> None:
+    """Write the type of a variable that is a whole number."""
+    given = {"declaredType": v.type} if v.type in ENUMERATIONS else {}
+    if v.type not in ENUMERATIONS and v.minimum > -HUGE:
+        given["min"] = str(int(v.minimum))
+    if v.type not in ENUMERATIONS and v.maximum < HUGE:
+        given["max"] = str(int(v.maximum))
+    if v.start is not None:
+        given["start"] = str(int(v.start))
+    SubElement(node, "Enumeration" if v.type in ENUMERATIONS else v.type, given)
+
+
+def _real(v: Variable) -> dict[str, str]:
+    """Attributes of a real variable."""
+    real = {"declaredType": QUANTITIES[v.unit]} if v.unit in QUANTITIES else {}
+    real["unit"] = v.unit
+    if v.unit in DISPLAY and "rad" in v.unit:
+        real["displayUnit"] = DISPLAY[v.unit][0][0]
+    if v.minimum > -HUGE:
+        real["min"] = repr(v.minimum)
+    if v.maximum < HUGE:
+        real["max"] = repr(v.maximum)
+    if v.nominal != 1.0:
+        real["nominal"] = repr(v.nominal)
+    if v.start is not None:
+        real["start"] = repr(v.start)
+    return real
+
+
+def _structure(root: Element, listed: list[Variable], depends: list[Depends]) -> None:
+    """Write ModelStructure: the outputs, and what they depend on during the run and at its start. depends: of the columns, which
+    come first."""
     structure = SubElement(root, "ModelStructure")
-    inputs = [str(i + 1) for i, v in enumerate(listed) if v.causality == "input"]
-    outputs = [(i + 1, v) for i, v in enumerate(listed) if v.causality == "output"]
-    node = SubElement(structure, "Outputs")
-    for index, v in outputs:
-        SubElement(node, "Unknown", {"index": str(index), "dependencies": " ".join(inputs) if v.direct else ""})
-    node = SubElement(structure, "InitialUnknowns")
-    for index, _ in outputs:
-        SubElement(node, "Unknown", {"index": str(index)})
+    outputs = [(i, d) for i, d in enumerate(depends) if listed[i].causality == "output"]
+    for name in ("Outputs", "InitialUnknowns"):
+        node = SubElement(structure, name)
+        for i, d in outputs:
+            places = d.now if name == "Outputs" else d.start
+            said = {"dependencies": " ".join(map(str, places)), "dependenciesKind": " ".join(["dependent"] * len(places))}
+            SubElement(node, "Unknown", {"index": str(i + 1), **said})

@@ -52,6 +52,7 @@ ALL = (
     Quantity(name="line", direct=True),
     Quantity(name="friction", direct=True),
     Quantity(name="contact", direct=True, reacts=True),
+    Quantity(name="contact.state", vector=False, direct=True, steps=True, reacts=True),
     Quantity(name="bristle"),
     Quantity(name="state", vector=False, steps=True, smooth=False, runtime=True),
     Quantity(name="kinetic"),
@@ -59,14 +60,16 @@ ALL = (
     Quantity(name="quad", integral=True),
     Quantity(name="dissipated", integral=True),
     Quantity(name="residual", integral=True, smooth=False),
-    Quantity(name="extra", direct=True, smooth=False, runtime=True),
-    Quantity(name="extra.events", direct=True, steps=True, smooth=False, runtime=True),
-    Quantity(name="extra.verdict", direct=True, steps=True, smooth=False, runtime=True),
-    Quantity(name="last", direct=True, steps=True, smooth=False, runtime=True),
+    Quantity(name="extra", smooth=False, runtime=True),
+    Quantity(name="extra.events", steps=True, smooth=False, runtime=True),
+    Quantity(name="extra.verdict", steps=True, smooth=False, runtime=True),
+    Quantity(name="last", steps=True, smooth=False, runtime=True),
 )
 QUANTITIES = {q.name: q for q in ALL}
 
 
 def quantity(key: tuple) -> Quantity:
-    """The quantity a column's key begins with."""
+    """The quantity a column's key begins with; a contact's is told apart by its last entry."""
+    if key[0] == "contact" and key[-1] == "state":
+        return QUANTITIES["contact.state"]
     return QUANTITIES.get(f"{key[0]}.{key[1]}" if len(key) > 1 else "") or QUANTITIES[key[0]]

@@ -67,6 +67,35 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
   return 1;
 }
 
+/* Whether a count or an index lies within what it counts; indices of nothing are −1. */
+static int tr_from_to(int value, int least, int most) { return least <= value && value <= most; }
+
+/* Whether every count and index beside the arrays of a block is one that a run can have. */
+static int tr_in_range(const tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const int pair = k->nsliders - 1, watched = k->nsliders + k->nstops - 1, none = -1, rows = tr_max(TR_DENSE_ROWS, WORK_NODES);
+  return tr_from_to(s->clock.next_break, 0, s->clock.nbreaks) && tr_from_to(s->clock.status, TR_OK, TR_CASE_FAILED)
+      && tr_from_to(s->set.method, 0, TR_METHODS - 1) && tr_from_to(s->step.method, 0, TR_METHODS - 1)
+      && tr_from_to(s->step.dense_rows, 0, rows) && tr_from_to(s->step.mapped, TR_MAPS_NONE, TR_MAPS_HELD)
+      && tr_from_to(s->pending.kind, TR_NOTHING, TR_IMPULSE_STEP) && tr_from_to(s->pending.which, none, tr_max(watched, 0))
+      && tr_from_to(s->loops.rank, 0, k->active) && tr_from_to(s->loops.rank_now, 0, k->active) && tr_from_to(s->loops.open, 0, k->active)
+      && tr_from_to(s->friction.still, 0, k->nsliders) && tr_from_to(s->friction.failed, none, tr_max(watched, 0))
+      && tr_from_to(s->friction.freed, none, tr_max(pair, 0)) && tr_from_to(s->friction.missed, none, tr_max(pair, 0))
+      && tr_from_to(s->friction.capture, none, tr_max(pair, 0)) && tr_from_to(s->events.count, 0, s->events.capacity);
+}
+
+/* Renew the addresses and places of a block that was copied or read, made for the same sizes. Whether it can be one of a run. */
+int tr_refit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
+  tr_sim own;
+  memset(&own, 0, sizeof own);
+  own.k = k, own.o = o, own.j = j, own.clock.nbreaks = nbreaks, own.events.capacity = ev_capacity;
+  s->bytes = TR_HEAD + sizeof(double) * tr_layout(&own, ntable);
+  s->k = k, s->o = o, s->j = j, s->ny = own.ny, s->nworks = own.nworks, s->naudit = own.naudit, s->at = own.at;
+  s->ask = (tr_asking){0, 0.0, 0};
+  s->clock.width = 1 + (o ? o->nout : 0), s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
+  return tr_in_range(s);
+}
+
 /* An array of the block that hosts may look into: TR_ARRAY_…; 0 for any other number. */
 double *tr_array(tr_sim *s, int which) {
   switch (which) {

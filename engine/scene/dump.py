@@ -15,7 +15,9 @@ from engine.scene.scalars import is_text
 
 WIDTH = 110
 """A group is written in one line when the line has at most so many characters."""
-FIRST = ("schema", "name", "title", "parameters", "gravity", "ground", "friction", "inputs")
+FIRST = (
+    "schema", "name", "title", "author", "version", "date", "parameters", "gravity", "ground", "friction", "inputs",
+)  # fmt: skip
 """Keys written before the bodies."""
 _BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_./^ -]*", re.ASCII)
 

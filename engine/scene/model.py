@@ -105,6 +105,12 @@ class Scene:
     Python, not by servers. None is left once a scene is read."""
     assemblies: dict[str, Assembly] = field(default_factory=dict)
     """Parts that are used as a whole, also several times, by name. None is left once a scene is read: only bodies and joints."""
+    author: str = ""
+    """Who made it; FMUs of it say so."""
+    version: str = ""
+    """Its own version, such as "1.2"."""
+    date: str = ""
+    """Its own date, such as 2026-11-23."""
 
 
 __all__ = [

@@ -19,6 +19,7 @@ SCENE = """\
 schema: 1
 name: {name}
 title: A pendulum on a hinge with friction
+# author: Ada L.                  # also version: "1.0" and date: 2026-11-23; FMUs say them
 
 # parameters: {{reach: 1 m}}          # then box: ["{{reach}}", 0.1, 0.1], center: ["{{reach/2}}", 0, 0]; --set parameters.reach=2
 

@@ -65,12 +65,20 @@ def _stuck_loop(model: Model, plain: Outcome) -> Outcome:
     cut = next((j for j in model.system.cuts if j.rows <= row < j.rows + j.kind.rows), None)
     if cut is None:
         return plain
-    loop = around(model.system, cut)
-    joint = next((j for j in loop if j.kind.second_axis >= 0), cut) if plain.name == "gimbal" else cut
-    driving = [j.name for j in model.system.joints if j.driven]
-    advice = f"{plain.advice}; the loop is {', '.join(j.name for j in loop)}"
-    advice += f"; driven: {', '.join(driving)}" if driving else ""
+    joint, advice = loop_joint(model.system, cut, plain.name == "gimbal"), plain.advice + loop_words(model.system, cut)
     return replace(plain, joint=joint.name, advice=advice, numbers={"independence": independence} if independence >= 0.0 else {})
+
+
+def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:
+    """The joint that is named where the loop of a cut joint cannot go on: itself; for a gimbal one with two crossed axes."""
+    return next((j for j in around(system, cut) if j.kind.second_axis >= 0), cut) if gimbal else cut
+
+
+def loop_words(system: System, cut: Joint) -> str:
+    """What the advice says beside of a loop: "; the loop is a, b, c; driven: a"."""
+    driving = [j.name for j in system.joints if j.driven]
+    driven = f"; driven: {', '.join(driving)}" if driving else ""
+    return f"; the loop is {', '.join(j.name for j in around(system, cut))}{driven}"
 
 
 def around(system: System, cut: Joint) -> list[Joint]:

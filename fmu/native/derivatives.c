@@ -20,8 +20,8 @@ static fmi2Status fmu_along(fmu_instance *m, const tr_signal *direction, double 
 /* out = Σ seed · ∂unknown/∂known. */
 static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unknown, size_t nu, const fmi2ValueReference *known,
                                   size_t nk, const double *seed, double *out) {
-  int no = MODEL->outputs, ni = MODEL->inputs;
-  tr_signal direction[ni + 1];
+  int no = MODEL->outputs, ni = fmu_all_inputs();
+  tr_signal direction[MODEL->inputs + 1];
   double all[no + 1];
   for (size_t i = 0; i < nu; ++i)
     if (unknown[i] >= (unsigned)no) return fmu_log(m, fmi2Error, "derivatives are of outputs; %u is none", unknown[i]);
@@ -32,14 +32,47 @@ static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unk
   if (status > fmi2Warning) return status;
   memset(direction, 0, sizeof direction);
   for (size_t i = 0; i < nk; ++i) {
-    int input = (int)known[i] - no;
-    const tr_input *in = tr_input_record(FMU_SIM(m->state), input);
-    if (in->followed == 0.0) direction[input].value += seed[i];
-    else direction[input].second += in->bandwidth * in->bandwidth * seed[i]; /* a motion that follows an input answers with its acceleration at once */
+    const int at = (int)known[i] - no, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
+    const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
+    const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
+    if (in->followed == 0.0) direction[which / 2].value += seed[i];
+    else direction[which / 2].second += answer * seed[i]; /* a motion that follows an input answers with its acceleration at once */
   }
   memset(all, 0, sizeof all);
   if (nk) status = fmu_along(m, direction, all);
   if (status > fmi2Warning) return status;
   for (size_t i = 0; i < nu; ++i) out[i] = all[unknown[i]];
+  return fmi2OK;
+}
+
+#define AHEAD 1e-6 /* of the time in which the motion changes: the derivative is the slope over so short a time, to about as many digits */
+
+/* The row of outputs a little later than now, in a copy of the state; the time between, 0 where there is no such row. */
+static double fmu_row_ahead(fmu_instance *m, double *row) {
+  const double ahead = AHEAD / MODEL->rate;
+  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  if (!copy) return 0.0;
+  memcpy(copy, m->state, m->state->bytes);
+  fmu_adopt(copy);
+  const int reached = tr_reach(FMU_SIM(copy), copy->time + ahead, copy->time + FAR * ahead, (long)MANY_STEPS, row);
+  fmu_free(&m->host, copy);
+  return reached == TR_DONE ? ahead : 0.0;
+}
+
+/* Time derivatives of outputs: those that are outputs themselves, 0 of discrete ones, else the slope of what comes next. */
+static fmi2Status fmu_output_derivatives(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const fmi2Integer *order, double *value) {
+  double later[1 + MODEL->columns->nout], ahead = 0.0;
+  for (size_t i = 0; i < n; ++i) {
+    if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, fmi2Error, "value reference %u is no output", vr[i]);
+    if (order[i] != 1) return fmu_log(m, fmi2Error, "derivatives of outputs are of order 1, not %d", order[i]);
+  }
+  fmi2Status status = fmu_refresh(m);
+  if (status > fmi2Warning) return status;
+  const double *now = FMU_A(m->state, row) + 1;
+  for (size_t i = 0; i < n; ++i) {
+    const int rate = MODEL->slope[vr[i]];
+    if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, fmi2Discard, "there are no derivatives at this state");
+    value[i] = rate >= 0 ? now[rate] : rate == -1 ? (later[1 + vr[i]] - now[vr[i]]) / ahead : 0.0;
+  }
   return fmi2OK;
 }

@@ -2,6 +2,7 @@
 #include "instance.c"
 #include "variables.c"
 #include "derivatives.c"
+#include "states.c"
 
 #define LEAST_RTOL 1e-14 /* relative tolerances as everywhere: below, steps drown in round-off; above, they are no approximation */
 #define MOST_RTOL 0.1
@@ -25,7 +26,7 @@ FMU_EXPORT const char *fmi2GetVersion(void) { return fmi2Version; }
 FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, category);
-  m->logging = on != fmi2False;
+  FMU_NEED(fmu_choose_log(m, on != fmi2False, n, category), "fmi2SetDebugLogging: there is no such category");
   return fmi2OK;
 }
 
@@ -33,7 +34,7 @@ FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Str
                                          const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging) {
   (void)resources, (void)visible;
   if (!host) return NULL;
-  fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = 1};
+  fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
   const char *why = !name || !*name ? "the instance needs a name" : type != fmi2CoSimulation ? "this FMU is for co-simulation"
                   : !guid || strcmp(guid, MODEL->guid) ? "the GUID is not that of this FMU: the description is of another version" : NULL;
   if (why) {
@@ -52,7 +53,7 @@ FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Str
     return NULL;
   }
   strcpy(own, name);
-  *m = (fmu_instance){.host = *host, .state = s, .name = own, .logging = logging != fmi2False};
+  *m = (fmu_instance){.host = *host, .state = s, .name = own, .logging = logging ? FMU_EVERYTHING : 0};
   s->bytes = bytes;
   fmu_defaults(s);
   return m;
@@ -93,12 +94,19 @@ FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
   FMU_ENTER(c);
   FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi2ExitInitializationMode: not in the initialization mode");
   fmi2Status status = fmu_refresh(m);
-  if (status <= fmi2Warning) m->state->mode = FMU_STEPPING;
+  if (status > fmi2Warning) return status;
+  const tr_settings *set = &FMU_SIM(m->state)->set;
+  m->state->mode = FMU_STEPPING;
+  fmu_tell(m, FMU_SAYS_PROGRESS, "the run begins at t = %.9g s: tolerance %g, %s", m->state->time, set->rtol, set->hfixed > 0.0 ? "fixed steps" : "error control");
   return status;
 }
 
 FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) {
   FMU_ENTER(c);
+  const tr_stats *said = &FMU_SIM(m->state)->stats;
+  if (m->state->mode == FMU_STEPPING)
+    fmu_tell(m, FMU_SAYS_PROGRESS, "the run ends at t = %.9g s: %ld steps, %ld rejected, %ld evaluations, %ld events", m->state->time, said->steps,
+             said->rejected, said->rhs_evaluations, said->events);
   m->state->mode = FMU_TERMINATED;
   return fmi2OK;
 }
@@ -121,6 +129,18 @@ FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[]
   return fmu_set(m, vr, n, value);
 }
 
+FMU_EXPORT fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_get_whole(m, vr, n, value);
+}
+
+FMU_EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_set_whole(m, vr, n, value);
+}
+
 #define FMU_NO_TYPE(Name, type) \
   FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
     FMU_ENTER(c); \
@@ -134,7 +154,6 @@ FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[]
     FMU_NONE(n, type); \
     return fmi2OK; \
   }
-FMU_NO_TYPE(Integer, "Integer")
 FMU_NO_TYPE(Boolean, "Boolean")
 FMU_NO_TYPE(String, "String")
 
@@ -145,11 +164,6 @@ FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *out) {
   FMU_NEED(*out, "out of memory");
   memcpy(*out, m->state, m->state->bytes);
   return fmi2OK;
-}
-
-/* Whether serialized bytes hold a state of this very FMU. */
-static int fmu_is_state(const fmu_state *s, size_t bytes) {
-  return bytes >= sizeof *s && s->bytes == bytes && !strncmp(s->guid, MODEL->guid, sizeof s->guid - 1);
 }
 
 FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate in) {
@@ -171,30 +185,27 @@ FMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *in) {
 FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate in, size_t *bytes) {
   FMU_ENTER(c);
   FMU_NEED(in && bytes, "a NULL argument was passed");
-  *bytes = ((fmu_state *)in)->bytes;
+  *bytes = fmu_sealed_size(m);
   return fmi2OK;
 }
 
 FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate in, fmi2Byte out[], size_t bytes) {
   FMU_ENTER(c);
   FMU_NEED(in && out && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
-  FMU_NEED(bytes >= m->state->bytes, "%zu bytes are too few for a state of %zu", bytes, m->state->bytes);
-  memcpy(out, in, m->state->bytes);
-  tr_sim *sim = (tr_sim *)(out + ((char *)FMU_SIM(m->state) - (char *)m->state));
-  memset(&sim->k, 0, sizeof sim->k), memset(&sim->o, 0, sizeof sim->o), memset(&sim->j, 0, sizeof sim->j);
+  FMU_NEED(bytes >= fmu_sealed_size(m), "%zu bytes are too few for a state of %zu", bytes, fmu_sealed_size(m));
+  fmu_seal_state(in, out);
   return fmi2OK;
 }
 
 FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t bytes, fmi2FMUstate *out) {
   FMU_ENTER(c);
   FMU_NEED(in && out, "a NULL argument was passed");
-  FMU_NEED(bytes == m->state->bytes, "these %zu bytes are no state of this FMU", bytes);
-  fmu_state *s = fmu_allocate(&m->host, bytes);
+  fmu_state *s = fmu_allocate(&m->host, m->state->bytes);
   FMU_NEED(s, "out of memory");
-  memcpy(s, in, bytes);
-  if (!fmu_is_state(s, bytes)) {
+  const char *wrong = fmu_unseal_state(s, m->state->bytes, in, bytes);
+  if (wrong) {
     fmu_free(&m->host, s);
-    return fmu_log(m, fmi2Error, "these bytes are a state of another FMU");
+    return fmu_log(m, fmi2Error, "%s", wrong);
   }
   *out = s;
   return fmi2OK;
@@ -219,16 +230,15 @@ FMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2Val
 FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                                    const fmi2Integer order[], fmi2Real value[]) {
   FMU_ENTER(c);
-  (void)vr, (void)order, (void)value;
-  FMU_NEED(n == 0, "derivatives of outputs are not offered; rates and accelerations are outputs themselves");
-  return fmi2OK;
+  FMU_ARRAYS(n, vr && order && value);
+  return fmu_output_derivatives(m, vr, n, order, value);
 }
 
 FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_state_prior) {
   FMU_ENTER(c);
   (void)no_state_prior;
   FMU_NEED(m->state->mode == FMU_STEPPING, "fmi2DoStep: the initialization is not complete, or the run was terminated");
-  return fmu_step(m, t, h);
+  return m->state->stepped = fmu_step(m, t, h);
 }
 
 FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) {
@@ -239,7 +249,7 @@ FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) {
 FMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
   FMU_ENTER(c);
   FMU_NEED(value && kind == fmi2DoStepStatus, "fmi2GetStatus: no such status");
-  *value = m->state->failed ? fmi2Discard : fmi2OK;
+  *value = m->state->stepped;
   return fmi2OK;
 }
 

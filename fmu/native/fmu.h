@@ -11,7 +11,11 @@
 #define FMU_STACK 256 /* values an expression may keep (STACK of fmu/tables.py) */
 
 /* What a parameter of the FMU stands for. Its `index` counts engine parameters, coordinates, rates or inputs, as the kind says. */
-enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_PARAMETER };
+enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
+                        FMU_PARAMETER };
+
+/* What becomes of a tolerance that the host gives: it is left aside; it counts where it is the tighter one; it counts. */
+enum { FMU_HOST_ASIDE, FMU_HOST_TIGHTER, FMU_HOST_COUNTS };
 
 /* Words of an expression, for a stack: FMU_VALUE and FMU_SETTING are followed by a number and by the place of a parameter. */
 enum fmu_operation {
@@ -23,7 +27,7 @@ enum fmu_operation {
  * not be below (strict: must exceed), -1 for none. rotation: a quaternion begins here. name: path in the scene; key: the last key
  * of that path; rule: what its value must be, in words. */
 typedef struct fmu_setting {
-  int kind, index, tunable;
+  int kind, index, also, tunable; /* also: another number that has the same value; −1: none */
   double start, min, max;
   int open, nonzero, above, strict, rotation;
   const char *name, *key, *rule;
@@ -35,9 +39,24 @@ typedef struct fmu_outcome {
   const char *name, *advice;
 } fmu_outcome;
 
+/* A loop by its cut joint: the joint an end of it is told of, and a gimbal; what more is said of it. */
+typedef struct fmu_loop {
+  const char *joint, *gimbal, *words;
+} fmu_loop;
+
+/* A rate of the tree: its place, the unit in which it is compared with others, and its joint. */
+typedef struct fmu_rate {
+  int index;
+  double unit;
+  const char *joint;
+} fmu_rate;
+
 typedef struct fmu_model {
   const char *guid, *name;
-  int outputs, inputs, settings, followers; /* the last of the settings, the followers, are no variables: expressions give them */
+  int outputs, inputs, derivatives, settings, followers; /* the last of the settings, the followers, are no variables: expressions give them */
+  const int *derivative; /* of inputs that are derivatives of others: twice the place of that one, and 1 more for the second */
+  const int *whole;      /* 1 for each variable that is a whole number */
+  const int *slope;      /* of outputs: the place of their time derivative among them; −1: there is none; −2: they are discrete */
   const tr_kernel *kernel;
   const tr_outputs *columns;
   const tr_jacobian *jacobian;
@@ -47,22 +66,36 @@ typedef struct fmu_model {
   const double *breaks, *tables;
   const double *q, *v, *q_given, *v_given; /* start values; q_given, v_given: 1 for each rate whose value the scene gives */
   double length, rate, energy; /* scales of the tolerances */
-  int method, events, noutcomes;
+  int method, through_jams, events, noutcomes; /* through_jams: a jammed pair stops by an impact and the run goes on */
   const fmu_setting *setting;
   const fmu_outcome *outcome;
+  const fmu_outcome *why; /* what becomes of a failure of friction whose reason (TR_WHY_…) is known; behind them status −1 */
+  const int *pair_joint, *eta_joint, *row_loop; /* of pairs and multipliers: among `joint`; of constraint rows: among `loop`; −1: none */
+  const fmu_loop *loop;
+  int rates;
+  const fmu_rate *moving;
+  const char *const *joint_of; /* of pairs, then of stops */
+  const char *const *event;    /* words for events by their number */
   const double *code; /* words of all expressions; that of follower i goes from begin[i] to begin[i + 1] */
   const int *begin;
+  int joints;
   const char *const *joint, *const *law; /* names of the joints with friction; what is wrong where a law of the audit is broken */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
 
 /* What the host has changed since the simulation last took it over. */
-enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2 };
+enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2, FMU_NEW = FMU_NEW_INPUTS | FMU_NEW_PARAMETERS };
 
-/* What the host says of an input: its value and two derivatives from the present communication point on. */
+/* What the host says of an input: its value and two derivatives from the present communication point on; told: the derivatives that
+ * fmi2SetRealInputDerivatives gives, given: those that come as inputs of their own. Of a motion's input that comes without: its value at
+ * the communication point where it last changed, and at the one before that; changes: at how many in a row it did. */
 typedef struct fmu_input {
-  double value, derivative[2];
+  double value, told[2], given[2];
+  double last, last_t, before, before_t;
+  double rate, curve;      /* of its last samples: mean rate between two of them, smoothed change of that rate, at the one before that, too: */
+  double rate_before, curve_before;
+  double changes, derived; /* derived: the highest derivative that has ever come: 0, 1 or 2 */
 } fmu_input;
 
 enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED };
@@ -74,9 +107,14 @@ typedef struct fmu_state {
   int ready;   /* whether the simulation is at `time` and the row of outputs belongs to it */
   int changed; /* bits FMU_NEW_*: what the host has set and the simulation does not use yet */
   int told;    /* worst verdict of the audit that has been logged */
-  int failed;  /* status of the runtime that ended the run, 0 while it goes on */
+  int failed;  /* status of the runtime that ended the run, 0 while it goes on, */
+  int why;     /* and why, where that is known (TR_WHY_…) */
+  int tenths;  /* of the agreed time that have been told of */
+  int stepped; /* status of the last communication step */
   int has_stop, has_tolerance, moved;
   double start, stop, tolerance, time, reached;
+  double point; /* the communication point before `time` */
+  int slower;   /* whether it has been said that a motion follows its input more slowly than asked */
   int settings, trial, inputs, row, sim; /* offsets in doubles behind this struct */
 } fmu_state;
 
@@ -93,6 +131,7 @@ typedef struct fmu_instance {
 
 /* Entry points of the runtime. */
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int events);
+int tr_refit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int events);
 double *tr_array(tr_sim *s, int which);
 void tr_set_parameters(tr_sim *s);
 void tr_configure(tr_sim *s, const tr_settings *set);
@@ -102,6 +141,9 @@ int tr_row(tr_sim *s, double *row);
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 int tr_cut(tr_sim *s, double t);
 int tr_resume(tr_sim *s, int anew);
+int tr_events_take(tr_sim *s);
+int tr_why(tr_sim *s, int *pair);
+int tr_fail_row(const tr_sim *s, double *number);
 void tr_judge(const tr_sim *s, tr_judgement *out);
 double tr_time(const tr_sim *s);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);

@@ -9,24 +9,10 @@
 #define MODEL (&fmu_the_model)
 #define RTOL 1e-6       /* where neither the host nor a parameter says anything */
 #define SAME_POINT 1e-9 /* of a communication step: how far apart two communication points may be and still be the same */
-#define FAR 1e4         /* communication steps: the run's own steps may reach so far ahead where no stop time is known */
+#define FAR 1e4         /* communication steps: the run's own steps may reach so far ahead, beyond a stop time too: it is no reason for other steps */
 #define MANY_STEPS 1e9  /* of one communication step: no limit */
 
-static const char *const fmu_category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
-
-/* Send a message to the host and return the status. Without a log asked for, only what went wrong is sent. */
-static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *form, ...) {
-  char text[1024];
-  va_list a;
-  if (!m->host.logger || (status == fmi2OK && !m->logging)) return status;
-  va_start(a, form);
-  vsnprintf(text, sizeof text, form, a);
-  va_end(a);
-  for (char *c = text; *c; ++c)
-    if (*c == '%') *c = ' '; /* the host would take it for a format */
-  m->host.logger(m->host.componentEnvironment, m->name, status, fmu_category[status], text);
-  return status;
-}
+#include "log.c"
 
 static void *fmu_allocate(const fmi2CallbackFunctions *host, size_t bytes) {
   return host->allocateMemory ? host->allocateMemory(1, bytes) : calloc(1, bytes);
@@ -77,43 +63,20 @@ static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {
   return otherwise;
 }
 
-static const fmu_outcome *fmu_outcome_of(int status) {
-  for (int i = 0; i < MODEL->noutcomes; ++i)
-    if (MODEL->outcome[i].status == status) return MODEL->outcome + i;
-  return MODEL->outcome + MODEL->noutcomes - 1;
-}
-
-static fmi2Status fmu_failed(fmu_instance *m, int status, fmi2Status as) {
-  const fmu_outcome *o = fmu_outcome_of(status);
-  m->state->failed = status, m->state->ready = 0;
-  return fmu_log(m, as, "%s at t = %.9g s: %s", o->name, m->state->reached, o->advice);
-}
-
+#include "diagnosis.c"
 #include "warnings.c"
 
 /* Hand the simulation the parameters that are numbers of its equations. */
 static void fmu_numbers(fmu_state *s) {
   double *p = tr_array(FMU_SIM(s), TR_ARRAY_PARAMETERS);
-  for (int i = 0; i < MODEL->settings; ++i)
-    if (MODEL->setting[i].kind == FMU_NUMBER) p[MODEL->setting[i].index] = FMU_A(s, settings)[i];
+  for (int i = 0; i < MODEL->settings; ++i) {
+    const fmu_setting *g = MODEL->setting + i;
+    if (g->kind == FMU_NUMBER) p[g->index] = FMU_A(s, settings)[i];
+    if (g->kind == FMU_NUMBER && g->also >= 0) p[g->also] = FMU_A(s, settings)[i];
+  }
 }
 
-/* Hand the inputs to the simulation from time t on. A motion that follows an input goes on from where the motion is; when the run
- * begins, it starts at the input's value. */
-static void fmu_hand_inputs(fmu_state *s, double t, int begin) {
-  for (int i = 0; i < MODEL->inputs; ++i) {
-    const fmu_input *told = FMU_INPUTS(s) + i;
-    tr_input *in = tr_input_record(FMU_SIM(s), i);
-    tr_signal now;
-    tr_input_value(in, t, &now);
-    in->t0 = t, in->u[0] = told->value, in->u[1] = told->derivative[0], in->u[2] = told->derivative[1];
-    int behind = in->followed != 0.0 && !begin;
-    in->gap = behind ? now.value - told->value : 0.0;
-    in->gap_rate = behind ? now.first - told->derivative[0] : 0.0;
-  }
-  for (int i = 0; i < MODEL->settings; ++i)
-    if (MODEL->setting[i].kind == FMU_BANDWIDTH) tr_input_record(FMU_SIM(s), MODEL->setting[i].index)->bandwidth = FMU_A(s, settings)[i];
-}
+#include "motion.c"
 
 /* Hand the simulation the start values of coordinates and rates; its assembly normalises the quaternions. */
 static void fmu_start_values(fmu_state *s) {
@@ -142,6 +105,18 @@ static fmi2Status fmu_together(fmu_instance *m) {
   return fmi2OK;
 }
 
+/* The relative tolerance of the run: that of its parameter or the host's. Says which, where they differ. */
+static double fmu_tolerance(const fmu_instance *m) {
+  const fmu_state *s = m->state;
+  const double own = fmu_setting_of(s, FMU_TOLERANCE, RTOL);
+  const int rule = (int)fmu_setting_of(s, FMU_HOST_TOLERANCE, FMU_HOST_TIGHTER);
+  if (!s->has_tolerance || s->tolerance == own) return own;
+  const int taken = rule == FMU_HOST_COUNTS || (rule == FMU_HOST_TIGHTER && s->tolerance < own);
+  fmu_log(m, fmi2OK, "the tolerance that counts is %g, of %s; %s gives %g, which solver.host_tolerance = %d leaves aside", taken ? s->tolerance : own,
+          taken ? "the host" : "solver.tolerance", taken ? "solver.tolerance" : "the host", taken ? own : s->tolerance, rule);
+  return taken ? s->tolerance : own;
+}
+
 /* Assemble and start the run at the start time, from the values as they are set. */
 static fmi2Status fmu_begin(fmu_instance *m) {
   fmu_state *s = m->state;
@@ -155,13 +130,13 @@ static fmi2Status fmu_begin(fmu_instance *m) {
   memcpy(tr_array(sim, TR_ARRAY_TABLES), MODEL->tables, sizeof(double) * MODEL->ntables);
   fmu_numbers(s);
   tr_set_parameters(sim);
-  double rtol = s->has_tolerance ? s->tolerance : fmu_setting_of(s, FMU_TOLERANCE, RTOL);
-  const tr_settings set = {.rtol = rtol, .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
-                           .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1};
+  const tr_settings set = {.rtol = fmu_tolerance(m), .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
+                           .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1,
+                           .through_jams = MODEL->through_jams};
   tr_configure(sim, &set);
   fmu_start_values(s);
-  s->time = s->reached = s->start, s->failed = s->told = 0;
-  fmu_hand_inputs(s, s->start, 1);
+  s->time = s->reached = s->point = s->start, s->failed = s->why = s->told = s->tenths = 0;
+  fmu_hand_inputs(m, s->start, 1);
   int closed = tr_assemble(sim, s->start, MODEL->q_given, MODEL->v_given);
   if (closed != 1) {
     s->failed = TR_FAIL_CLOSURE;
@@ -187,7 +162,7 @@ static fmi2Status fmu_take_over(fmu_instance *m) {
   if (together != fmi2OK) return together;
   int status = tr_cut(sim, s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
   if (status == TR_OK && anew) fmu_numbers(s);
-  fmu_hand_inputs(s, s->time, 0);
+  fmu_hand_inputs(m, s->time, 0);
   if (status == TR_OK) status = tr_resume(sim, anew);
   if (status != TR_OK) return fmu_failed(m, status, fmi2Discard);
   s->changed = 0, s->ready = 0, s->moved = 1;
@@ -215,8 +190,8 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   fmu_state *s = m->state;
   double target = t + h;
   if (s->failed) {
-    const fmu_outcome *o = fmu_outcome_of(s->failed);
-    return fmu_log(m, fmi2Discard, "the run ended at t = %.9g s (%s): go back to an earlier state, or reset", s->reached, o->name);
+    const char *name = fmu_outcome_of(s->failed, s->why)->name;
+    return fmu_log(m, fmi2Discard, "the run ended at t = %.6g s (%s): go back to an earlier state, or reset", s->reached, name);
   }
   if (!(h > 0.0) || !isfinite(h) || !isfinite(t))
     return fmu_log(m, fmi2Discard, "a communication step must have a positive, finite length (%g s is refused)", h);
@@ -225,15 +200,18 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   if (s->has_stop && target > s->stop && !fmu_near(target, s->stop, h))
     return fmu_log(m, fmi2Error, "the step would pass the stop time %.17g s that was agreed on", s->stop);
   if (!(target > s->time)) return fmu_log(m, fmi2Discard, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
+  if (fmu_input_stopped(s)) s->changed |= FMU_NEW_INPUTS;
   fmi2Status taken = fmu_take_over(m);
   if (taken != fmi2OK) return taken;
   /* Steps may reach beyond the communication point. After a change another is likely, which would make such work useless. */
-  double limit = s->moved || (s->has_stop && target >= s->stop) ? target : s->has_stop ? s->stop : target + FAR * h;
+  double limit = s->moved ? target : target + FAR * h;
   double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
   int status = tr_reach(FMU_SIM(s), target, limit, most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS, FMU_A(s, row));
   s->moved = 0;
   if (status == TR_DONE) {
-    s->time = s->reached = target, s->ready = 1;
+    s->point = s->time, s->time = s->reached = target, s->ready = 1;
+    fmu_tell_events(m);
+    fmu_tell_progress(m);
     return fmu_audit(m);
   }
   s->reached = fmax(s->time, tr_time(FMU_SIM(s)));

@@ -3,12 +3,22 @@
 #include "fmu.h"
 #include "following.c"
 
-static int fmu_count(void) { return MODEL->outputs + MODEL->inputs + MODEL->settings - MODEL->followers; }
+/* Inputs of all kinds: the scene's, then derivatives of some. */
+static int fmu_all_inputs(void) { return MODEL->inputs + MODEL->derivatives; }
+
+static int fmu_count(void) { return MODEL->outputs + fmu_all_inputs() + MODEL->settings - MODEL->followers; }
+
+/* Where the value of an input is kept: r counts inputs of all kinds. */
+static double *fmu_input_at(const fmu_state *s, int r) {
+  if (r < MODEL->inputs) return &FMU_INPUTS(s)[r].value;
+  const int which = MODEL->derivative[r - MODEL->inputs];
+  return FMU_INPUTS(s)[which / 2].given + which % 2;
+}
 
 static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t n, double *value) {
   fmu_state *s = m->state;
   const double *row = FMU_A(s, row) + 1, *settings = FMU_A(s, settings);
-  int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count(), fresh = s->ready && !s->changed;
+  int no = MODEL->outputs, ni = fmu_all_inputs(), all = fmu_count(), fresh = s->ready && !s->changed;
   for (size_t i = 0; i < n; ++i) {
     int r = (int)vr[i];
     if (vr[i] >= (unsigned)all) return fmu_log(m, fmi2Error, "there is no real variable with value reference %u", vr[i]);
@@ -20,7 +30,7 @@ static fmi2Status fmu_get(fmu_instance *m, const fmi2ValueReference *vr, size_t 
       }
       value[i] = row[r];
     } else {
-      value[i] = r < no + ni ? FMU_INPUTS(s)[r - no].value : settings[r - no - ni];
+      value[i] = r < no + ni ? *fmu_input_at(s, r - no) : settings[r - no - ni];
     }
   }
   return fmi2OK;
@@ -54,7 +64,7 @@ static fmi2Status fmu_check_followers(fmu_instance *m, double *trial) {
 
 static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const double *value) {
   fmu_state *s = m->state;
-  int no = MODEL->outputs, ni = MODEL->inputs, all = fmu_count();
+  int no = MODEL->outputs, ni = fmu_all_inputs(), all = fmu_count();
   double *settings = FMU_A(s, settings), *trial = FMU_A(s, trial);
   memcpy(trial, settings, sizeof(double) * MODEL->settings);
   for (size_t i = 0; i < n; ++i) { /* check all values before setting any */
@@ -72,10 +82,13 @@ static fmi2Status fmu_set(fmu_instance *m, const fmi2ValueReference *vr, size_t 
   if (status != fmi2OK) return status;
   for (size_t i = 0; i < n; ++i) {
     int r = (int)vr[i] - no;
-    fmu_input *in = FMU_INPUTS(s) + r;
-    if (r >= ni || (in->value == value[i] && in->derivative[0] == 0.0 && in->derivative[1] == 0.0)) continue;
-    in->value = value[i];
-    in->derivative[0] = in->derivative[1] = 0.0; /* a host sets derivatives after the value */
+    if (r >= ni) continue;
+    fmu_input *in = r < MODEL->inputs ? FMU_INPUTS(s) + r : 0;
+    double *at = fmu_input_at(s, r);
+    int moving = in && (in->told[0] != 0.0 || in->told[1] != 0.0 || in->given[0] != 0.0 || in->given[1] != 0.0);
+    if (*at == value[i] && !moving) continue;
+    *at = value[i];
+    if (in) in->told[0] = in->told[1] = 0.0; /* a host sets derivatives after the value */
     s->changed |= FMU_NEW_INPUTS;
   }
   for (int i = 0; i < MODEL->settings; ++i)
@@ -95,10 +108,38 @@ static fmi2Status fmu_set_derivatives(fmu_instance *m, const fmi2ValueReference 
     if (!isfinite(value[i])) return fmu_log(m, fmi2Error, "value reference %u: the derivative is not a finite number", vr[i]);
   }
   for (size_t i = 0; i < n; ++i) {
-    double *at = FMU_INPUTS(s)[vr[i] - MODEL->outputs].derivative + order[i] - 1;
+    double *at = FMU_INPUTS(s)[vr[i] - MODEL->outputs].told + order[i] - 1;
     if (*at == value[i]) continue;
     *at = value[i];
     s->changed |= FMU_NEW_INPUTS;
   }
   return fmi2OK;
+}
+
+/* Whether these are references of variables that are whole numbers. */
+static fmi2Status fmu_are_whole(const fmu_instance *m, const fmi2ValueReference *vr, size_t n) {
+  for (size_t i = 0; i < n; ++i)
+    if (vr[i] >= (unsigned)fmu_count() || !MODEL->whole[vr[i]])
+      return fmu_log(m, fmi2Error, "there is no Integer variable or enumeration with value reference %u", vr[i]);
+  return fmi2OK;
+}
+
+/* Integer variables and enumerations. */
+static fmi2Status fmu_get_whole(fmu_instance *m, const fmi2ValueReference *vr, size_t n, fmi2Integer *value) {
+  fmi2Status status = fmu_are_whole(m, vr, n);
+  for (size_t i = 0; i < n && status <= fmi2Warning; ++i) {
+    double x = 0.0;
+    status = fmu_get(m, vr + i, 1, &x);
+    value[i] = (fmi2Integer)x;
+  }
+  return status;
+}
+
+static fmi2Status fmu_set_whole(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const fmi2Integer *value) {
+  fmi2Status status = fmu_are_whole(m, vr, n);
+  for (size_t i = 0; i < n && status == fmi2OK; ++i) {
+    const double x = (double)value[i];
+    status = fmu_set(m, vr + i, 1, &x);
+  }
+  return status;
 }

@@ -5,7 +5,7 @@ static fmi2Status fmu_law_broken(fmu_instance *m, const tr_judgement *said) {
   for (int i = 1; i < TR_LAWS; ++i)
     if (said->law[i].size > said->law[worst].size) worst = i;
   const tr_worst *w = said->law + worst;
-  const char *joint = w->joint > 0.0 ? MODEL->joint[(int)w->joint - 1] : "";
+  const char *joint = fmu_joint(w->joint);
   return fmu_log(m, fmi2Warning, "audit at t = %.9g s%s%s: %s: %.1g", w->time, *joint ? ", joint " : "", joint, MODEL->law[worst], w->size);
 }
 
@@ -17,8 +17,8 @@ static fmi2Status fmu_audit(fmu_instance *m) {
   if (said.verdict <= s->told) return fmi2OK;
   s->told = (int)said.verdict;
   if (!(said.judged && said.share > said.noted_energy)) return fmu_law_broken(m, &said);
-  const fmu_outcome *o = fmu_outcome_of(TR_INACCURATE);
-  const char *joint = said.jump_joint > 0.0 ? MODEL->joint[(int)said.jump_joint - 1] : "";
+  const fmu_outcome *o = fmu_outcome_of(TR_INACCURATE, TR_WHY_UNKNOWN);
+  const char *joint = fmu_joint(said.jump_joint);
   const int far = said.verdict == TR_VERDICT_INACCURATE;
   return fmu_log(m, fmi2Warning, "audit at t = %.9g s%s%s: %.3g J of %.3g J turned over %s%s%s%s", said.jump_time, *joint ? ", joint " : "", joint,
                  fabs(said.lost), said.turned, said.lost > 0.0 ? "gained" : "lost", far ? ": " : "", far ? o->name : "", far ? "" : " (a note)");

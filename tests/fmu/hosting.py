@@ -25,7 +25,7 @@ from fmu.export import export
 
 FOLDER = Path(tempfile.mkdtemp(prefix="trunnion-fmu-tests-"))
 atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
-ROWS = 200
+ROWS, BEYOND = 200, 2.0
 LAWS: dict[str, dict[str, object]] = {
     "": {},
     "lugre": {"friction.law": "lugre", "joints.ball.friction.bristle_stiffness": 1e3, "joints.ball.friction.bristle_damping": 0.03},
@@ -36,10 +36,13 @@ LAWS: dict[str, dict[str, object]] = {
 
 @cache
 def exported(model: str, flavour: str = "native") -> Path:
-    """The FMU of a bundled model (``model:law``: with that law everywhere), or of ``arm``."""
+    """The FMU of a bundled model (``model:law``: with that law everywhere), or of ``arm``, all of whose columns are outputs."""
     file = FOLDER / f"{model.replace(':', '-')}-{flavour}.fmu"
     name, _, law = model.partition(":")
-    export(arm() if model == "arm" else apply(engine.load_scene(name), LAWS[law]), file, flavour=flavour)
+    if model == "arm":
+        export(arm(), file, flavour=flavour, outputs="*")
+    else:
+        export(apply(engine.load_scene(name), LAWS[law]), file, flavour=flavour)
     return file
 
 
@@ -62,7 +65,8 @@ def arm() -> engine.Scene:
 class Host:
     """An instance in fmpy with names instead of references."""
 
-    def __init__(self, file: Path, start: float = 0.0, stop: float | None = None, begin: bool = True, **settings: float):
+    def __init__(self, file: Path, start: float = 0.0, stop: float | None = None, begin: bool = True,
+                 tolerance: float | None = None, logging: bool = False, **settings: float):
         self.md = read_model_description(file)
         self.log: list[tuple[int, str]] = []
         self.unzipped = extract(file)
@@ -70,8 +74,8 @@ class Host:
         self.reference = {v.name: v.valueReference for v in self.md.modelVariables}
         self.fmu = FMU2Slave(guid=self.md.guid, unzipDirectory=self.unzipped, instanceName="i",
                              modelIdentifier=self.md.coSimulation.modelIdentifier)
-        self.fmu.instantiate(callbacks=self._callbacks())
-        self.fmu.setupExperiment(startTime=start, stopTime=stop)
+        self.fmu.instantiate(callbacks=self._callbacks(), loggingOn=logging)
+        self.fmu.setupExperiment(tolerance=tolerance, startTime=start, stopTime=stop)
         self.fmu.enterInitializationMode()
         self.set(**settings)
         if begin:
@@ -107,8 +111,8 @@ class Host:
         return out
 
     def all_outputs(self) -> list[str]:
-        """Names of all outputs."""
-        return [v.name for v in self.md.modelVariables if v.causality == "output"]
+        """Names of all outputs, and of what local variables there are."""
+        return [v.name for v in self.md.modelVariables if v.causality in ("output", "local")]
 
 
 REFERENCE = """
@@ -132,17 +136,18 @@ def reference() -> subprocess.Popen[str]:
 
 
 def engine_run(model: str, until: float, kernel: str | None = None) -> dict[str, np.ndarray]:
-    """Columns of one uninterrupted engine run, compiled for the processors FMUs are compiled for."""
+    """Columns of one engine run, compiled for the processors FMUs are compiled for; it goes on beyond ``until``, as
+    an FMU's own steps do."""
     name, _, law = model.partition(":")
     kernel = kernel_for(kernel, build(engine.load_scene(name)).system, np.inf)
     file = FOLDER / f"{model.replace(':', '-')}-{kernel}.npz"
     process = reference()
     assert process.stdin is not None
     assert process.stdout is not None
-    print(json.dumps([name, until, until / ROWS, LAWS[law], kernel, str(file)]), file=process.stdin, flush=True)
+    print(json.dumps([name, BEYOND * until, until / ROWS, LAWS[law], kernel, str(file)]), file=process.stdin, flush=True)
     assert process.stdout.readline() == "done\n", "the engine's run ended in an error, which stands above"
     with np.load(file) as data:
-        return dict(zip(data["names"], data["data"].T, strict=True))
+        return dict(zip(data["names"], data["data"][: ROWS + 1].T, strict=True))
 
 
 def fmu_run(file: Path, until: float, names: list[str], **more) -> dict[str, np.ndarray]:

@@ -15,24 +15,24 @@ from fmpy import read_model_description
 
 from engine.kernel import cache, compiler
 from fmu.export import export
-from fmu.platforms import NATIVE, SYSTEM_LIBRARIES, headers
+from fmu.platforms import NATIVE, SYSTEM_LIBRARIES, headers, loader
 
 from .hosting import FOLDER, Host, exported
 
 HOST = Path(__file__).with_name("host.c")
 
 
-def built(target: str, out: Path) -> Path:
-    """The path of the C host, compiled for a target, from the system's own libraries, as FMUs are: the compiler would build its own
+def built(target: str, out: Path, source: Path = HOST) -> Path:
+    """The path of a C host, compiled for a target, from the system's own libraries, as FMUs are: the compiler would build its own
     runtime first, for half a minute of processor time."""
-    sources, link = [HOST], ["-nostdlib", "-lc", "-ldl"]
+    sources, link = [source], ["-nostdlib", "-lc", "-ldl"]
     if "windows" in target:
-        sources = [HOST, NATIVE / "windows.c"]
+        sources = [source, NATIVE / "windows.c"]
         more = (f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("runtime", "convert", "time"))
-        link = ["-Wl,-e,mainCRTStartup", *SYSTEM_LIBRARIES["windows"], *more, "-lkernel32"]
-    objects = [out.with_name(f"{source.stem}.o") for source in sources]
-    for source, made in zip(sources, objects, strict=True):
-        what = ["-O1", "-w", f"-I{headers()}", "-c", str(source), "-o", str(made)]
+        link = ["-shared" if out.suffix == ".dll" else "-Wl,-e,mainCRTStartup", *SYSTEM_LIBRARIES["windows"], *more, "-lkernel32"]
+    objects = [out.with_name(f"{file.stem}.o") for file in sources]
+    for file, made in zip(sources, objects, strict=True):
+        what = ["-O1", "-w", f"-I{headers()}", "-c", str(file), "-o", str(made)]
         compiler.run(["-target", target, *what], cache.cache_folder())
     compiler.run(["-target", target, *map(str, objects), "-o", str(out), *link], cache.cache_folder())
     return out
@@ -64,9 +64,20 @@ def wine() -> str | None:
     return found or next((str(p) for p in Path("/usr/lib/wine").glob("wine64")), None)
 
 
+def under_wine(host: Path, library: Path, guid: str, folder: Path) -> float:
+    """What the C host prints last of a library for Windows."""
+    program = wine()
+    assert program is not None
+    env = dict(os.environ, WINEPREFIX=str(folder / "wine"), WINEDEBUG="-all", HOME=str(folder))
+    done = subprocess.run([program, host, library, guid, "20"], capture_output=True, text=True, check=False, env=env, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout.split()[-1])
+
+
 def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     """Same motion to 1e-9 m: the C libraries' sines differ in the last bit. It needs nothing but the system's own C library, so
-    that nothing else is built for it."""
+    that nothing else is built for it. The loader of the python flavour stands before it the same: wine has no Python, so a
+    library that plays the slave stands for pythonfmu's."""
     if wine() is None:
         reason = "wine64 is not installed (Debian: apt-get install wine64)"
         pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
@@ -76,8 +87,15 @@ def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     dll, guid = library(file, "win64", tmp_path)
     imports = {name.decode() for name in re.findall(rb"[\w.-]+\.dll", dll.read_bytes())} - {"library.dll"}
     assert imports == {f"api-ms-win-crt-{part}-l1-1-0.dll" for part in ("heap", "math", "private", "stdio", "string")}
-    env = dict(os.environ, WINEPREFIX=str(tmp_path / "wine"), WINEDEBUG="-all", HOME=str(tmp_path))
-    done = subprocess.run([wine(), host, dll, guid, "20"], capture_output=True, text=True, check=False, env=env, timeout=300)
-    assert done.returncode == 0, done.stderr
     expected = Host(exported("spherical_pendulum")).run(0.0, 10000, 1e-4, "pendulum.position[1]")[-1][0]
-    assert float(done.stdout.split()[-1]) == pytest.approx(expected, abs=1e-9)
+    assert under_wine(host, dll, guid, tmp_path) == pytest.approx(expected, abs=1e-9)
+    folder = tmp_path / "un packed #"
+    places = {n: folder / n for n in ("binaries/win64", "resources")}
+    for place in places.values():
+        place.mkdir(parents=True)
+    (places["resources"] / "slavemodule.txt").touch()
+    shutil.copyfile(dll, places["resources"] / "native.dll")
+    built("x86_64-windows-gnu", places["binaries/win64"] / "pythonfmu-export.dll", HOST.with_name("standin.c"))
+    front = places["binaries/win64"] / "model.dll"
+    front.write_bytes(loader("win64"))
+    assert under_wine(host, front, guid, tmp_path) == pytest.approx(expected, abs=1e-9)

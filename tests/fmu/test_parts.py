@@ -24,7 +24,7 @@ def of_parts(model: str, flavour: str = "native") -> Path:
     """The FMU of a model (or of ``arm``), made of parts."""
     file = FOLDER / f"{model}-{flavour}-parts.fmu"
     if not file.exists():
-        export(arm() if model == "arm" else model, file, flavour=flavour, kernel="parts")
+        export(arm() if model == "arm" else model, file, flavour=flavour, kernel="parts", outputs="*")
     return file
 
 

@@ -1,8 +1,9 @@
-"""Checks of the outputs wanted and of the numbers that are to be tunable."""
+"""Checks of the outputs wanted, of the numbers that are to be tunable, and of the scene's date."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import date
 
 from engine.basics.patterns import MOST_WILD, is_wild
 from engine.scene.finding import Finding, Path
@@ -16,8 +17,18 @@ SECTIONS = ("bodies", "joints", "forces", "gravity", "friction", GROUND)
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about the run."""
     owners = (*scene.bodies, *scene.joints, *scene.forces, *scene.inputs, GROUND, "time", "energy", "audit", "events")
+    if scene.date and not _is_date(scene.date):
+        yield Finding(("date",), f"{shown(scene.date)} is no date", "year, month and day, such as 2026-11-23")
     yield from _patterns(("outputs",), scene.outputs, owners, "nothing has the name")
     yield from _patterns(("tunable",), scene.tunable, SECTIONS, "no part of a scene is called")
+
+
+def _is_date(text: str) -> bool:
+    """Whether a text is a day of the calendar in ISO's form."""
+    try:
+        return date.fromisoformat(text).isoformat() == text
+    except ValueError:
+        return False
 
 
 def _patterns(path: Path, patterns: tuple[str, ...], known: tuple[str, ...], what: str) -> Iterator[Finding]:

@@ -1,0 +1,73 @@
+/* What the host is told: messages with a status, by category; events and the run's progress where it asked for a log. */
+
+/* Categories: everything; by status; then those of their own. */
+enum { FMU_SAYS_ALL, FMU_SAYS_EVENTS = 5, FMU_SAYS_PROGRESS, FMU_CATEGORIES };
+static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal",
+                                                         "logEvents", "logProgress"};
+#define FMU_EVERYTHING ((1 << FMU_CATEGORIES) - 1)
+
+/* Whether messages of a category are wanted. */
+static int fmu_wants(const fmu_instance *m, int category) { return m->host.logger && m->logging & (1 << category | 1 << FMU_SAYS_ALL); }
+
+/* Send a message of a category; what went wrong is sent even where no log is wanted. */
+static void fmu_say(const fmu_instance *m, fmi2Status status, int category, const char *form, va_list a) {
+  char text[2048];
+  if (!m->host.logger || (status == fmi2OK && !fmu_wants(m, category))) return;
+  vsnprintf(text, sizeof text, form, a);
+  for (char *c = text; *c; ++c)
+    if (*c == '%') *c = ' '; /* the host would take it for a format */
+  m->host.logger(m->host.componentEnvironment, m->name, status, fmu_category[category], text);
+}
+
+/* Send a message to the host and return the status. */
+static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *form, ...) {
+  va_list a;
+  va_start(a, form);
+  fmu_say(m, status, (int)status, form, a);
+  va_end(a);
+  return status;
+}
+
+/* Tell something for which the host has asked. */
+static void fmu_tell(const fmu_instance *m, int category, const char *form, ...) {
+  va_list a;
+  va_start(a, form);
+  fmu_say(m, fmi2OK, category, form, a);
+  va_end(a);
+}
+
+/* Categories by name, n of them, switched on or off; without names all. Whether all names are known. */
+static int fmu_choose_log(fmu_instance *m, int on, size_t n, const fmi2String *name) {
+  int chosen = n ? 0 : FMU_EVERYTHING, known = 1;
+  for (size_t i = 0; i < n; ++i) {
+    int c = 0;
+    while (c < FMU_CATEGORIES && strcmp(fmu_category[c], name[i])) ++c;
+    if (c < FMU_CATEGORIES) chosen |= 1 << c;
+    known = known && c < FMU_CATEGORIES;
+  }
+  m->logging = on ? m->logging | chosen : m->logging & ~chosen;
+  return known;
+}
+
+/* Tell of the events since the last time, at their own times. */
+static void fmu_tell_events(const fmu_instance *m) {
+  tr_sim *sim = FMU_SIM(m->state);
+  const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
+  const int n = tr_events_take(sim);
+  if (!fmu_wants(m, FMU_SAYS_EVENTS)) return;
+  for (int i = 0; i < n; ++i) {
+    const int kind = (int)e[i].kind, of_stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
+    const char *joint = MODEL->joint_of[(of_stop ? MODEL->kernel->nsliders : 0) + (int)e[i].index];
+    fmu_tell(m, FMU_SAYS_EVENTS, "event at t = %.12g s: %s in joint %s", e[i].time, MODEL->event[kind], joint);
+  }
+}
+
+/* Tell how far the run has come: at each tenth of the time that was agreed on. */
+static void fmu_tell_progress(const fmu_instance *m) {
+  fmu_state *s = m->state;
+  const tr_stats *c = &FMU_SIM(s)->stats;
+  const int tenth = s->has_stop ? (int)(10.0 * (s->time - s->start) / (s->stop - s->start) + SAME_POINT) : 0;
+  if (tenth <= s->tenths) return;
+  s->tenths = tenth;
+  fmu_tell(m, FMU_SAYS_PROGRESS, "t = %.9g s, %d of 100: %ld steps, %ld rejected, %ld events", s->time, 10 * tenth, c->steps, c->rejected, c->events);
+}

@@ -1,0 +1,69 @@
+/* States as bytes: sealed with a checksum when they are written, and looked at before they are taken when they are read. */
+#include <stdint.h>
+#include "fmu.h"
+
+#define SEAL_MARK "TRUNN-1" /* of this way of writing states */
+#define SEAL_MIX 0x100000001b3u /* odd: multiplying by it loses nothing, so that no change of a single word goes unseen */
+
+/* What stands before a state as bytes. */
+typedef struct fmu_seal {
+  char mark[8];
+  uint64_t sum; /* checksum of the state behind it */
+} fmu_seal;
+
+/* Checksum of words of 8 bytes. */
+static uint64_t fmu_sum(const void *data, size_t bytes) {
+  uint64_t sum = 0xcbf29ce484222325u, word;
+  for (size_t at = 0; at + sizeof word <= bytes; at += sizeof word) {
+    memcpy(&word, (const char *)data + at, sizeof word);
+    sum = (sum ^ word) * SEAL_MIX;
+    sum ^= sum >> 29;
+  }
+  return sum;
+}
+
+/* Whether a block of memory is a state of this very FMU. */
+static int fmu_is_state(const fmu_state *s, size_t bytes) {
+  return s->bytes == bytes && !strncmp(s->guid, MODEL->guid, sizeof s->guid - 1);
+}
+
+static size_t fmu_sealed_size(const fmu_instance *m) { return sizeof(fmu_seal) + m->state->bytes; }
+
+/* Write a state of this FMU: without the addresses that mean something in this process only, so that the same state is the same bytes. */
+static void fmu_seal_state(const fmu_state *s, char *out) {
+  fmu_seal seal = {.mark = SEAL_MARK};
+  char *body = out + sizeof seal;
+  memcpy(body, s, s->bytes);
+  tr_sim *sim = (tr_sim *)(body + ((const char *)FMU_SIM(s) - (const char *)s));
+  memset(&sim->k, 0, sizeof sim->k), memset(&sim->o, 0, sizeof sim->o), memset(&sim->j, 0, sizeof sim->j), memset(&sim->ask, 0, sizeof sim->ask);
+  if (MODEL->kernel->scene && s->ready) {
+    memset(TR_A(sim, c), 0, sizeof(void *));
+    memset(TR_A(sim, co), 0, sizeof(void *));
+    memset(TR_A(sim, cj), 0, sizeof(void *));
+  }
+  seal.sum = fmu_sum(body, s->bytes);
+  memcpy(out, &seal, sizeof seal);
+}
+
+/* Whether what a state says of itself can be: its mode, its place in time, the numbers of its run. */
+static int fmu_in_range(fmu_state *s) {
+  fmu_state layout = {0};
+  fmu_layout(&layout);
+  s->settings = layout.settings, s->trial = layout.trial, s->inputs = layout.inputs, s->row = layout.row, s->sim = layout.sim;
+  const int flags = s->ready | s->has_stop | s->has_tolerance | s->moved;
+  return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode <= FMU_TERMINATED && (s->changed & ~FMU_NEW) == 0
+      && isfinite(s->start) && isfinite(s->time) && isfinite(s->reached) && isfinite(s->point) && s->failed >= 0 && s->failed < TR_CASE_FAILED
+      && tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+}
+
+/* Read a state into a block of this FMU's size; what is wrong with the bytes, NULL when nothing is. */
+static const char *fmu_unseal_state(fmu_state *s, size_t room, const char *in, size_t bytes) {
+  fmu_seal seal;
+  if (bytes != sizeof seal + room) return "these bytes are no state of this FMU: their number is another";
+  memcpy(&seal, in, sizeof seal);
+  if (memcmp(seal.mark, SEAL_MARK, sizeof seal.mark)) return "these bytes are no state of this FMU, or of another version of it";
+  if (seal.sum != fmu_sum(in + sizeof seal, room)) return "these bytes are a damaged state: their checksum is wrong";
+  memcpy(s, in + sizeof seal, room);
+  if (!fmu_is_state(s, room)) return "these bytes are a state of another FMU, or of another version of it";
+  return fmu_in_range(s) ? NULL : "these bytes are no state that a run can have: numbers in it are out of range";
+}

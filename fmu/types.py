@@ -1,0 +1,65 @@
+"""Types of the variables of an FMU: whole numbers, enumerations with words for their values, quantities of real ones."""
+
+from __future__ import annotations
+
+from engine.abi import EventKind, Verdict
+from engine.kernel.columns import Column
+from engine.simulation.run import Model
+
+INTEGER = "Integer"
+STATE, CONTACT, EVENT, VERDICT, HOST = "SlidingState", "ContactState", "EventKind", "AuditVerdict", "HostTolerance"
+ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
+    STATE: {
+        -1: ("slips back", "slips towards negative rates"),
+        0: ("rests", "sticks, or is in the proportional zone of its law; always so where a law has no such states"),
+        1: ("slips", "slips; of a single rate: towards positive ones"),
+        2: ("turns in its cone", "of a ball: turns without sliding"),
+    },
+    CONTACT: {0: ("open", "no contact force"), 1: ("touches", "a contact force acts")},
+    EVENT: {0: ("none", "none yet")} | {e.value: (e.name.lower().replace("_", " "), e.__doc__ or "") for e in EventKind},
+    VERDICT: {v.value: (v.name.lower(), v.__doc__ or "") for v in Verdict},
+    HOST: {
+        0: ("left aside", "solver.tolerance counts"),
+        1: ("tighter counts", "the tighter of solver.tolerance and the host's counts"),
+        2: ("counts", "the host's counts"),
+    },
+}
+"""Words for the values of enumerations, and what they mean."""
+QUANTITIES = {
+    "m": "Length", "m/s": "Velocity", "m/s^2": "Acceleration", "rad": "Angle", "rad/s": "AngularVelocity",
+    "rad/s^2": "AngularAcceleration", "N": "Force", "N*m": "Torque", "J": "Energy", "W": "Power", "kg": "Mass",
+    "kg*m^2": "MomentOfInertia", "s": "Time",
+    "N/m": "TranslationalStiffness", "N*m/rad": "RotationalStiffness", "N*s/m": "TranslationalDamping",
+    "N*m*s/rad": "RotationalDamping",
+}  # fmt: skip
+"""Quantities of real variables by their unit."""
+
+
+def type_of(c: Column) -> str:
+    """The type of a column: "" for a real one."""
+    if c.key[0] == "state":
+        return STATE
+    if c.key[0] == "contact" and c.key[-1] == "state":
+        return CONTACT
+    return {
+        ("extra", "verdict"): VERDICT, ("extra", "events"): INTEGER, ("last", "kind"): EVENT, ("last", "element"): INTEGER,
+        ("last", "contact"): INTEGER, ("last", "marginal"): INTEGER,
+    }.get(c.key, "")  # fmt: skip
+
+
+def derivatives(model: Model) -> dict[int, int]:
+    """Of the columns that are time derivatives of others, each component by itself: {its place: that of the other}."""
+    place = {c.key: i for i, c in enumerate(model.columns)}
+    kinds = {j.name: j.kind for j in model.system.joints}
+    found = {}
+    for key, i in place.items():
+        base: tuple = ()
+        if key[0] in ("velocity", "acceleration"):
+            base = ("position" if key[0] == "velocity" else "velocity", *key[1:])
+        elif key[0] == "qdd":
+            base = ("qd", *key[1:])
+        elif key[0] == "qd":
+            base = ("q", key[1], kinds[key[1]].coordinate_of(key[2]))
+        if base in place:
+            found[i] = place[base]
+    return found
