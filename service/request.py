@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from math import isfinite
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, WithJsonSchema, create_model, model_validator
 
 from engine.basics.numbers import Bound
@@ -26,6 +28,7 @@ Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]
 Text = Annotated[str, StringConstraints(max_length=100)]
 Number = float | Text
 JOBS = "POST /v1/jobs"
+END, SPACING = "simulation.until", "simulation.every"
 
 
 DEEPEST = 60
@@ -114,7 +117,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
     )
     budget: float | None = Field(
-        None, gt=0, description="Stepping seconds after which the job is stopped; nor does a build take longer."
+        None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
     label: Plain = Field("", description="Words of your own.")
 
@@ -148,13 +151,14 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     scene = scene_of(request, limits)
     asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
     values, problems = settings_read(JOBS, asked)
-    run = Run(**values)
+    run = replace(Run(**values), patience=values["patience"] or limits.patience, steps=values["steps"] or limits.steps)
     problems += _too_long(run, scene, limits)
     try:
         made = _planned(scene, asked, run, limits.cases)
     except SceneError as e:
         told = {p.where for p in problems}
         raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
+    problems += _too_long_varied(made, limits)
     width = len(made.cases.paths) + len(made.reductions) + 6
     if made.cases.count * width * 8 > limits.output_bytes:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
@@ -171,7 +175,11 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
 def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
     """What of a case's time and rows exceeds what this server allows."""
     until, every, _ = run.of(scene)
-    problems = []
+    problems = [
+        Problem(n, f"{asked:g} is more than the {most:g} allowed to a case", "a smaller number, or ask for a higher limit")
+        for n, asked, most in (("patience", run.patience or 0.0, limits.patience), ("steps", run.steps or 0.0, limits.steps))
+        if asked > most
+    ]
     if until > limits.duration:
         problems.append(
             Problem("until", f"{until:g} s is longer than the {limits.duration:g} s allowed", "a shorter time, or a higher limit")
@@ -180,6 +188,27 @@ def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
         problems.append(
             Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
         )
+    return problems
+
+
+def _too_long_varied(made: Plan, limits: Limits) -> list[Problem]:
+    """The same of the cases that set their own time and rows."""
+    paths, run = made.cases.paths, made.run
+    if not {END, SPACING} & set(paths):
+        return []
+    values = made.cases.values(0, made.cases.count)
+    until, every, _ = run.of(made.scene)
+    ends = values[:, paths.index(END)] if END in paths and run.until is None else np.array([until])
+    spacings = values[:, paths.index(SPACING)] if SPACING in paths and run.every is None else np.array([every])
+    problems = []
+    if (ends > limits.duration).any():
+        what = f"{ends.max():g} s is longer than the {limits.duration:g} s allowed"
+        problems.append(Problem(END, what, "a shorter time, or a higher limit"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows = np.where(spacings > 0.0, ends / spacings, 0.0)
+    if (rows > limits.rows).any():
+        what = f"{rows.max():.3g} rows a case are more than the {limits.rows} allowed"
+        problems.append(Problem(SPACING, what, "a larger spacing"))
     return problems
 
 
@@ -201,8 +230,10 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
 
 
 def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
-    """The request as it is kept: the scene itself in place of its name and changes, so that it means the same for ever."""
-    return request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides"}) | {"scene": scene_to_dict(made.scene)}
+    """The request as it is kept: the scene itself in place of its name and changes, so that it means the same for ever, and what
+    each case may take."""
+    asked = request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides"})
+    return asked | {"scene": scene_to_dict(made.scene), "patience": made.run.patience, "steps": made.run.steps}
 
 
 def plan_of_document(document: dict[str, Any]) -> Plan:

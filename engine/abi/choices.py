@@ -25,6 +25,7 @@ class Status(Named):
     FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
     FAIL_METHOD = 17, "there is no method of this number"
     FAIL_STALLED = 19, "trial step after trial step, and the time stands still"
+    FAIL_TIME = 21, "the host, asked in the middle of the work, has no more time for it"
     INACCURATE = 18, "the end was reached, but the audit has found energy gained or lost far beyond the tolerance"
     CASE_FAILED = 20, "of a batch: a case ended early; the host may look at its block, then call again"
 

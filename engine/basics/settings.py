@@ -17,6 +17,7 @@ SWEEPS = ("trunnion sweep", "engine.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "engine.sensitivity", "POST /v1/sensitivities")
 WEAR = "trunnion wear"
 KINEMATICS = "trunnion kinematics"
+SERVED = ("POST /v1/jobs", "trunnion jobs submit")
 RUNS = ("trunnion simulate", "engine.simulate", *SWEEPS)
 """Who offers settings: commands, Python functions, requests."""
 
@@ -88,6 +89,17 @@ SETTINGS = (
         "kernel", "", "What evaluates the scene: {kernels}; of parts an unseen structure starts at once, for nothing is "
         "compiled; compiled small ones step faster. auto: parts, but for 1000 runs or more of a small structure.",
         RUNS, "auto", words="kernels", metavar="K",
+    ),
+    Setting(
+        "patience", "s", "Processor seconds that a case may take; then its outcome is out_of_time and the others go on.",
+        (*SWEEPS, "trunnion jobs submit"), "as long as it takes",
+        Bound(0.0, open=True, advice="a positive time, such as 60 or 5 min"), metavar="S",
+        own_left_out=dict.fromkeys(SERVED, "what the server allows"),
+    ),
+    Setting(
+        "steps", "1", "Steps of the solver that a case may take; then its outcome is max_steps and the others go on.",
+        (*SWEEPS, "trunnion jobs submit"), "any number", Bound(1.0, 2e9, advice="a number from 1 to 2e9"), metavar="N",
+        own_left_out=dict.fromkeys(SERVED, "what the server allows"),
     ),
     Setting(
         "law", "", "Friction law of all joints: {laws}.",

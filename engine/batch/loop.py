@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
+from math import inf
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from engine.simulation.giving_up import HOST
 from engine.simulation.library import library
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
+from engine.simulation.settings import Run
 
 CAPACITY = 256
 """How many output rows the buffer holds before they are reduced."""
@@ -37,6 +39,7 @@ Tick = Callable[[int], bool]
 def _library() -> ctypes.CDLL:
     lib = library()
     lib.tr_batch_run.argtypes, lib.tr_batch_run.restype = [ctypes.c_void_p, ctypes.c_long], ctypes.c_int
+    lib.tr_batch_end.argtypes, lib.tr_batch_end.restype = [ctypes.c_void_p, ctypes.c_int], None
     lib.tr_batch_size.argtypes, lib.tr_batch_size.restype = [], ctypes.c_size_t
     if lib.tr_batch_size() != ctypes.sizeof(BATCH.ctype):
         raise RuntimeError("batch loop and runtime do not fit each other (cache of another version?)")
@@ -57,24 +60,33 @@ class Reduced:
 
 
 class _Watch:
-    """Asks a tick whether to go on in the middle of a call into C too, every few milliseconds of whose work ``host`` is called."""
+    """Asks a tick whether to go on, and whether the case at hand has used up its patience, in the middle of a call into C too,
+    every few milliseconds of whose work ``host`` is called. patience: processor seconds of a case."""
 
-    def __init__(self) -> None:
-        self.host = HOST(self._gives_up)
+    def __init__(self, patience: float | None) -> None:
+        self.host, self.patience = HOST(self._gives_up), patience or inf
         self.begin(None, lambda: 0)
 
     def begin(self, tick: Tick | None, at: Callable[[], int]) -> None:
         """From now on ask this one, which is told how many cases are done."""
         self.tick, self.at, self.asked = tick, at, time.perf_counter()
+        self.case, self.since = -1, 0.0
         self.raised: BaseException | None = None
+
+    def impatient(self) -> bool:
+        """Whether the case at hand has taken longer than it may; its time counts from when it was first asked for."""
+        now = time.thread_time()
+        if self.at() != self.case:
+            self.case, self.since = self.at(), now
+        return now - self.since > self.patience
 
     def _gives_up(self) -> int:
         now = time.perf_counter()
-        if self.tick is None or now - self.asked < CALL_SECONDS:
+        if now - self.asked < CALL_SECONDS:
             return 0
         self.asked = now
         try:
-            return int(not self.tick(self.at()))
+            return int(self.impatient() or (self.tick is not None and not self.tick(self.at())))
         except BaseException as e:  # noqa: BLE001  # nothing passes through C: it is raised again behind it
             self.raised = e
             return 1
@@ -88,7 +100,7 @@ class _Watch:
 class Loop:
     """Runs cases of one structure in C. Make it once and use it for many chunks, from one thread at a time."""
 
-    def __init__(self, rows: Rows, chosen: Sequence[Reduction], method: str | None, kernel: str):
+    def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str):
         self.lib = _library()
         self.chosen = tuple(chosen)
         self.model = Model(rows.built.scene, wanted_columns(chosen), kernel)
@@ -96,11 +108,11 @@ class Loop:
         self.batch = BATCH.ctype()
         self.memory: list[object] = []
         self.blocks: list[bl.Block] = []
-        self.watch = _Watch()
+        self.watch = _Watch(run.patience)
         self._variant(self.model.kernel)
         sim = rows.built.scene.simulation
         through = sim.jams == "impact"
-        settings = bl.Settings(method=method or sim.method, through_jams=through)
+        settings = bl.Settings(method=run.method or sim.method, max_steps=int(run.steps or 0), through_jams=through)
         self.batch.settings = settings.record(length=1.0, rate=1.0, energy=0.0)
         self.width = self.blocks[0].width
         self.layout = np.dtype([("case", CASE.dtype), ("columns", REDUCED.dtype, (self.width,))])
@@ -176,14 +188,19 @@ class Loop:
             self.watch.pass_on()
             if status == bl.DONE:
                 return len(out)
+            if status in (bl.STOPPED, bl.MORE) and b.running and self.watch.impatient():
+                self.lib.tr_batch_end(ctypes.addressof(b), bl.Status.FAIL_TIME)
+                status = bl.Status.CASE_FAILED
             if status == bl.STOPPED:
                 return int(b.at)
             if status == bl.Status.CASE_FAILED:
                 failed[b.at] = self._outcome(out["case"][b.at])
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
+                self.watch.case = -1  # what is built is not the case's time
             elif status == bl.NEED_JACOBIAN:
                 self._jacobian()
+                self.watch.case = -1
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):

@@ -176,7 +176,7 @@ class Runner:
         for loop in self.loops:
             if fits(loop, rows):
                 return loop
-        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run.method, self.plan.kernel))
+        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run, self.plan.kernel))
         del self.loops[:-16]
         return self.loops[-1]
 

@@ -87,8 +87,8 @@ def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Res
     """One case of a plan, run as ``engine.simulate`` runs it with the batch's kernel, keeping all its rows."""
     from engine.simulation.run import simulate
 
-    r = of.run
-    return simulate(of.scene, r.until, r.every, r.rtol, r.method, of.kernel, overrides=of.cases.changes(case), outputs=outputs)
+    r, changes, most = of.run, of.cases.changes(case), int(of.run.steps or 0)
+    return simulate(of.scene, r.until, r.every, r.rtol, r.method, of.kernel, overrides=changes, outputs=outputs, max_steps=most)
 
 
 @described("engine.sweep")
@@ -108,6 +108,8 @@ def sweep(
     rtol: Amount | None = None,
     method: str | None = None,
     kernel: str | None = None,
+    patience: Amount | None = None,
+    steps: Amount | None = None,
     workers: int | None = None,
     progress: SweepProgress | None = None,
 ) -> Sweep:
@@ -122,6 +124,7 @@ def sweep(
     """
     loaded = scene_given(scene, overrides)
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "kernel": kernel}
+    asked |= {"patience": patience, "steps": steps}
     values, wrong = settings_read("engine.sweep", asked)
     run = Run(**values)
     keep = names_given(reductions)

@@ -163,5 +163,12 @@ int tr_batch_run(tr_batch *b, long budget) {
   return TR_DONE;
 }
 
+/* The host, in whose time a case was given up or has come back unfinished, ends it with this status; as TR_CASE_FAILED says. */
+void tr_batch_end(tr_batch *b, int status) {
+  b->now->ask.stop = 0, b->now->ask.work = 0.0;
+  tr_case_end(b, status);
+  b->reported = 1;
+}
+
 /* So that the host can check that its own view of a batch is as long. */
 size_t tr_batch_size(void) { return sizeof(tr_batch); }

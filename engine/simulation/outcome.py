@@ -24,6 +24,7 @@ NAMES: dict[int, str] = {
     Status.FAIL_GIMBAL: "gimbal",
     Status.FAIL_MODES: "inconsistent",
     Status.FAIL_METHOD: "unknown_method",
+    Status.FAIL_TIME: "out_of_time",
     Status.INACCURATE: "inaccurate",
 }
 ADVICE = {
@@ -46,7 +47,9 @@ ADVICE = {
     "lengths along the loop and how far its drives go (with a fixed step, try a smaller one)",
     "gimbal": "all free turning axes of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of its reach), "
     "so that it cannot turn as its drives ask: keep its angles away from there, or add a turning freedom across that plane",
-    "max_steps": f"the step budget is used up: raise max_steps, or try method {AUTO.stiff.name}",
+    "max_steps": f"the step budget is used up: raise max_steps (of a sweep: steps), or try method {AUTO.stiff.name}",
+    "out_of_time": "the case has used up its patience; reductions are over its rows up to then: give it more, look at the "
+    f"mechanism at this time for joints that stop and slip without end, or try a looser rtol or method {AUTO.stiff.name}",
     "unknown_method": f"there is no such method: use one of {', '.join(METHODS)}",
     TOO_MANY_ROWS: "the rows of all the solver's steps take the memory that a result may have; rows so far are kept: give every "
     "a spacing, end earlier, or ask for fewer columns with outputs",

@@ -22,13 +22,16 @@ KERNELS = ("auto", "compiled", "parts")
 
 @dataclass(frozen=True)
 class Run:
-    """Settings given for a run, or for all runs of a batch; None where a scene's own holds. until, every: s."""
+    """Settings given for a run, or for all runs of a batch; None where a scene's own holds. until, every: s. patience: processor
+    seconds a case may take, steps: how many of the solver's it may; None: any number."""
 
     until: float | None = None
     every: float | None = None
     rtol: float | None = None
     method: str | None = None
     kernel: str | None = None
+    patience: float | None = None
+    steps: float | None = None
 
     def of(self, scene: Scene) -> tuple[float, float, float]:
         """(until, s; every, s; rtol) of a run of this scene."""

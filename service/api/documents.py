@@ -60,7 +60,7 @@ class JobDocument(BaseModel):
     stepping_seconds: float = Field(description="Time spent stepping, all workers together.")
     build_seconds: float
     bytes: int = Field(description="Size of the results as kept.")
-    budget: float = Field(description="Stepping seconds allowed.")
+    budget: float = Field(description="Seconds of building and stepping allowed.")
     problems: list[ProblemItem]
     links: dict[str, str]
 
@@ -91,10 +91,7 @@ def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
 
 def job_document(j: Job) -> dict[str, Any]:
     """A job as clients see it."""
-    left = j.cases - j.done - j.lost
-    eta = None
-    if j.state == "running" and j.started and j.done:
-        eta = max(0.0, time.time() - j.started) * left / j.done
+    eta = seconds_to_go(j, time.time()) if j.state == "running" else None
     place = f"/v1/jobs/{j.id}"
     return {
         "id": j.id,
@@ -117,6 +114,14 @@ def job_document(j: Job) -> dict[str, Any]:
         "problems": j.problems,
         "links": {"self": place, "request": f"{place}/request", "results": f"{place}/results", "events": f"{place}/events"},
     }
+
+
+def seconds_to_go(j: Job, now: float) -> float | None:
+    """Seconds until a running job is done, from its pace of late; while nothing comes in (a case that takes its time), as long
+    again as nothing has come in. None before anything is known."""
+    if not j.pace or j.landed is None:
+        return None
+    return max(j.pace * (j.cases - j.done - j.lost), now - j.landed)
 
 
 def stamp(t: float | None) -> str | None:

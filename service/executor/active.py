@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from service.store.rows import Chunk, Job
@@ -14,23 +15,59 @@ SHORTEST = 0.1
 PIECES = 30
 OUT_OF_TIME = {
     "where": "budget",
-    "what": "the job's time budget is used up",
+    "what": "the job's budget of time is used up",
     "hint": "the results so far stand; submit the rest with a larger budget, or looser settings",
 }
 
 
+OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
+"""A piece that takes so many times as long as a piece should, and so many seconds, is split, so that its other cases come
+through."""
+BUILDING = 60.0
+"""Seconds granted beside the stepping, where the job's budget has them: a later case may need a kernel of its own."""
+LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
+"""Seconds below which a piece is not worth handing out while others still have some of the budget, and below which it is used
+up."""
+WALL = 10.0
+"""How many times its processor seconds a case may take by the clock, on a machine that is busy with other things."""
+
+
 @dataclass
 class Active:
-    """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; cost: mean stepping seconds for a
-    case so far, 0 before the first chunk; planned: cases handed out."""
+    """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; granted: seconds of the budget that
+    each of them may use; spent: seconds used so far; cost: mean stepping seconds for a case so far, 0 before the first chunk;
+    planned: cases handed out."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
+    granted: dict[int, float] = field(default_factory=dict)
+    spent: float = 0.0
+    patience: float = 600.0
     cost: float = 0.0
     warm: bool = False
     planned: int = 0
     nothing_until: float = 0.0
     looked: float = 0.0
+
+    @property
+    def left(self) -> float:
+        """Seconds of the budget that are neither used nor granted: what is handed out never adds up to more than the budget."""
+        return self.job.budget - self.spent - sum(self.granted.values())
+
+    def grant(self, chunk: Chunk, longest: float, slots: int) -> tuple[float, float]:
+        """(seconds that a chunk may build and step, seconds it may step), of what is left. A case alone gets all that its patience
+        asks for; of what is not enough for everybody a piece gets its share."""
+        if chunk.stop - chunk.start == 1:
+            return min(self.left, WALL * self.patience + BUILDING), inf
+        overrun = max(OVERRUN * longest, SHORTEST_OVERRUN)
+        if not self.warm:
+            return self.left, overrun
+        return min(self.left, max(LEAST_GRANT, min(overrun + BUILDING, self.left / (2 * slots)))), overrun
+
+    def landed(self, start: int, seconds: float) -> None:
+        """A chunk has come back, having used so many seconds."""
+        self.granted.pop(start, None)
+        self.spent += seconds
 
     def size(self, longest: float, slots: int) -> int:
         """Number of cases for the next chunk. What is left is cut into PIECES chunks for each slot, so that a small job spreads,
@@ -38,5 +75,6 @@ class Active:
         if self.cost <= 0.0:
             return FIRST_CHUNK
         left = max(1, self.job.cases - self.planned)
-        seconds = min(longest, max(SHORTEST, left * self.cost / (slots * PIECES)))
+        share = max(SHORTEST, self.left / (4 * slots))
+        seconds = min(longest, share, max(SHORTEST, left * self.cost / (slots * PIECES)))
         return int(min(max(1, seconds / self.cost), LARGEST_CHUNK, max(1, left // (2 * slots))))

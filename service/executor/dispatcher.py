@@ -11,7 +11,7 @@ import threading
 import time
 from typing import Any
 
-from service.executor.active import OUT_OF_TIME, Active
+from service.executor.active import LEAST_GRANT, LEAST_LEFT, OUT_OF_TIME, WALL, Active
 from service.executor.cluster import Cluster, NoCluster
 from service.executor.held import HeldJobs
 from service.executor.parts import Parts
@@ -120,24 +120,34 @@ class Dispatcher(HeldJobs):
 
     def _landed(self, active: Active, start: int, future: Any) -> None:
         """Record one chunk that came back with a result or an error."""
-        chunk, job = active.flying[start][0], active.job.id
+        chunk = active.flying[start][0]
         got = self._result(future) if future.status == "finished" else None
+        granted = active.granted.get(start, 0.0)
+        if future.status == "error" and isinstance(future.exception(), OutOfTime):
+            got = {"counts": {}, "seconds": 0.0, "build_seconds": granted, "bytes": 0, "reached": start}
         if got is not None:
-            self.store.chunk_done(self.name, job, start, Done(**got))
-            n = sum(got["counts"].values())
-            self.metrics.chunk(n, got["seconds"])
-            if got["seconds"] > 0.0:
-                now = got["seconds"] / n
-                active.cost = now if not active.cost else 0.7 * active.cost + 0.3 * now
-            active.warm = True
-        elif future.status == "error" and isinstance(future.exception(), OutOfTime):
-            self._stop_job(active, "failed", [OUT_OF_TIME])
-            return
+            self._recorded(active, chunk, granted, Done(**got))
         else:
+            active.landed(start, 0.0)
             self._lost(chunk, future)
         active.flying.pop(start, None)
         if active.planned >= active.job.cases and not active.flying:
             self._end_if_over(active)
+
+    def _recorded(self, active: Active, chunk: Chunk, granted: float, done: Done) -> None:
+        """Record what a chunk reports, and learn from it what a case costs."""
+        n = sum(done.counts.values())
+        if not n and chunk.stop - chunk.start == 1 and granted >= WALL * active.patience:
+            what = f"the case was not over after {granted:.3g} s, far beyond its patience: is the machine stopped, or overloaded?"
+            self.store.chunk_lost(self.name, chunk.job, chunk.start, what, self.settings.attempts, self.settings.retry_delay)
+        else:
+            self.store.chunk_done(self.name, chunk.job, chunk.start, done)
+        active.landed(chunk.start, done.seconds + done.build_seconds)
+        self.metrics.chunk(n, done.seconds)
+        if done.seconds > 0.0:
+            now = done.seconds / max(n, 1)
+            active.cost = now if not active.cost else 0.7 * active.cost + 0.3 * now
+        active.warm = active.warm or done.seconds > 0.0  # the kernel is there
 
     @staticmethod
     def _result(future: Any) -> dict[str, Any] | None:
@@ -181,12 +191,13 @@ class Dispatcher(HeldJobs):
         """Send one chunk of a job; False when it has none to send now."""
         if time.monotonic() < active.nothing_until:
             return False
-        left = active.job.budget - active.job.seconds
-        if left <= 0.0:
-            self._stop_job(active, "failed", [OUT_OF_TIME])
+        if active.left < (LEAST_GRANT if active.flying else LEAST_LEFT):
+            if not active.flying:
+                self._stop_job(active, "failed", [OUT_OF_TIME])
             return False
+        slots, longest = max(1, self.cluster.counted), self.settings.chunk_seconds
         try:
-            chunk = self.store.cut(self.name, active.job.id, active.size(self.settings.chunk_seconds, max(1, self.cluster.counted)))
+            chunk = self.store.cut(self.name, active.job.id, active.size(longest, slots))
         except LeaseLost:
             self._forget(active)
             return False
@@ -194,12 +205,13 @@ class Dispatcher(HeldJobs):
             active.nothing_until = time.monotonic() + 0.3
             return False
         active.planned = max(active.planned, chunk.stop)
+        grant = active.grant(chunk, longest, slots)
         try:
-            future = self.cluster.submit(run_chunk, self.parts.url, chunk.job, chunk.start, chunk.stop, left)
+            future = self.cluster.submit(run_chunk, self.parts.url, chunk.job, chunk.start, chunk.stop, *grant)
         except NoCluster:
             self.store.chunk_lost(self.name, chunk.job, chunk.start, "no cluster", self.settings.attempts, 0.5, blame=False)
             raise
-        active.flying[chunk.start] = (chunk, future)
+        active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), grant[0]
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._came(job, start, f))
         return True
 

@@ -44,9 +44,11 @@ class HeldJobs:
 
     def _adopt(self, job: Job) -> None:
         """Begin a job whose lease was just taken, or resume it where another server left it."""
+        document = self.store.document(job.id)
         if job.state != "cancelling":
-            self.parts.write(self.parts.job_file(job.id), json.dumps(self.store.document(job.id)).encode())
-        active = Active(job, planned=job.planned)
+            self.parts.write(self.parts.job_file(job.id), json.dumps(document).encode())
+        spent = job.seconds + job.build_seconds
+        active = Active(job, planned=job.planned, spent=spent, patience=document.get("patience") or self.settings.limits.patience)
         if job.done and job.seconds:
             active.cost = job.seconds / job.done
         self.jobs[job.id] = active

@@ -8,7 +8,10 @@ import socket
 import threading
 import time
 from collections import OrderedDict
+from math import inf
 from typing import Any
+
+import numpy as np
 
 from engine.basics.interrupts import watched
 from engine.batch.plan import Runner, Stopped
@@ -24,52 +27,71 @@ _local = threading.local()
 
 
 class OutOfTime(RuntimeError):
-    """The chunk ran into the job's time budget."""
+    """The chunk had no more time, while it built."""
 
 
 class Cancelled(RuntimeError):
     """Raised in a worker whose job was stopped."""
 
 
-def run_chunk(url: str, job: str, start: int, stop: int, seconds: float) -> dict[str, Any]:
-    """Run the cases start … stop − 1 and write their part; what the store wants to know of it.
+def run_chunk(url: str, job: str, start: int, stop: int, seconds: float, longest: float = inf) -> dict[str, Any]:
+    """Run the cases start … stop − 1 and write their part; what the store wants to know of it (``Done``).
 
-    url: where parts and the job's document are. seconds: most this chunk may build and step. A part that is there already is taken
-    as it is.
+    url: where parts and the job's document are. seconds: most this chunk may build and step; longest: most it may step. A chunk
+    that overruns leaves off at once: its part has the cases that were finished before. A part that is there already is taken as it
+    is.
     """
-    parts = Parts(url)
+    parts, began = Parts(url), time.monotonic()
     path = parts.part(job, start, stop)
     there = parts.counted(path)
     if there is not None:
         return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _name()}
-    watch = Watch(parts, job, seconds)
+    watch = Watch(parts, job, seconds, longest)
     with watched(watch.look):
         runner = _runner(parts, job)
-        stepped, built = runner.seconds, runner.build_seconds
-        table = runner.chunk(start, stop, watch)
-    size = parts.write_table(path, table)
-    spent = {"seconds": runner.seconds - stepped, "build_seconds": runner.build_seconds - built}
-    return {"counts": outcomes(table), "bytes": size, "worker": _name(), **spent}
+        built = runner.build_seconds
+        try:
+            table, reached = runner.chunk(start, stop, watch), stop
+        except Stopped as overran:
+            table, reached = _together(overran.table, start)
+    size = parts.write_table(parts.part(job, start, reached), table) if reached > start else 0
+    build = runner.build_seconds - built
+    spent = {"seconds": max(0.0, time.monotonic() - began - build), "build_seconds": build}
+    return {"counts": outcomes(table), "bytes": size, "worker": _name(), "reached": reached, **spent}
+
+
+def _together(table: Any, start: int) -> tuple[Any, int]:
+    """Of the cases that were finished those before the first that was not, and the number of that."""
+    there = table["case"].to_numpy() == start + np.arange(len(table))
+    n = len(table) if there.all() else int(there.argmin())
+    return table.slice(0, n), start + n
 
 
 class Watch:
-    """Called every few hundredths of a second while it builds and steps; ends the chunk by an exception when it is out of time or
-    was cancelled."""
+    """Called every few hundredths of a second while it builds and steps; ends the chunk when it is out of time, keeping the cases
+    it has finished, and by an exception when it was cancelled, or is out of time while it builds."""
 
-    def __init__(self, parts: Parts, job: str, seconds: float):
-        self.parts, self.end = parts, time.monotonic() + seconds
+    def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf):
+        self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest
+        self.stepping = inf
         self.marker, self.looked = parts.marker(job), time.monotonic()
         self.pause = MARKER_SECONDS
 
     def __call__(self, done: int) -> bool:
-        self.look()
-        return True
+        now = time.monotonic()
+        self.stepping = min(self.stepping, now)
+        self._wanted(now)
+        return now < self.end and now - self.stepping < self.longest
 
     def look(self) -> None:
         """Raise when it is time to."""
         now = time.monotonic()
         if now > self.end:
-            raise OutOfTime("the job's time budget is used up")
+            raise OutOfTime("the time of the chunk is used up")
+        self._wanted(now)
+
+    def _wanted(self, now: float) -> None:
+        """Raise when the job was stopped."""
         if now - self.looked > self.pause:
             stopped = self.parts.exists(self.marker)
             self.looked = time.monotonic()

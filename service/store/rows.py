@@ -10,7 +10,7 @@ from typing import Any
 @dataclass(frozen=True)
 class Job:
     """A job as it is stored. Times are seconds since the epoch; counts: number of cases by outcome; lost: cases in failed chunks;
-    seconds: spent on stepping."""
+    seconds: spent on stepping; pace: wall seconds a case, of late; landed: when rows last came in."""
 
     id: str
     created: float
@@ -31,6 +31,8 @@ class Job:
     bytes: int
     budget: float
     problems: list[dict[str, Any]]
+    pace: float = 0.0
+    landed: float | None = None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import and_, func, insert, or_, select, update
+from sqlalchemy import Connection, and_, func, insert, or_, select, update
 from sqlalchemy.exc import IntegrityError
 
 from service.store.database import engine_of, transaction, upgrade
@@ -40,6 +40,12 @@ class Store:
     def close(self) -> None:
         """Give back all connections."""
         self.engine.dispose()
+
+    def now(self, c: Connection) -> float:
+        """Seconds since the epoch by the database's clock, the only one that all servers share."""
+        if self.engine.dialect.name == "postgresql":
+            return float(c.exec_driver_sql("SELECT extract(epoch FROM clock_timestamp())").scalar_one())
+        return time.time()  # SQLite has none of its own
 
     def ping(self) -> None:
         """Ask the database for a sign of life; Unreachable when there is none."""

@@ -2,7 +2,11 @@
 
 States of a job: queued → running → done | failed | cancelled, with cancelling on the way to cancelled. A job is ``failed`` when it
 has chunks that could not be run (its other results stand) or when its time budget is used up. States of a chunk: running → done, or
-running → waiting → running … (at most as many attempts as allowed) → failed. A server works on a job while it holds its lease.
+running → waiting → running … (at most as many attempts as allowed) → failed. A piece that overran is done up to where it came, and
+the rest of it is waiting as pieces of its own. A server works on a job while it holds its lease.
+
+Of a job: pace, wall seconds a case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease. Of
+a chunk: counts, its cases by outcome, and bytes, of the part that is there.
 """
 
 from __future__ import annotations
@@ -47,6 +51,9 @@ jobs = Table(
     Column("problems", Text, nullable=False, default="[]"),
     Column("lease_owner", String(64)),
     Column("lease_until", Float, nullable=False, default=0.0),
+    Column("pace", Float, nullable=False, default=0.0, server_default="0"),
+    Column("landed", Float),
+    Column("beat", BigInteger, nullable=False, default=0, server_default="0"),
     UniqueConstraint("owner", "idempotency_key"),
     Index("ix_jobs_created_id", "created", "id"),
     Index("ix_jobs_state", "state"),
@@ -62,6 +69,8 @@ chunks = Table(
     Column("attempts", Integer, nullable=False, default=0),
     Column("not_before", Float, nullable=False, default=0.0),
     Column("error", Text, nullable=False, default=""),
+    Column("counts", Text, nullable=False, default="", server_default=""),
+    Column("bytes", BigInteger, nullable=False, default=0, server_default="0"),
     Index("ix_chunks_job_state", "job", "state"),
 )
 

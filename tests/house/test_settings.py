@@ -28,6 +28,7 @@ REST = {"POST /v1/jobs": JobRequest, "POST /v1/sensitivities": SensitivityReques
 COMMANDS = [f"trunnion {n}" for n in ("simulate", "sweep", "sensitivity", "wear", "kinematics", "chart", "advise", "jobs submit")]
 NAMES = {s.name for s in SETTINGS}
 WRONG = {"until": ["-1", "0", "x", "5 kg", "10 parsec"], "every": ["-1", "5 kg"], "rtol": ["1", "0", "1 m"], "method": ["rk55"],
+         "patience": ["0", "-1", "5 kg"], "steps": ["0", "x"],
          "step": ["-1"], "law": ["nonsense"], "kernel": ["part"]}  # fmt: skip
 CASES = [pytest.param(s, who, id=f"{who}, {s.name}") for s in SETTINGS for who in s.offered]
 

@@ -1,0 +1,30 @@
+"""How fast a job goes, how often its lease was renewed, and what each of its parts holds."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0002"
+down_revision = "0001"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Add the columns. Of parts that are there already nothing is known: their counts stay empty."""
+    with op.batch_alter_table("jobs", schema=None) as jobs:
+        jobs.add_column(sa.Column("pace", sa.Float(), nullable=False, server_default="0"))
+        jobs.add_column(sa.Column("landed", sa.Float(), nullable=True))
+        jobs.add_column(sa.Column("beat", sa.BigInteger(), nullable=False, server_default="0"))
+    with op.batch_alter_table("chunks", schema=None) as chunks:
+        chunks.add_column(sa.Column("counts", sa.Text(), nullable=False, server_default=""))
+        chunks.add_column(sa.Column("bytes", sa.BigInteger(), nullable=False, server_default="0"))
+
+
+def downgrade() -> None:
+    """Drop the columns."""
+    with op.batch_alter_table("chunks", schema=None) as chunks:
+        chunks.drop_column("bytes")
+        chunks.drop_column("counts")
+    with op.batch_alter_table("jobs", schema=None) as jobs:
+        for name in ("beat", "landed", "pace"):
+            jobs.drop_column(name)
