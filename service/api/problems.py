@@ -14,6 +14,7 @@ from starlette.responses import Response
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from service.executor.cluster import NoCluster
+from service.executor.sealed import Spoiled
 from service.plain import text_of
 from service.store.database import Unreachable
 from service.store.store import BadCursor, Conflict
@@ -154,6 +155,11 @@ def install(app: FastAPI) -> None:
     def database(_: Request, e: Unreachable) -> Response:
         log.warning("database: %s", e)
         return problem_response(503, "the database cannot be used now; try again", headers={"Retry-After": "5"})
+
+    @app.exception_handler(Spoiled)
+    def spoiled(_: Request, e: Spoiled) -> Response:
+        log.warning("results: %s", e)
+        return problem_response(503, f"what was kept could not be read back: {e}", headers={"Retry-After": "10"})
 
     @app.exception_handler(NoCluster)
     def cluster(_: Request, e: NoCluster) -> Response:

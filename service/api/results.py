@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Header, Query, Request
 from fastapi.concurrency import run_in_threadpool
@@ -14,11 +13,11 @@ from engine.basics.problems import Problem, SceneError
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
+from service.api.reading import known, rows
 from service.api.service import Service
 from service.api.waiting import Call, answered
+from service.executor.sealed import Spoiled, document_bytes
 from service.executor.work import run_trajectory
-from service.request import plan_of_document
-from service.store.rows import Chunk
 
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Format = Annotated[Literal["json", "csv", "parquet", "arrow"] | None, Query(description="Instead of the Accept header.")]
@@ -54,9 +53,8 @@ def results(
     kind = chosen(format, accept)
     there = found(s, job)
     stop = there.cases if count is None else min(there.cases, first + count)
-    schema = plan_of_document(s.store.document(job)).schema
+    schema = known(s, job).schema
     names = _columns(schema.names, column)
-    done = [c for c in s.store.finished(job) if c.start < stop and c.stop > first]
     headers = {
         "Content-Disposition": f'attachment; filename="{job}.{SUFFIX[kind]}"',
         "Trunnion-Complete": "true" if there.done == there.cases else "false",
@@ -64,7 +62,7 @@ def results(
     import pyarrow as pa
 
     shown = pa.schema([schema.field(n) for n in names], metadata=schema.metadata)
-    return StreamingResponse(stream(kind, shown, _tables(s, done, shown, first, stop)), 200, headers, MEDIA[kind])
+    return StreamingResponse(stream(kind, shown, rows(s, job, shown, first, stop)), 200, headers, MEDIA[kind])
 
 
 def _columns(known: list[str], asked: list[str] | None) -> list[str]:
@@ -75,14 +73,6 @@ def _columns(known: list[str], asked: list[str] | None) -> list[str]:
             Problem("column", f"there is no column {c[:200]!r}", f"one of {', '.join(known)[:1000]}") for c in unknown[:50]
         )
     return list(dict.fromkeys(asked)) if asked else known
-
-
-def _tables(s: Service, done: list[Chunk], schema: Any, first: int, stop: int) -> Iterator[Any]:
-    """The tables of the parts, cut to the cases wanted."""
-    for chunk in done:
-        table = s.parts.read_table(s.parts.part(chunk.job, chunk.start, chunk.stop), schema.names)
-        low, high = max(first, chunk.start), min(stop, chunk.stop)
-        yield table.slice(low - chunk.start, high - low).select(schema.names).cast(schema)
 
 
 @router.get(
@@ -129,19 +119,25 @@ async def animation(job: str, case: int, caller: Reader, s: Here, request: Reque
 
 async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """What running a case again on the cluster gives, as bytes."""
-    await run_in_threadpool(_check, s, job, case, outputs)
-    call = Call(run_trajectory, (s.parts.url, job, case, outputs, kind), s.replays, REPLAYS_AT_ONCE, priority=10)
-    return await answered(s, request, s.settings.limits.answer_seconds, call)
+    digest = await run_in_threadpool(_check, s, job, case, outputs)
+    call = Call(run_trajectory, (s.parts.url, job, digest, case, outputs, kind), s.replays, REPLAYS_AT_ONCE, priority=10)
+    try:
+        return await answered(s, request, s.settings.limits.answer_seconds, call)
+    except Spoiled:
+        document = await run_in_threadpool(s.store.document, job)
+        await run_in_threadpool(s.parts.write, s.parts.job_file(job), document_bytes(document))
+        return await answered(s, request, s.settings.limits.answer_seconds, call)
 
 
-def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
-    """Refusal (404, 409) or SceneError when a case cannot be run again."""
+def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> str:
+    """The digest of the job's document; Refusal (404, 409) or SceneError when a case cannot be run again."""
     there = found(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")
-    if not s.parts.exists(s.parts.job_file(job)):
+    if there.started is None:
         raise Refusal(409, "the job has not been started yet")
     _check_size(s, job, case, outputs)
+    return known(s, job).digest
 
 
 def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
@@ -151,7 +147,7 @@ def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> N
     from engine.simulation.run import pattern_problems
     from engine.system.build import build
 
-    plan = plan_of_document(s.store.document(job))
+    plan = known(s, job).plan
     scene = apply(plan.scene, plan.cases.changes(case))
     until, every, _ = plan.run.of(scene)
     everything = columns(build(scene).system)

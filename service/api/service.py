@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from fastapi import Request
 
+from service.api.reading import Library
 from service.executor.cluster import Cluster
 from service.executor.dispatcher import Dispatcher
 from service.executor.parts import Parts
@@ -36,6 +37,7 @@ class Service:
     derivatives: Turns = field(default_factory=Turns)
     exports: Turns = field(default_factory=Turns)
     streams: int = 0
+    library: Library = field(default_factory=Library)
 
 
 def made(settings: Settings) -> Service:

@@ -36,12 +36,13 @@ WALL = 10.0
 class Active:
     """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; granted: seconds of the budget that
     each of them may use; spent: seconds used so far; cost: mean stepping seconds for a case so far, 0 before the first chunk;
-    planned: cases handed out."""
+    planned: cases handed out; document: digest of the job's document."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
     granted: dict[int, float] = field(default_factory=dict)
     spent: float = 0.0
+    document: str = ""
     patience: float = 600.0
     cost: float = 0.0
     warm: bool = False

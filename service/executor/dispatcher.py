@@ -15,6 +15,7 @@ from service.executor.active import LEAST_GRANT, LEAST_LEFT, OUT_OF_TIME, WALL, 
 from service.executor.cluster import Cluster, NoCluster
 from service.executor.held import HeldJobs
 from service.executor.parts import Parts
+from service.executor.sealed import Piece, Spoiled, document_bytes
 from service.executor.work import Cancelled, OutOfTime, run_chunk
 from service.metrics import Metrics
 from service.settings import Settings
@@ -163,6 +164,8 @@ class Dispatcher(HeldJobs):
         failed = future.status == "error"
         error = future.exception() if failed else None
         blame = failed and not isinstance(error, Cancelled)
+        if isinstance(error, Spoiled):
+            self.parts.write(self.parts.job_file(chunk.job), document_bytes(self.store.document(chunk.job)))
         text = f"{type(error).__name__}: {error}" if failed else "the cluster went away"
         delay = self.settings.retry_delay * 2 ** max(0, chunk.attempts - 1) if blame else 0.5
         state = self.store.chunk_lost(self.name, chunk.job, chunk.start, text, self.settings.attempts, delay, blame)
@@ -207,7 +210,8 @@ class Dispatcher(HeldJobs):
         active.planned = max(active.planned, chunk.stop)
         grant = active.grant(chunk, longest, slots)
         try:
-            future = self.cluster.submit(run_chunk, self.parts.url, chunk.job, chunk.start, chunk.stop, *grant)
+            piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
+            future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant)
         except NoCluster:
             self.store.chunk_lost(self.name, chunk.job, chunk.start, "no cluster", self.settings.attempts, 0.5, blame=False)
             raise

@@ -6,7 +6,6 @@ there, and are run again when it is not.
 
 from __future__ import annotations
 
-import json
 import queue
 import secrets
 import time
@@ -14,6 +13,7 @@ from typing import Any
 
 from service.executor.active import Active
 from service.executor.parts import Parts
+from service.executor.sealed import Piece, digest_of, document_bytes
 from service.settings import Settings
 from service.store.rows import Chunk, Job
 from service.store.work import Done, WorkStore
@@ -46,9 +46,10 @@ class HeldJobs:
         """Begin a job whose lease was just taken, or resume it where another server left it."""
         document = self.store.document(job.id)
         if job.state != "cancelling":
-            self.parts.write(self.parts.job_file(job.id), json.dumps(document).encode())
+            self.parts.write(self.parts.job_file(job.id), document_bytes(document))
         spent = job.seconds + job.build_seconds
-        active = Active(job, planned=job.planned, spent=spent, patience=document.get("patience") or self.settings.limits.patience)
+        active = Active(job, planned=job.planned, spent=spent, document=digest_of(document_bytes(document)))
+        active.patience = document.get("patience") or self.settings.limits.patience
         if job.done and job.seconds:
             active.cost = job.seconds / job.done
         self.jobs[job.id] = active
@@ -58,7 +59,7 @@ class HeldJobs:
 
     def _settle(self, active: Active, chunk: Chunk) -> None:
         """Decide on a chunk whose future is gone: it is done when its part is there, else it is run again."""
-        there = self.parts.counted(self.parts.part(chunk.job, chunk.start, chunk.stop))
+        there = self.parts.counted(Piece(chunk.job, active.document, chunk.start, chunk.stop))
         if there is not None:
             self.store.chunk_done(self.name, chunk.job, chunk.start, Done(there[0], 0.0, 0.0, there[1]))
         else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import secrets
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import fsspec
 from fsspec.implementations.local import LocalFileSystem
 
 from engine.basics.files import replacing
+from service.executor.sealed import Piece, Spoiled, opened, sealed
 
 if TYPE_CHECKING:
     import pyarrow
@@ -24,9 +24,9 @@ class Parts:
         self.fs, self.root = fsspec.core.url_to_fs(url)
         self.root = self.root.rstrip("/")
 
-    def part(self, job: str, start: int, stop: int) -> str:
-        """Path of the part that holds the cases start … stop − 1."""
-        return f"{self.root}/{job}/part-{start:09d}-{stop:09d}.parquet"
+    def part(self, piece: Piece) -> str:
+        """Path of the part that holds a piece."""
+        return f"{self.root}/{piece.job}/part-{piece.start:09d}-{piece.stop:09d}.parquet"
 
     def write(self, path: str, data: bytes) -> None:
         """Write bytes under a name, whole or not at all."""
@@ -39,29 +39,32 @@ class Parts:
             f.flush()
             os.fsync(f.fileno())
 
-    def write_table(self, path: str, table: pyarrow.Table) -> int:
-        """Write a table as a Parquet part and return its size in bytes."""
-        import pyarrow.parquet as pq
+    def write_part(self, piece: Piece, table: pyarrow.Table) -> int:
+        """Write a table as the part of a piece and return its size in bytes."""
+        data = sealed(table, piece)
+        self.write(self.part(piece), data)
+        return len(data)
 
-        sink = io.BytesIO()
-        pq.write_table(table, sink, compression="zstd")
-        self.write(path, sink.getvalue())
-        return len(sink.getvalue())
-
-    def read_table(self, path: str, columns: list[str] | None = None) -> pyarrow.Table:
-        """Read a part as a table."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        return pq.read_table(pa.BufferReader(self.fs.cat_file(path)), columns=columns)
-
-    def counted(self, path: str) -> tuple[dict[str, int], int] | None:
-        """(cases by outcome, size in bytes) of a part; None when it is not there."""
+    def read_part(self, piece: Piece, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
+        """(the table of a piece, size of its part in bytes). Spoiled when it is not there, cannot be read, or is not what was
+        written for this piece."""
         try:
-            data = self.fs.cat_file(path)
+            data = self.read(self.part(piece))
         except FileNotFoundError:
+            raise Spoiled("it is not there") from None
+        except OSError as e:
+            if not isinstance(self.fs, LocalFileSystem):
+                raise  # more likely it is out of reach for now
+            raise Spoiled(f"it cannot be read: {e.strerror or e}") from e
+        return opened(data, piece, columns), len(data)
+
+    def counted(self, piece: Piece) -> tuple[dict[str, int], int] | None:
+        """(cases by outcome, size in bytes) of a piece's part; None when there is none that fits."""
+        try:
+            table, size = self.read_part(piece, ["outcome"])
+        except Spoiled:
             return None
-        return outcomes(self.read_table(path, ["outcome"])), len(data)
+        return outcomes(table), size
 
     def exists(self, path: str) -> bool:
         """Whether a file is there (asked afresh)."""

@@ -8,6 +8,7 @@ import socket
 import threading
 import time
 from collections import OrderedDict
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 from engine.basics.interrupts import watched
 from engine.batch.plan import Runner, Stopped
 from service.executor.parts import Parts, outcomes
+from service.executor.sealed import Piece, Spoiled, digest_of
 from service.request import plan_of_document
 
 KEPT = 4
@@ -34,27 +36,27 @@ class Cancelled(RuntimeError):
     """Raised in a worker whose job was stopped."""
 
 
-def run_chunk(url: str, job: str, start: int, stop: int, seconds: float, longest: float = inf) -> dict[str, Any]:
-    """Run the cases start … stop − 1 and write their part; what the store wants to know of it (``Done``).
+def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf) -> dict[str, Any]:
+    """Run the cases of a piece and write their part; what the store wants to know of it (``Done``).
 
     url: where parts and the job's document are. seconds: most this chunk may build and step; longest: most it may step. A chunk
-    that overruns leaves off at once: its part has the cases that were finished before. A part that is there already is taken as it
-    is.
+    that overruns leaves off at once: its part has the cases that were finished before. A part that is there already, and fits, is
+    taken as it is.
     """
     parts, began = Parts(url), time.monotonic()
-    path = parts.part(job, start, stop)
-    there = parts.counted(path)
+    start, stop = piece.start, piece.stop
+    there = parts.counted(piece)
     if there is not None:
         return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _name()}
-    watch = Watch(parts, job, seconds, longest)
+    watch = Watch(parts, piece.job, seconds, longest)
     with watched(watch.look):
-        runner = _runner(parts, job)
+        runner = _runner(parts, piece.job, piece.document)
         built = runner.build_seconds
         try:
             table, reached = runner.chunk(start, stop, watch), stop
         except Stopped as overran:
             table, reached = _together(overran.table, start)
-    size = parts.write_table(parts.part(job, start, reached), table) if reached > start else 0
+    size = parts.write_part(replace(piece, stop=reached), table) if reached > start else 0
     build = runner.build_seconds - built
     spent = {"seconds": max(0.0, time.monotonic() - began - build), "build_seconds": build}
     return {"counts": outcomes(table), "bytes": size, "worker": _name(), "reached": reached, **spent}
@@ -119,26 +121,37 @@ class Wanted:
                 raise Cancelled("nobody waits for it any more")
 
 
-def _runner(parts: Parts, job: str) -> Runner:
-    """This thread's runner of a job."""
-    kept: OrderedDict[tuple[str, str], Runner] = _local.__dict__.setdefault("runners", OrderedDict())
-    key = (parts.url, job)
+def _runner(parts: Parts, job: str, digest: str) -> Runner:
+    """This thread's runner of a job whose document has this digest; Spoiled when the file of the job is another."""
+    kept: OrderedDict[tuple[str, str, str], Runner] = _local.__dict__.setdefault("runners", OrderedDict())
+    key = (parts.url, job, digest)
     if key not in kept:
-        kept[key] = Runner(plan_of_document(json.loads(parts.read(parts.job_file(job)))))
+        try:
+            data = parts.read(parts.job_file(job))
+        except FileNotFoundError:
+            data = b""
+        if digest_of(data) != digest:
+            raise Spoiled("the job's document beside its parts is not what was written")
+        kept[key] = Runner(plan_of_document(json.loads(data)))
     kept.move_to_end(key)
     while len(kept) > KEPT:
         kept.popitem(last=False)
     return kept[key]
 
 
-def run_trajectory(url: str, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
+def forget() -> None:
+    """Drop this thread's runners."""
+    _local.__dict__.pop("runners", None)
+
+
+def run_trajectory(url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """One case again with all its rows: an Arrow stream (``table``), or the page of its moving picture (``animation``)."""
     from engine.batch.sweeping import trajectory
     from engine.plots.animate import page
     from engine.plots.mechanism import needed
 
     with watched(Wanted().look):
-        plan = _runner(Parts(url), job).plan
+        plan = _runner(Parts(url), job, digest).plan
         if kind == "animation":
             return page(trajectory(plan, case, needed(plan.scene))).encode()
         return arrow_bytes(trajectory(plan, case, outputs).to_arrow())

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import Connection, and_, func, insert, select, update
+from sqlalchemy import Connection, and_, func, insert, or_, select, update
 
 from service.store.database import transaction
 from service.store.store import Store
@@ -116,6 +116,37 @@ class LandingStore(Store):
                 c.execute(update(jobs).where(jobs.c.id == job).values(lost=jobs.c.lost + row["stop"] - row["start"]))
             self._event(c, job, "chunk_failed" if state == "failed" else "chunk_retried", about)
             return state
+
+    def reopen(self, job: str, start: int, why: str) -> None:
+        """The part of a chunk that is done cannot be read back: its cases are to be computed again, with those of other chunks of
+        which nothing is known. A job that ended goes on for them, but for one that was cancelled or is out of its budget: there the
+        cases are gone, and its problems say so."""
+        with transaction(self.engine, writing=True) as c:
+            row = c.execute(select(jobs).where(jobs.c.id == job).with_for_update()).mappings().one()
+            done = and_(chunks.c.job == job, chunks.c.state == "done")
+            if c.execute(select(chunks.c.start).where(done, chunks.c.start == start)).first() is None:
+                return
+            goes_on = (row["state"] != "cancelled" and row["planned"] >= row["cases"]) or row["state"] in ACTIVE
+            values = {"state": "waiting" if goes_on else "dropped", "attempts": 0, "not_before": 0.0, "error": why[:2000]}
+            c.execute(update(chunks).where(done, or_(chunks.c.start == start, chunks.c.counts == "")).values(values))
+            self._summed(c, row)
+            if goes_on and row["state"] not in ACTIVE:
+                free = {"state": "running", "finished": None, "problems": "[]", "lease_owner": None, "lease_until": 0.0}
+                c.execute(update(jobs).where(jobs.c.id == job).values(free))
+            elif not goes_on:
+                told = {"where": f"cases from {start}", "what": f"the rows kept are gone: {why}", "hint": "submit these again"}
+                c.execute(update(jobs).where(jobs.c.id == job).values(problems=json.dumps([*json.loads(row["problems"]), told])))
+            self._event(c, job, "part_spoiled", {"first_case": start, "why": why[:300], "computed_again": bool(goes_on)})
+
+    def _summed(self, c: Connection, row: Any) -> None:
+        """Give a job the sums of its chunks that are done; what the others have cost does not count against its budget."""
+        query = select(chunks.c.start, chunks.c.stop, chunks.c.counts, chunks.c.bytes)
+        there = c.execute(query.where(chunks.c.job == row["id"], chunks.c.state == "done")).all()
+        counts: Counter[str] = sum((Counter(json.loads(x.counts)) for x in there), Counter())
+        n = sum(x.stop - x.start for x in there)
+        seconds = row["seconds"] * n / max(row["done"], 1)
+        values = {"done": n, "counts": json.dumps(counts), "bytes": sum(x.bytes for x in there), "seconds": seconds}
+        c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
 
     def _attempt_ended(self, c: Connection, job: str, start: int, worker: str, result: str) -> None:
         last = select(func.max(attempts.c.id)).where(attempts.c.job == job, attempts.c.start == start).scalar_subquery()

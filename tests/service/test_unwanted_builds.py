@@ -5,7 +5,6 @@ The worker's function runs here, on a thread of its own as in a worker; the job 
 
 from __future__ import annotations
 
-import json
 import signal
 import subprocess
 import threading
@@ -19,6 +18,7 @@ from engine.batch.sweeping import _Work, run_plan
 from engine.kernel import cache, library, programs
 from service.executor import work
 from service.executor.parts import Parts
+from service.executor.sealed import Piece, digest_of, document_bytes
 from service.executor.work import Cancelled, OutOfTime, run_chunk
 from service.request import JobRequest, document_of, plan_of_document, plan_of_request
 from service.settings import Limits
@@ -47,7 +47,7 @@ def parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Parts:
     monkeypatch.setattr(work, "MARKER_SECONDS", 0.0)
     monkeypatch.setattr(work, "LOOKS_PART", float("inf"))
     there = Parts(str(tmp_path / "parts"))
-    there.write(there.job_file("a"), json.dumps(JOB).encode())
+    there.write(there.job_file("a"), document_bytes(JOB))
     return there
 
 
@@ -57,7 +57,7 @@ def chunk(parts: Parts, seconds: float = 600.0) -> BaseException | dict[str, Any
 
     def working() -> None:
         try:
-            found.append(run_chunk(parts.url, "a", 0, 4, seconds))
+            found.append(run_chunk(parts.url, Piece("a", digest_of(document_bytes(JOB)), 0, 4), seconds))
         except BaseException as e:  # noqa: BLE001
             found.append(e)
 

@@ -1,0 +1,95 @@
+"""Reading what jobs have kept: what is known of a job, and the rows of its parts, each checked as it is read."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import OrderedDict, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from service.executor.sealed import Piece, Spoiled, digest_of, document_bytes
+from service.request import plan_of_document
+from service.store.rows import Chunk
+from service.store.tables import ENDED
+
+if TYPE_CHECKING:
+    from engine.batch.plan import Plan
+    from service.api.service import Service
+
+log = logging.getLogger("trunnion.service")
+KEPT = 64
+LOOK_SECONDS = 0.1
+MOST_REPAIRS = 3
+"""How often one reading has the same cases computed again before it gives up: something goes on spoiling them."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a job's document says, which never changes: its plan, the schema of its table, the document's digest."""
+
+    plan: Plan
+    schema: Any
+    digest: str
+
+
+@dataclass
+class Library:
+    """The jobs that were read of late."""
+
+    jobs: OrderedDict[str, Known] = field(default_factory=OrderedDict)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+
+def known(s: Service, job: str) -> Known:
+    """What is known of a job; it must exist."""
+    with s.library.lock:
+        if job in s.library.jobs:
+            s.library.jobs.move_to_end(job)
+            return s.library.jobs[job]
+    document = s.store.document(job)
+    plan = plan_of_document(document)
+    made = Known(plan, plan.schema, digest_of(document_bytes(document)))
+    with s.library.lock:
+        s.library.jobs[job] = made
+        while len(s.library.jobs) > KEPT:
+            s.library.jobs.popitem(last=False)
+    return made
+
+
+def rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
+    """The tables of the parts, cut to the cases wanted. A part that is not what was written is computed again, which is waited for;
+    Spoiled when that comes to nothing."""
+    digest = known(s, job).digest
+    todo, repairs = deque(c for c in s.store.finished(job) if c.start < stop and c.stop > first), 0
+    while todo:
+        chunk = todo.popleft()
+        try:
+            table, _ = s.parts.read_part(Piece(job, digest, chunk.start, chunk.stop), schema.names)
+        except Spoiled as e:
+            repairs += 1
+            if repairs > MOST_REPAIRS * (1 + len(todo)):
+                raise
+            todo.extendleft(reversed(_again(s, chunk, str(e))))
+            continue
+        low, high = max(first, chunk.start), min(stop, chunk.stop)
+        yield table.slice(low - chunk.start, max(0, high - low)).select(schema.names).cast(schema)
+
+
+def _again(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
+    """Have the cases of a chunk computed again; the chunks that hold them then, fewer where the job does not go on."""
+    log.warning("job %s, cases %d to %d: %s; they are computed again", chunk.job, chunk.start, chunk.stop - 1, why)
+    s.store.reopen(chunk.job, chunk.start, why)
+    s.metrics.chunks.labels("spoiled").inc()
+    s.dispatcher.wake()
+    end = time.monotonic() + s.settings.limits.answer_seconds
+    while True:
+        now = s.store.job(chunk.job)
+        there = [c for c in s.store.finished(chunk.job) if c.start < chunk.stop and c.stop > chunk.start]
+        if sum(c.stop - c.start for c in there) == chunk.stop - chunk.start or now is None or now.state in ENDED:
+            return there
+        if time.monotonic() > end:
+            raise Spoiled(f"cases {chunk.start} to {chunk.stop - 1}: {why}; they are being computed again: try later")
+        time.sleep(LOOK_SECONDS)
