@@ -8,12 +8,11 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 from fastapi import FastAPI
-from fastapi.concurrency import run_in_threadpool
 from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from engine.basics.version import version
-from service.api import admin, jobs, problems, results, scenes, sensitivities
+from service.api import admin, bodies, jobs, problems, results, scenes, sensitivities
 from service.api.problems import ProblemDocument
 from service.api.security import Door, Rates
 from service.api.service import Service, made
@@ -36,10 +35,9 @@ def app_of(service: Service) -> FastAPI:
     @asynccontextmanager
     async def life(_: FastAPI) -> AsyncIterator[None]:
         service.dispatcher.start()
+        service.checks.start()
         yield
-        await run_in_threadpool(service.dispatcher.stop)
-        await run_in_threadpool(service.cluster.close)
-        service.store.close()
+        service.close()
 
     app = FastAPI(title="Trunnion", version=version(), description=ABOUT, docs_url=None, redoc_url=None, lifespan=life)
     app.state.service = service
@@ -61,6 +59,7 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
         made = ProblemDocument.model_json_schema(ref_template="#/components/schemas/{model}")
         schemas |= made.pop("$defs", {})
         schemas["ProblemDocument"] = made
+        schemas |= bodies.described()
         for name in ("HTTPValidationError", "ValidationError"):
             schemas.pop(name, None)
         app.openapi_schema = document

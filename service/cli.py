@@ -6,9 +6,10 @@ import errno
 import logging
 import os
 import socket
+import threading
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,6 +17,8 @@ from engine.basics.extras import absent
 from engine.basics.problems import Problem, SceneError, SimulationError
 from service.settings import Limits, Settings
 
+GRACE_SECONDS, END_SECONDS = 2, 4.0
+"""Time for requests under way when the server is told to end, and for everything."""
 BACKLOG = 2048
 """Connections that may wait to be accepted, as uvicorn has it."""
 
@@ -149,7 +152,23 @@ def _serve(settings: Settings) -> int:
     if not settings.open and not app.state.service.store.all_keys():
         print("no keys yet: make the first with trunnion serve --new-key me:admin")
     print(f"Trunnion at http://{settings.host}:{listening.getsockname()[1]} (data in {settings.data}); end with Ctrl-C", flush=True)
-    config = uvicorn.Config(app, settings.host, settings.port, log_level="warning", timeout_graceful_shutdown=5)
+    config = uvicorn.Config(app, settings.host, settings.port, log_level="warning", timeout_graceful_shutdown=GRACE_SECONDS)
     server = uvicorn.Server(config)
+    ends_in_time(server)
     server.run(sockets=[listening])
     return 0 if server.started else 1
+
+
+def ends_in_time(server: Any) -> None:
+    """Let a server that is told to end be gone after END_SECONDS, whatever still goes on in it. What it worked on is taken up again
+    by the next one."""
+    asked = server.handle_exit
+
+    def told(number: int, frame: Any) -> None:
+        if not server.should_exit:
+            last = threading.Timer(END_SECONDS, lambda: os._exit(0))
+            last.daemon = True
+            last.start()
+        asked(number, frame)
+
+    server.handle_exit = told

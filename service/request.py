@@ -32,6 +32,18 @@ END, SPACING = "simulation.until", "simulation.every"
 
 
 DEEPEST = 60
+MOST_TEXT, MOST_VALUES = 250_000, 100_000
+"""Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
+
+
+def _values(data: Any) -> int:
+    """How many keys and values plain data hold."""
+    todo, n = [data], 0
+    while todo:
+        value = todo.pop()
+        n += 2 * len(value) if isinstance(value, dict) else len(value) if isinstance(value, list) else 0
+        todo += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return n
 
 
 def _unicode(text: str) -> bool:
@@ -70,7 +82,7 @@ class SceneSource(Asked):
     """A scene: the name of a bundled model, or a scene as JSON (``scene``), or as YAML text (``scene_text``)."""
 
     scene: Plain | dict[str, Any] | None = Field(None, description="Name of a bundled model, or a whole scene as JSON.")
-    scene_text: Annotated[str, StringConstraints(max_length=1_000_000)] | None = Field(
+    scene_text: Annotated[str, StringConstraints(max_length=MOST_TEXT)] | None = Field(
         None, description="A whole scene as YAML text."
     )
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=1000, description="Changes by dotted path.")
@@ -128,6 +140,8 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
     if len(given) != 1:
         what = "no scene is given" if not given else "two scenes are given"
         raise SceneError([Problem("scene", what, "give scene (a model's name, or JSON) or scene_text (YAML)")])
+    if isinstance(source.scene, dict) and (n := _values(source.scene)) > MOST_VALUES:
+        raise SceneError([Problem("scene", f"it holds {n} values, more than {MOST_VALUES}", "leave out what is not needed")])
     if isinstance(source.scene, str):
         if source.scene not in bundled_names():
             hint = f"one of {', '.join(bundled_names())}; or give the scene itself"

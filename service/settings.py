@@ -10,9 +10,10 @@ from pathlib import Path
 @dataclass(frozen=True)
 class Limits:
     """The most a request may ask for. body: bytes of a request; duration: simulated seconds; rows: output rows of a case;
-    output_bytes: size of a job's table; job_seconds: seconds of building and stepping of a job;
-    patience, steps: processor seconds and steps of a case (a job's own ``patience`` and ``steps`` are at most these);
-    answer_seconds: seconds of work for what is answered at once (a case run again, a sensitivity); waiting: jobs that may be queued
+    output_bytes: size of a job's table; job_seconds: seconds of building and stepping of a job; patience, steps: processor seconds
+    and steps of a case (a job's own ``patience`` and ``steps`` are at most these); answer_seconds: seconds of work for what is
+    answered at once (a case run again, a sensitivity, an FMU); check_seconds: seconds of reading and checking a request; memory:
+    bytes of address space of a process that does that (twice as much of one that exports an FMU); waiting: jobs that may be queued
     or running; rate: requests that a key (or, without keys, an address) may make, such as "20/second", "" for any number."""
 
     body: int = 2_000_000
@@ -25,6 +26,8 @@ class Limits:
     patience: float = 600.0
     steps: float = 100_000_000.0
     answer_seconds: float = 120.0
+    check_seconds: float = 10.0
+    memory: float = 4e9
     waiting: int = 10_000
     rate: str = ""
 

@@ -14,7 +14,6 @@ from service.api.jobs import Here
 from service.api.problems import Json, Refusal, documented
 from service.api.security import Caller, need, new_key
 from service.request import Asked, Plain
-from service.store.database import Unreachable
 from service.store.rows import Key
 
 router = APIRouter()
@@ -73,7 +72,7 @@ def revoke_key(key: str, caller: Admin, s: Here) -> Response:
 
 
 @router.get("/healthz", tags=["health"])
-def health() -> dict[str, str]:
+async def health() -> dict[str, str]:
     """Whether the server is up: any answer says so."""
     return {"status": "ok", "version": version()}
 
@@ -86,13 +85,9 @@ def health() -> dict[str, str]:
         503: {"description": "Not now.", "content": {"application/json": {"schema": {"type": "object"}}}},
     },
 )
-def ready(s: Here) -> Response:
+async def ready(s: Here) -> Response:
     """Whether jobs can be taken and worked on: database, cluster, results."""
-    checks = {"database": "ok", "workers": s.cluster.counted, "trouble": s.dispatcher.trouble}
-    try:
-        s.store.ping()
-    except Unreachable:
-        checks["database"] = "unreachable"
+    checks = {"database": await s.pulse.database(), "workers": s.cluster.counted, "trouble": s.dispatcher.trouble}
     good = checks["database"] == "ok" and not s.dispatcher.trouble and s.dispatcher.thread.is_alive()
     return Json({"status": "ready" if good else "not ready", **checks}, 200 if good else 503)
 

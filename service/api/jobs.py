@@ -7,16 +7,17 @@ import json
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
+from service.api.bodies import asks, told
 from service.api.documents import Attempt, JobDocument, JobList, State, attempt_document, job_document
 from service.api.problems import Json, Refusal, documented, with_header
 from service.api.security import Caller, need
 from service.api.service import Service, service
-from service.request import JobRequest, digest, document_of, plan_of_request
+from service.request import JobRequest
 from service.store.rows import Job
 from service.store.tables import ACTIVE, ENDED
 
@@ -79,9 +80,10 @@ EVENT: dict[str, Any] = {
         202: PLACE,
         **documented(409, 413),
     },
+    openapi_extra=asks(JobRequest, EXAMPLES),
 )
-def submit(
-    request: Annotated[JobRequest, Body(openapi_examples=EXAMPLES)],
+async def submit(
+    request: Request,
     caller: Submitter,
     s: Here,
     idempotency_key: Annotated[
@@ -89,20 +91,20 @@ def submit(
     ] = None,
 ) -> Response:
     """Submit a batch. The answer's ``Location`` is the job."""
-    made = plan_of_request(request, s.settings.limits)
+    made = await told(s, request, caller, "plan_job")
+    job, new = await run_in_threadpool(_kept, s, caller, made, idempotency_key)
+    return Json(job_document(job), 202 if new else 200, {"Location": f"/v1/jobs/{job.id}"})
+
+
+def _kept(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
+    """Keep a job that is understood; (job, whether it is new). Refusal (503) when too many wait."""
     states = s.store.states()
     if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
         raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
-    document = document_of(request, made)
-    name = "".join(c for c in made.scene.name if c.isprintable())[:200]
-    budget = request.budget or s.settings.limits.job_seconds
-    asked = digest(request.model_dump(mode="json"))
-    job, new = s.store.submit(
-        caller.id, asked, name, request.label, json.dumps(document), made.cases.count, budget, idempotency_key
-    )
+    job, new = s.store.submit(caller.id, **made, key=key)
     if new:
         s.dispatcher.wake()
-    return Json(job_document(job), 202 if new else 200, {"Location": f"/v1/jobs/{job.id}"})
+    return job, new
 
 
 @router.get("", response_model=JobList, responses=documented())
@@ -127,11 +129,10 @@ class JobFacts(BaseModel):
     columns: list[str]
 
 
-@router.post("/check", response_model=JobFacts, responses=documented(413))
-def check(request: Annotated[JobRequest, Body(openapi_examples=EXAMPLES)], caller: Reader, s: Here) -> Response:
+@router.post("/check", response_model=JobFacts, responses=documented(413), openapi_extra=asks(JobRequest, EXAMPLES))
+async def check(request: Request, caller: Reader, s: Here) -> Response:
     """What a request would make, or every problem it has; nothing is submitted."""
-    made = plan_of_request(request, s.settings.limits)
-    return Json({"cases": made.cases.count, "columns": made.schema.names})
+    return Response(await told(s, request, caller, "check_job"), media_type="application/json")
 
 
 def found(s: Service, job: str) -> Job:

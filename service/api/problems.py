@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -120,6 +121,20 @@ def counted(n: int) -> str:
     return f"{n} problem{'' if n == 1 else 's'}"
 
 
+AWAY: tuple[tuple[type[Exception], str, str, int], ...] = (
+    (Unreachable, "database", "the database cannot be used now; try again", 5),
+    (NoCluster, "cluster", "the cluster cannot be used now; try again", 5),
+    (Spoiled, "results", "what was kept could not be read back, and is computed again; try again", 10),
+)
+"""What may be away for a while: its errors, its name in the log, what a client is told, and after how many s to come again."""
+
+
+async def _away(name: str, words: str, seconds: int, _: Request, e: Exception) -> Response:
+    """The answer while something is away."""
+    log.warning("%s: %s", name, e)
+    return problem_response(503, words, headers={"Retry-After": str(seconds)})
+
+
 def install(app: FastAPI) -> None:
     """Every error the application can raise becomes a problem document."""
 
@@ -151,20 +166,8 @@ def install(app: FastAPI) -> None:
     def cursor(_: Request, e: BadCursor) -> Response:
         return problem_response(422, problems=[Problem("cursor", str(e), "take it from the answer before")])
 
-    @app.exception_handler(Unreachable)
-    def database(_: Request, e: Unreachable) -> Response:
-        log.warning("database: %s", e)
-        return problem_response(503, "the database cannot be used now; try again", headers={"Retry-After": "5"})
-
-    @app.exception_handler(Spoiled)
-    def spoiled(_: Request, e: Spoiled) -> Response:
-        log.warning("results: %s", e)
-        return problem_response(503, f"what was kept could not be read back: {e}", headers={"Retry-After": "10"})
-
-    @app.exception_handler(NoCluster)
-    def cluster(_: Request, e: NoCluster) -> Response:
-        log.warning("cluster: %s", e)
-        return problem_response(503, "the cluster cannot be used now; try again", headers={"Retry-After": "5"})
+    for kind, name, words, seconds in AWAY:
+        app.add_exception_handler(kind, partial(_away, name, words, seconds))
 
     @app.exception_handler(Exception)
     def defect(_: Request, e: Exception) -> Response:

@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import tempfile
-from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Body
+from fastapi import APIRouter, Request
 from fastapi import Path as InPath
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
-from engine.basics.problems import Problem, SceneError
-from engine.batch.reductions import DEFAULTS, reductions
-from engine.kernel.columns import columns
-from engine.scene.following import unused_notes
+from engine.basics.problems import Problem
 from engine.scene.library import bundled_names, model_file
 from engine.scene.load import load_scene
-from engine.scene.magnitudes import magnitude_notes
-from engine.scene.model import Scene
-from engine.scene.overrides import list_parameters
 from engine.scene.schema import json_schema
-from engine.system.build import build
+from service.answered import FmuRequest
+from service.api.bodies import asks, at_desk, body_of, media_of, told
 from service.api.jobs import Here, Reader, Submitter
 from service.api.problems import Json, Refusal, documented
-from service.api.waiting import taking
-from service.request import SceneSource, scene_of
+from service.request import SceneSource
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
 YAML = """schema: 1
@@ -109,40 +102,10 @@ def schema(caller: Reader) -> Response:
     return Json(json_schema())
 
 
-@router.post("/scenes/check", response_model=SceneFacts, responses=documented(413))
-def check(source: Annotated[SceneSource, Body(openapi_examples=SCENES)], caller: Reader, s: Here) -> Response:
+@router.post("/scenes/check", response_model=SceneFacts, responses=documented(413), openapi_extra=asks(SceneSource, SCENES))
+async def check(request: Request, caller: Reader, s: Here) -> Response:
     """What a scene is: its numbers, its columns; or every problem it has (422), with lines."""
-    scene = scene_of(source, s.settings.limits)
-    built = build(scene)
-    everything = columns(built.system)
-    try:
-        kept = [r.name for r in reductions((), everything)]
-    except SceneError:
-        kept = list(DEFAULTS)
-    return Json(
-        {
-            "name": scene.name,
-            "title": scene.title,
-            "bodies": list(scene.bodies),
-            "joints": {n: j.type for n, j in scene.joints.items()},
-            "loops": len(built.system.cuts),
-            "until": float(scene.simulation.until),
-            "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
-            "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],
-            "reductions": kept,
-            "notes": [*magnitude_notes(scene), *unused_notes(scene)],
-        }
-    )
-
-
-EXPORTS_AT_ONCE = 2
-
-
-class FmuRequest(SceneSource):
-    """What to export as an FMU: the scene, and how."""
-
-    flavour: Literal["native", "python"] = "native"
-    platform: Literal["host", "linux64", "win64", "darwin64", "aarch64-darwin", "all"] = "host"
+    return Response(await told(s, request, caller, "check_scene"), media_type="application/json")
 
 
 @router.post(
@@ -155,29 +118,18 @@ class FmuRequest(SceneSource):
         },
         **documented(413, 501),
     },
+    openapi_extra=asks(FmuRequest, FMUS),
 )
-async def fmus(request: Annotated[FmuRequest, Body(openapi_examples=FMUS)], caller: Submitter, s: Here) -> Response:
-    """Export a scene as an FMU (FMI 2.0) and download it."""
-    scene = await run_in_threadpool(scene_of, request, s.settings.limits)
-    async with taking(s.exports, EXPORTS_AT_ONCE):
-        data = await run_in_threadpool(_exported, scene, request, s.settings.data)
-    name = "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in scene.name)[:60] or "model"
-    return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")
-
-
-def _exported(scene: Scene, request: FmuRequest, data: Path) -> bytes:
-    """The bytes of the exported FMU."""
-    export = _exporter()
-    with tempfile.TemporaryDirectory(dir=data, prefix="fmu-") as folder:
+async def fmus(request: Request, caller: Submitter, s: Here) -> Response:
+    """Export a scene as an FMU (FMI 2.0) and download it; compiling it gets the server's ``answer_seconds`` and ``memory``."""
+    body, seconds = await body_of(request), s.settings.limits.answer_seconds
+    with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"
-        export(scene, file, flavour=request.flavour, platform=request.platform)
-        return file.read_bytes()
-
-
-def _exporter() -> Any:
-    """The exporter of the package fmu; Refusal (501) when that package is not there."""
-    try:
-        return import_module("fmu.export").export
-    except (ImportError, AttributeError) as e:
-        hint = "pip install 'trunnion[fmu]' on the server"
-        raise Refusal(501, "FMU export is not installed", [Problem("fmu", f"cannot be loaded: {e}", hint)]) from e
+        given = (body, media_of(request), s.settings.limits, str(file))
+        try:
+            name = await at_desk(s.exports, caller, "export_fmu", *given, seconds=seconds)
+        except ImportError as e:
+            hint = "pip install 'trunnion[fmu]' on the server"
+            raise Refusal(501, "FMU export is not installed", [Problem("fmu", str(e), hint)]) from e
+        data = await run_in_threadpool(file.read_bytes)
+    return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 from fastapi import Request
 
 from service.api.reading import Library
+from service.desk.desk import Desk
 from service.executor.cluster import Cluster
 from service.executor.dispatcher import Dispatcher
 from service.executor.parts import Parts
 from service.metrics import Metrics
 from service.settings import Settings
+from service.store.database import Unreachable
 from service.store.work import WorkStore
+
+CLERKS, EXPORTERS = 2, 2
+"""Processes that check requests, and that export FMUs."""
+PULSE_SECONDS = 5.0
+"""A database that takes longer to give a sign of life is not one to rely on."""
 
 
 @dataclass
@@ -21,6 +30,21 @@ class Turns:
 
     there: int = 0
     busy: int = 0
+
+
+class Pulse:
+    """Whether the database answers, asked on a thread of its own, which no crowd of requests can keep busy."""
+
+    def __init__(self, store: WorkStore):
+        self.store, self.pool = store, ThreadPoolExecutor(1, thread_name_prefix="pulse")
+
+    async def database(self) -> str:
+        """"ok", or what is wrong."""
+        try:
+            await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pool, self.store.ping), PULSE_SECONDS)
+        except (Unreachable, TimeoutError):
+            return "unreachable"
+        return "ok"
 
 
 @dataclass
@@ -33,11 +57,21 @@ class Service:
     parts: Parts
     metrics: Metrics
     dispatcher: Dispatcher
+    checks: Desk
+    exports: Desk
+    pulse: Pulse
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
-    exports: Turns = field(default_factory=Turns)
     streams: int = 0
     library: Library = field(default_factory=Library)
+
+    def close(self) -> None:
+        """End everything, in the order in which it is needed no more."""
+        self.checks.close()
+        self.exports.close()
+        self.dispatcher.stop()
+        self.cluster.close()
+        self.store.close()
 
 
 def made(settings: Settings) -> Service:
@@ -48,9 +82,10 @@ def made(settings: Settings) -> Service:
     parts, metrics = Parts(settings.results_url), Metrics()
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch")
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
-    return Service(settings, store, cluster, parts, metrics, dispatcher)
+    checks, exports = Desk(CLERKS, settings.limits.memory), Desk(EXPORTERS, 2 * settings.limits.memory, lasting=False)
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, Pulse(store))
 
 
-def service(request: Request) -> Service:
+async def service(request: Request) -> Service:
     """The service a request came to."""
     return request.app.state.service  # type: ignore[no-any-return]

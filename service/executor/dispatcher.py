@@ -28,6 +28,7 @@ AHEAD = 1
 """How many chunks wait at the cluster for each that runs, so that no worker is idle until the next turn."""
 IDLE_SECONDS = 0.05
 RESULT_SECONDS = 10
+STOP_SECONDS = 2
 
 
 class Dispatcher(HeldJobs):
@@ -48,7 +49,7 @@ class Dispatcher(HeldJobs):
         """Stop the thread and give back its leases, so that another server can go on at once."""
         self.stopping.set()
         self.woken.set()
-        self.thread.join(15)
+        self.thread.join(STOP_SECONDS)
 
     def wake(self) -> None:
         """Work on now instead of at the next turn: a job was submitted or is to be cancelled."""

@@ -15,7 +15,7 @@ from engine.basics.settings import SETTINGS, Setting, offered
 from engine.cli import main, questions
 from engine.cli.helping import named
 from engine.simulation.settings import settings_read, told
-from service.api.sensitivities import SensitivityRequest, _plain
+from service.answered import SensitivityRequest, plain
 from service.client import app as jobs
 from service.request import JobRequest, document_of, plan_of_document, plan_of_request
 from service.settings import Limits
@@ -75,7 +75,7 @@ def asked(who: str, **given: str) -> None:
     if who == "POST /v1/jobs":
         plan_of_request(JobRequest(scene="simple_pendulum", **varied, **given), Limits())
     elif who == "POST /v1/sensitivities":
-        _plain(SensitivityRequest(scene="simple_pendulum", **wanted, **given), Limits())
+        plain(SensitivityRequest(scene="simple_pendulum", **wanted, **given), Limits())
     else:
         PYTHON[who]("simple_pendulum", **{"engine.sweep": varied, "engine.sensitivity": wanted}.get(who, {}), **given)
 

@@ -16,9 +16,11 @@ from typing import Any
 import httpx
 from fastapi.testclient import TestClient
 
+from service.api.security import new_key
 from service.api.service import Service, made
 from service.app import app_of
 from service.settings import Settings
+from service.store.store import Store
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 120.0
@@ -149,6 +151,17 @@ class Served(Talk):
     def __exit__(self, *error: Any) -> None:
         self.stop()
         self.client.close()
+
+
+def new_keys(s: Served, *roles: str) -> list[str]:
+    """A new key of each role, for a server that wants keys."""
+    store, made = Store(f"sqlite:///{s.data / 'trunnion.db'}"), []
+    for role in roles:
+        key, secret = new_key(role, role)
+        store.add_key(key)
+        made.append(secret)
+    store.close()
+    return made
 
 
 def free_port() -> int:

@@ -21,10 +21,10 @@ def test_an_fmu_is_exported_and_downloaded(server: InProcess) -> None:
 
 
 def test_a_server_without_the_fmu_package_says_so(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    def gone(name: str) -> Any:
-        raise ImportError(name)
+    async def gone(*given: Any, **more: Any) -> Any:
+        raise ImportError("fmu.export")
 
-    monkeypatch.setattr("service.api.scenes.import_module", gone)
+    monkeypatch.setattr(server.service.exports, "ask", gone)
     answer = server.post("/v1/fmus", {"scene": "spherical_pendulum"})
     assert answer.status_code == 501
     assert "trunnion[fmu]" in answer.json()["problems"][0]["hint"]

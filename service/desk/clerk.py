@@ -1,0 +1,137 @@
+"""A process that reads and checks requests, one after another. It is ended when it takes too long, and gets only so much memory."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import traceback
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+from engine.basics.problems import SceneError, SimulationError
+
+log = logging.getLogger("trunnion.service")
+ORPHAN_SECONDS = 1.0
+PASSED_ON = (SceneError, SimulationError, ImportError)
+"""Errors that are answers: they are raised again where the request came in."""
+
+
+class TookTooLong(RuntimeError):
+    """A request was given up."""
+
+
+class Ended(RuntimeError):
+    """The process ended while it worked on a request: it needed more memory than it gets."""
+
+
+class Defect(RuntimeError):
+    """A request brought out a defect; what went wrong is in the log."""
+
+
+def work(connection: Connection, memory: int, parent: int) -> None:
+    """What the process does until its connection ends: answer (task's name, arguments) with (whether it could, result or error)."""
+    _alone(parent)
+    _bounded(memory)
+    from service.desk.tasks import TASKS
+
+    while True:
+        try:
+            name, arguments = connection.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer = True, TASKS[name](*arguments)
+        except PASSED_ON as e:
+            answer = False, e
+        except MemoryError:
+            answer = False, Ended("it needs more memory than a request gets")
+        except Exception as e:  # noqa: BLE001  # the server says which defect it was
+            answer = False, Defect(f"{type(e).__name__}\n{traceback.format_exc()}")
+        connection.send(answer)
+
+
+def _alone(parent: int) -> None:
+    """Be a group of its own, which can be ended with all it has started, and end when the server is gone."""
+    with suppress(AttributeError, OSError):
+        os.setsid()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(ORPHAN_SECONDS)
+        _end_group(os.getpid())
+
+    if hasattr(os, "getppid"):
+        threading.Thread(target=watch, daemon=True).start()
+
+
+def _bounded(memory: int) -> None:
+    """Let the process have no more address space than this, bytes, where the system can do that."""
+    try:
+        import resource
+    except ImportError:
+        return
+    with suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+
+
+def _end_group(leader: int) -> None:
+    """End a process and all that it has started."""
+    with suppress(AttributeError, OSError):
+        os.killpg(leader, signal.SIGKILL)
+
+
+class Clerk:
+    """A process as the server sees it. For one thread at a time, but for ``end``."""
+
+    def __init__(self, memory: int):
+        self.memory = memory
+        self.process: Any = None
+        self.connection: Any = None
+
+    def start(self) -> None:
+        """Start the process, if it is not running."""
+        if self.process is not None and self.process.is_alive():
+            return
+        context = multiprocessing.get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=work, args=(theirs, self.memory, os.getpid()), daemon=True, name="clerk")
+        self.process.start()
+        theirs.close()
+
+    def ask(self, name: str, arguments: tuple[Any, ...], seconds: float) -> Any:
+        """The result of a task, or its error; TookTooLong or Ended when the process had to be ended, or has ended."""
+        self.start()
+        connection = self.connection
+        try:
+            connection.send((name, arguments))
+            if not connection.poll(seconds + STARTING):
+                raise TookTooLong(f"it took longer than the {seconds:g} s that a request gets")
+            good, answer = connection.recv()
+        except (EOFError, OSError) as e:
+            self.end()
+            raise Ended("the process that worked on it has ended") from e
+        except TookTooLong:
+            self.end()
+            raise
+        if good:
+            return answer
+        if isinstance(answer, Defect):
+            log.error("internal error: %s", answer)
+        raise answer
+
+    def end(self) -> None:
+        """End the process at once, with all it has started."""
+        if self.process is not None:
+            _end_group(self.process.pid)
+            self.process.kill()
+            self.process.join(1)
+
+
+STARTING = 5.0
+"""Seconds beside, which a process may take to start."""
