@@ -15,7 +15,7 @@ import typer
 
 from engine.basics.extras import absent
 from engine.basics.problems import Problem, SceneError, SimulationError
-from service.settings import Limits, Settings
+from service.settings import Certificates, Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
 """Time for requests under way when the server is told to end, and for everything."""
@@ -24,8 +24,29 @@ BACKLOG = 2048
 
 
 SCHEDULER = typer.Option(
-    metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786 (default: processes here).", envvar="TRUNNION_SCHEDULER"
+    metavar="ADDRESS", help="Dask scheduler, such as tls://host:8786 (default: processes here).", envvar="TRUNNION_SCHEDULER"
 )
+
+
+def pem(what: str, name: str) -> Any:
+    """The option for a file that a scheduler with a tls:// address asks for."""
+    return typer.Option(metavar="FILE", help=f"With a tls:// scheduler: {what} (PEM).", envvar=f"TRUNNION_SCHEDULER_{name}")
+
+
+def certificates_of(scheduler: str, *files: Path | None) -> Certificates | None:
+    """What to show a scheduler, None when nothing is given (Dask's own configuration holds then); SceneError with every problem."""
+    options = ("--scheduler-ca", "--scheduler-cert", "--scheduler-key")
+    given = [f for f in files if f is not None]
+    if not given:
+        return None
+    missing = [o for o, f in zip(options, files, strict=True) if f is None]
+    problems = [Problem(o, "is not given", f"all of {', '.join(options)}, or none") for o in missing]
+    problems += [Problem(o, f"there is no file {str(f)!r}") for o, f in zip(options, files, strict=True) if f and not f.is_file()]
+    if not scheduler.startswith("tls://"):
+        problems.append(Problem("--scheduler", f"{scheduler!r} is no tls:// address", "such as tls://host:8786"))
+    if problems:
+        raise SceneError(problems)
+    return Certificates(*given)
 
 
 def limit_names() -> list[str]:
@@ -70,6 +91,9 @@ def serve(
         str, typer.Option(metavar="URL", help="Folder or fsspec URL for results (default: in DIR).", envvar="TRUNNION_RESULTS")
     ] = "",
     scheduler: Annotated[str, SCHEDULER] = "",
+    scheduler_ca: Annotated[Path | None, pem("the authority that signed the scheduler's certificate", "CA")] = None,
+    scheduler_cert: Annotated[Path | None, pem("this server's certificate", "CERT")] = None,
+    scheduler_key: Annotated[Path | None, pem("its key", "KEY")] = None,
     workers: Annotated[int, typer.Option(metavar="N", min=0, help="Processes, without a scheduler (default: one a core).")] = 0,
     keys: Annotated[bool, typer.Option("--keys", help="Ask for keys on this machine too.")] = False,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Most requests a key, such as 1200/minute.")] = "",
@@ -90,8 +114,9 @@ def serve(
 
     limits = limits_of(rate, limit or [])
     settings = Settings(
-        data, host, port, database, results, scheduler, workers, keys, limits, chunk_seconds, retry_delay=retry_delay, lease=lease
-    )
+        data, host, port, database, results, scheduler, workers, certificates_of(scheduler, scheduler_ca, scheduler_cert,
+        scheduler_key), keys, limits, chunk_seconds, retry_delay=retry_delay, lease=lease,
+    )  # fmt: skip
     try:
         raise typer.Exit(_make_key(settings, new_key) if new_key else _serve(settings))
     except Unreachable as e:

@@ -33,9 +33,24 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Certificates:
+    """Files (PEM) by which a scheduler and this server know each other: of the authority that signs both, this server's
+    certificate, and its key."""
+
+    authority: Path
+    certificate: Path
+    key: Path
+
+    def given(self) -> dict[str, str]:
+        """As ``distributed.security.Security`` takes them."""
+        return {"tls_ca_file": str(self.authority), "tls_client_cert": str(self.certificate), "tls_client_key": str(self.key)}
+
+
+@dataclass(frozen=True)
 class Settings:
     """data: folder for the database, results and scratch files unless they are given elsewhere. database: SQLAlchemy URL. results:
-    fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine.
+    fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine; tls: what it asks
+    to be shown.
     chunk_seconds: longest a chunk should take."""
 
     data: Path
@@ -45,6 +60,7 @@ class Settings:
     results: str = ""
     scheduler: str = ""
     workers: int = 0
+    tls: Certificates | None = None
     require_keys: bool = False
     limits: Limits = field(default_factory=Limits)
     chunk_seconds: float = 2.0

@@ -80,7 +80,7 @@ def made(settings: Settings) -> Service:
     store = WorkStore(settings.database_url)
     store.upgrade()
     parts, metrics = Parts(settings.results_url), Metrics()
-    cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch")
+    cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     checks, exports = Desk(CLERKS, settings.limits.memory), Desk(EXPORTERS, 2 * settings.limits.memory, lasting=False)
     return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, Pulse(store))

@@ -11,6 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from service.settings import Certificates
+
 log = logging.getLogger("trunnion.service")
 CONNECT_SECONDS = 10
 RETRY_SECONDS = 1.0
@@ -23,6 +25,10 @@ UNWATCHED = {
 """What a cluster measures of itself for a dashboard that is not there: two thirds of what an idle server costs, 0.06 s a second."""
 
 
+OPEN = """connections to this scheduler are not encrypted, and whoever reaches it can run code on its workers: give a tls:// address
+(--scheduler-ca, --scheduler-cert, --scheduler-key), or keep it in a network of its own"""
+
+
 class NoCluster(RuntimeError):
     """There is no cluster now; trying again later is right."""
 
@@ -30,8 +36,10 @@ class NoCluster(RuntimeError):
 class Cluster:
     """A connection to the cluster. Futures it gives out are cancelled when the scheduler goes away."""
 
-    def __init__(self, address: str, workers: int, scratch: Path):
-        self.address, self.scratch = address, scratch
+    def __init__(self, address: str, workers: int, scratch: Path, tls: Certificates | None = None):
+        self.address, self.scratch, self.tls = address, scratch, tls
+        if address.startswith("tcp://"):
+            log.warning("%s: %s", address, OPEN)
         self.wanted = workers or os.cpu_count() or 1
         self.client: Any = None
         self.local: Any = None
@@ -59,22 +67,17 @@ class Cluster:
 
     def _make(self) -> None:
         from dask import config
-        from distributed import Client, LocalCluster
+        from distributed import Client
+        from distributed.security import Security
 
         if not self.address:
+            from service.executor.quiet import local_cluster
+
             config.set(UNWATCHED)
-            self.scratch.mkdir(parents=True, exist_ok=True)
-            self.local = LocalCluster(
-                n_workers=self.wanted,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address="127.0.0.1:0",
-                host="127.0.0.1",
-                local_directory=str(self.scratch),
-                silence_logs=logging.ERROR,
-                scheduler_kwargs={"dashboard": False},
-            )
-        self.client = Client(self.local or self.address, timeout=CONNECT_SECONDS, set_as_default=False)
+            self.scratch.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self.local = local_cluster(self.wanted, str(self.scratch), logging.ERROR)
+        shown = {"security": Security(require_encryption=True, **self.tls.given())} if self.tls else {}
+        self.client = Client(self.local or self.address, timeout=CONNECT_SECONDS, set_as_default=False, **shown)
         log.info("cluster: %s", self.client)
 
     def _drop(self) -> None:

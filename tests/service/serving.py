@@ -114,7 +114,7 @@ class Served(Talk):
     def start(self) -> Served:
         """Start it, and wait until it answers."""
         words = [sys.executable, "-m", "service", "--data", str(self.data), "--port", str(self.port), *self.options]
-        env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), *self.paths]))
+        env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), *self.paths, os.environ.get("PYTHONPATH", "")]))
         log = (self.data.parent / f"{self.data.name}.log").open("ab")
         self.process = subprocess.Popen(words, env=env, stdout=log, stderr=log, start_new_session=True)
         eventually(self._answers)
