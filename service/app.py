@@ -13,8 +13,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from engine.basics.version import version
 from service.api import admin, bodies, jobs, problems, results, scenes, sensitivities
+from service.api.door import Door
 from service.api.problems import ProblemDocument
-from service.api.security import Door, Rates
+from service.api.security import FAILURES, Rates
 from service.api.service import Service, made
 from service.metrics import Metrics
 from service.page import page
@@ -42,6 +43,7 @@ def app_of(service: Service) -> FastAPI:
     app = FastAPI(title="Trunnion", version=version(), description=ABOUT, docs_url=None, redoc_url=None, lifespan=life)
     app.state.service = service
     app.state.rates = Rates(service.settings.limits.rate)
+    app.state.failures = Rates(FAILURES)
     problems.install(app)
     for router in (jobs.router, results.router, scenes.router, sensitivities.router, admin.router, page.router):
         app.include_router(router)

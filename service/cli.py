@@ -126,12 +126,13 @@ def serve(
 def _make_key(settings: Settings, text: str) -> int:
     """Make a key and print it."""
     from service.api.security import ROLES, new_key
+    from service.api.service import folder_for
     from service.store.store import Store
 
     name, _, role = text.rpartition(":")
     if not name or role not in ROLES:
         raise SceneError([Problem("--new-key", f"{text!r} is not NAME:ROLE", f"ROLE is one of {', '.join(ROLES)}")])
-    settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    folder_for(settings)
     store = Store(settings.database_url)
     store.upgrade()
     key, secret = new_key(name, role)
@@ -169,6 +170,7 @@ def _serve(settings: Settings) -> int:
     import uvicorn
 
     from service.app import create_app
+    from service.connections import OwnOnly, Timely
 
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     logging.getLogger("trunnion").setLevel(logging.INFO)
@@ -178,6 +180,7 @@ def _serve(settings: Settings) -> int:
         print("no keys yet: make the first with trunnion serve --new-key me:admin")
     print(f"Trunnion at http://{settings.host}:{listening.getsockname()[1]} (data in {settings.data}); end with Ctrl-C", flush=True)
     config = uvicorn.Config(app, settings.host, settings.port, log_level="warning", timeout_graceful_shutdown=GRACE_SECONDS)
+    config.http = OwnOnly if settings.open else Timely
     server = uvicorn.Server(config)
     ends_in_time(server)
     server.run(sockets=[listening])

@@ -146,8 +146,11 @@ def _axis(reader: _Reader, given: Any) -> np.ndarray:
 def _span(reader: _Reader, text: str) -> np.ndarray:
     """The values that ``first:last:count`` stands for, SI."""
     parts = [p.strip() for p in text.split(":")]
-    if len(parts) != 3 or not parts[2].isascii() or not parts[2].isdigit() or not 1 <= int(parts[2][:12]) <= MOST_VALUES:
+    if len(parts) != 3 or not parts[2].isascii() or not parts[2].isdigit():
         reader.complain(f"{text!r} is not first:last:count", 'such as "0.1:0.6:26" or "0 deg:90 deg:91"')
+        return np.zeros(1)
+    if not 1 <= int(parts[2][:12]) <= MOST_VALUES:
+        reader.complain(f"{text!r} asks for {parts[2][:12]} values", f"from 1 to {MOST_VALUES}")
         return np.zeros(1)
     return np.linspace(reader.number(parts[0]), reader.number(parts[1]), int(parts[2]))
 

@@ -26,7 +26,7 @@ Here = Annotated[Service, Depends(service)]
 Reader = Annotated[Caller, Depends(need("read"))]
 Submitter = Annotated[Caller, Depends(need("submit"))]
 POLL_SECONDS = 0.4
-MOST_STREAMS = 500
+MOST_STREAMS, STREAMS_OF_ONE = 500, 50
 EXAMPLES: Any = {
     "grid": {
         "summary": "A grid: 26 values of friction by 61 start angles",
@@ -143,6 +143,14 @@ def found(s: Service, job: str) -> Job:
     return there
 
 
+def owned(s: Service, caller: Caller, job: str) -> Job:
+    """A job that the caller may change: its owner's, or any for the role admin. Refusal (403, 404)."""
+    there = found(s, job)
+    if caller.role != "admin" and there.owner != caller.id:
+        raise Refusal(403, "this is the job of another key: its owner or a key with the role admin may do that")
+    return there
+
+
 @router.get("/{job}", response_model=JobDocument, responses=documented(404))
 def job(job: str, caller: Reader, s: Here) -> Response:
     """A job: state, progress, rows by outcome, what went wrong."""
@@ -151,8 +159,8 @@ def job(job: str, caller: Reader, s: Here) -> Response:
 
 @router.delete("/{job}", response_model=JobDocument, responses=documented(404))
 def cancel(job: str, caller: Submitter, s: Here) -> Response:
-    """Cancel a job. Rows computed so far are kept; a job that has ended stays as it is."""
-    found(s, job)
+    """Cancel a job of one's own (role admin: any). Rows computed so far are kept; a job that has ended stays as it is."""
+    owned(s, caller, job)
     after = s.store.cancel(job)
     s.dispatcher.wake()
     assert after is not None
@@ -191,15 +199,17 @@ async def events(
     """Follow a job: server-sent events ``submitted``, ``started``, ``progress`` (the job's document), ``chunk_retried``,
     ``chunk_failed``, ``cancelling``, and one of ``done``, ``failed``, ``cancelled`` at the end."""
     await run_in_threadpool(found, s, job)
-    if s.streams >= MOST_STREAMS:
+    if s.streams[caller.id] >= STREAMS_OF_ONE:
+        raise Refusal(429, f"you follow {STREAMS_OF_ONE} jobs already; poll instead", headers={"Retry-After": "10"})
+    if s.streams.total() >= MOST_STREAMS:
         raise Refusal(503, "too many clients follow jobs; poll instead", headers={"Retry-After": "10"})
     after = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
-    return EventSourceResponse(_followed(s, job, min(after, 2**62)), ping=15)
+    return EventSourceResponse(_followed(s, caller, job, min(after, 2**62)), ping=15)
 
 
-async def _followed(s: Service, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
+async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
     """The job's events as they come, and its document whenever that has changed."""
-    s.streams += 1
+    s.streams[caller.id] += 1
     told = ""
     try:
         while True:
@@ -217,4 +227,4 @@ async def _followed(s: Service, job: str, after: int) -> AsyncIterator[ServerSen
                 return
             await asyncio.sleep(POLL_SECONDS)
     finally:
-        s.streams -= 1
+        s.streams[caller.id] -= 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable
 from functools import partial
+from http import HTTPStatus
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -12,6 +13,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
+from starlette.routing import Match
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from service.executor.cluster import NoCluster
@@ -29,6 +31,7 @@ TITLES = {
     404: "There is no such thing here",
     405: "This cannot be done here",
     406: "No such format",
+    408: "It took too long to come",
     409: "It cannot be done in this state",
     413: "The request is too large",
     415: "The body must be JSON",
@@ -38,6 +41,14 @@ TITLES = {
     501: "Not installed",
     503: "Not possible now",
 }
+
+
+def title_of(status: int) -> str:
+    """What a status means, in words."""
+    try:
+        return TITLES.get(status) or HTTPStatus(status).phrase
+    except ValueError:
+        return "An error"
 
 
 class ProblemItem(BaseModel):
@@ -109,7 +120,7 @@ def problem_response(
     error = SceneError(problems)
     kind = "urn:trunnion:problems" if error.total else "about:blank"
     body = {
-        "type": kind, "title": TITLES.get(status, "Error"), "status": status,
+        "type": kind, "title": title_of(status), "status": status,
         "detail": detail or (counted(error.total) if error.total else ""),
         "problems": [p.as_dict() for p in error.problems], "problem_count": error.total,
     }  # fmt: skip
@@ -155,8 +166,12 @@ def install(app: FastAPI) -> None:
         return problem_response(422, problems=map(_of_validation, e.errors()))
 
     @app.exception_handler(HTTPException)
-    def http(_: Request, e: HTTPException) -> Response:
-        return problem_response(e.status_code, str(e.detail), headers=dict(e.headers or {}))
+    def http(request: Request, e: HTTPException) -> Response:
+        detail, more = str(e.detail), dict(e.headers or {})
+        if e.status_code == 405:
+            more["Allow"] = ", ".join(allowed(app, request))
+            detail = f"{request.method} is none of {more['Allow']}"
+        return problem_response(e.status_code, detail, headers=more)
 
     @app.exception_handler(Conflict)
     def conflict(_: Request, e: Conflict) -> Response:
@@ -175,6 +190,15 @@ def install(app: FastAPI) -> None:
         return problem_response(500, f"internal error ({type(e).__name__}); please report it with the request")
 
 
+METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
+
+
+def allowed(app: FastAPI, request: Request) -> list[str]:
+    """The methods by which a path can be asked."""
+    found = {m for m in METHODS if any(r.matches(dict(request.scope) | {"method": m})[0] == Match.FULL for r in app.routes)}
+    return sorted(found | ({"HEAD"} if "GET" in found else set()))
+
+
 def _of_validation(e: Any) -> Problem:
     """One of pydantic's errors as a problem."""
     if e["type"] == "json_invalid":
@@ -188,7 +212,7 @@ def _of_validation(e: Any) -> Problem:
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """Entries of an operation's ``responses`` for these errors, and those any operation may give."""
-    every = sorted({*statuses, 400, 401, 403, 422, 429, 503})
+    every = sorted({*statuses, 400, 401, 403, 422, 429, 503} | ({408} if 413 in statuses else set()))
     content = {MEDIA: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
     again = with_header("Retry-After", "Seconds after which to try again.", "integer")
     headers = {401: with_header("WWW-Authenticate", "Bearer."), 429: again, 503: again}

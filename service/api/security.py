@@ -9,25 +9,23 @@ import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
-from urllib.parse import urlsplit
+from typing import Annotated
 
 from fastapi import Depends, Request, Security
 from fastapi.security import APIKeyHeader, HTTPAuthorizationCredentials, HTTPBearer
 from limits import parse
 from limits.storage import MemoryStorage
 from limits.strategies import SlidingWindowCounterRateLimiter
-from starlette.exceptions import HTTPException
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.problems import Refusal, problem_response
+from service.api.problems import Refusal
 from service.api.service import Service, service
-from service.settings import is_loopback
 from service.store.rows import Key
 
 COOKIE = "trunnion_key"
 ROLES = ("read", "submit", "admin")
 """Each may do what those before it may."""
+FAILURES = "30/minute"
+"""Wrong keys that an address may try."""
 bearer = HTTPBearer(auto_error=False, scheme_name="bearer", description="An API key.")
 header = APIKeyHeader(name="X-API-Key", auto_error=False, scheme_name="header", description="An API key.")
 
@@ -69,8 +67,8 @@ def need(role: str) -> Callable[..., Caller]:
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
         cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # what a page's links and pictures can send
-        found = _caller(s, token.credentials if token else named or cookie)
         address = request.client.host if request.client else "unknown"
+        found = _caller(s, token.credentials if token else named or cookie, request.app.state.failures, address)
         _count(s, request, found.id if found.id != "local" else address)
         if ROLES.index(found.role) < ROLES.index(role):
             raise Refusal(403, f"this needs a key with the role {role}; yours has {found.role}")
@@ -79,10 +77,12 @@ def need(role: str) -> Callable[..., Caller]:
     return caller
 
 
-def _caller(s: Service, text: str | None) -> Caller:
+def _caller(s: Service, text: str | None, failures: Rates, address: str) -> Caller:
     if s.settings.open:
         return Caller("local", "admin")
     key = known(s, text) if text else None
+    if text and key is None and (seconds := failures.wait(address)):
+        raise Refusal(429, "too many keys that are not known here came from this address", headers={"Retry-After": str(seconds)})
     if key is None:
         what = "this key is not known here" if text else "send Authorization: Bearer KEY, or X-API-Key: KEY"
         raise Refusal(401, what, headers={"WWW-Authenticate": "Bearer"})
@@ -107,67 +107,3 @@ def _count(s: Service, request: Request, who: str) -> None:
     rates: Rates = request.app.state.rates
     if seconds := rates.wait(who):
         raise Refusal(429, f"more than {s.settings.limits.rate}", headers={"Retry-After": str(seconds)})
-
-
-class Door:
-    """Before anything else: sizes of bodies; and when no key is needed, only requests meant for this machine's own address are let
-    in (a page elsewhere could otherwise have a visitor's browser send them)."""
-
-    def __init__(self, app: ASGIApp, most: int, open: bool):
-        self.app, self.most, self.open = app, most, open
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let the request in, or refuse it."""
-        if scope["type"] != "http":
-            await self.app(scope, receive, send)
-            return
-        headers = {k.lower(): v.decode("latin-1") for k, v in scope["headers"]}
-        refusal = self._refusal(scope, headers)
-        if refusal is not None:
-            await refusal(scope, receive, send)
-            return
-        got = 0
-
-        async def counted() -> Message:
-            nonlocal got
-            message = await receive()
-            got += len(message.get("body", b""))
-            if got > self.most:
-                raise HTTPException(413, f"at most {self.most} bytes")
-            return message
-
-        async def guarded(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                message["headers"] = [
-                    *message["headers"],
-                    (b"x-content-type-options", b"nosniff"),
-                    (b"referrer-policy", b"no-referrer"),
-                ]
-            await send(message)
-
-        await self.app(scope, counted, guarded)
-
-    def _refusal(self, scope: Scope, headers: dict[bytes, str]) -> Any:
-        length = headers.get(b"content-length", "0")
-        if length.isascii() and length.isdigit() and int(length[:20]) > self.most:
-            return problem_response(413, f"at most {self.most} bytes", headers={"Connection": "close"})
-        host, origin = headers.get(b"host", ""), headers.get(b"origin")
-        if self.open and not is_loopback(_name(f"//{host}")):
-            return problem_response(403, "without keys, only requests to this machine's own address are answered")
-        if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _place(origin) != host:
-            return problem_response(403, "requests from other sites are not answered")
-        return None
-
-
-def _name(url: str) -> str:
-    try:
-        return urlsplit(url).hostname or ""
-    except ValueError:
-        return ""
-
-
-def _place(url: str) -> str:
-    try:
-        return urlsplit(url).netloc
-    except ValueError:
-        return ""

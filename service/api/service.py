@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import tempfile
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 from fastapi import Request
 
+from engine.basics.problems import Problem, SceneError
 from service.api.reading import Library
 from service.desk.desk import Desk
 from service.executor.cluster import Cluster
@@ -62,7 +65,7 @@ class Service:
     pulse: Pulse
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
-    streams: int = 0
+    streams: Counter[str] = field(default_factory=Counter)
     library: Library = field(default_factory=Library)
 
     def close(self) -> None:
@@ -74,12 +77,33 @@ class Service:
         self.store.close()
 
 
+def folder_for(settings: Settings) -> None:
+    """Make the server's folder; SceneError when nothing can be written there."""
+    try:
+        settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=settings.data):
+            pass
+    except OSError as e:
+        what = f"{settings.data} {unwritable(e)}"
+        raise SceneError([Problem("--data", what, "give another folder, such as --data ~/jobs")]) from e
+
+
+def unwritable(e: OSError) -> str:
+    """Why a folder cannot be used, in words."""
+    return f"cannot be written: {e.strerror or e}"
+
+
 def made(settings: Settings) -> Service:
     """The parts of a server; the database is brought up to date. SceneError for wrong settings, Unreachable for no database."""
-    settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    folder_for(settings)
     store = WorkStore(settings.database_url)
     store.upgrade()
     parts, metrics = Parts(settings.results_url), Metrics()
+    if parts.local:
+        try:
+            parts.check()
+        except OSError as e:
+            raise SceneError([Problem("--results", f"{parts.root} {unwritable(e)}", "give another folder")]) from e
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     checks, exports = Desk(CLERKS, settings.limits.memory), Desk(EXPORTERS, 2 * settings.limits.memory, lasting=False)

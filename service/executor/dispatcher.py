@@ -168,10 +168,14 @@ class Dispatcher(HeldJobs):
         if isinstance(error, Spoiled):
             self.parts.write(self.parts.job_file(chunk.job), document_bytes(self.store.document(chunk.job)))
         text = f"{type(error).__name__}: {error}" if failed else "the cluster went away"
-        delay = self.settings.retry_delay * 2 ** max(0, chunk.attempts - 1) if blame else 0.5
+        delay = self._delay(chunk.attempts) if blame else 0.5
         state = self.store.chunk_lost(self.name, chunk.job, chunk.start, text, self.settings.attempts, delay, blame)
         self.metrics.chunk_lost(state)
         log.warning("job %s, cases %d to %d: %s (%s)", chunk.job, chunk.start, chunk.stop - 1, text, state)
+
+    def _delay(self, attempts: int) -> float:
+        """Seconds after which a chunk is tried again that was tried so many times."""
+        return self.settings.retry_delay * 2.0 ** max(0, attempts - 1)
 
     # -- sending ------------------------------------------------------------------------------------------------------------
 
@@ -201,7 +205,7 @@ class Dispatcher(HeldJobs):
             return False
         slots, longest = max(1, self.cluster.counted), self.settings.chunk_seconds
         try:
-            chunk = self.store.cut(self.name, active.job.id, active.size(longest, slots))
+            chunk = self.store.cut(self.name, active.job.id, active.size(longest, slots), self._delay(self.settings.attempts) + 1.0)
         except LeaseLost:
             self._forget(active)
             return False

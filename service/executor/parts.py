@@ -23,6 +23,7 @@ class Parts:
         self.url = url
         self.fs, self.root = fsspec.core.url_to_fs(url)
         self.root = self.root.rstrip("/")
+        self.local = isinstance(self.fs, LocalFileSystem)
 
     def part(self, piece: Piece) -> str:
         """Path of the part that holds a piece."""
@@ -31,7 +32,7 @@ class Parts:
     def write(self, path: str, data: bytes) -> None:
         """Write bytes under a name, whole or not at all."""
         self.fs.makedirs(path.rpartition("/")[0], exist_ok=True)
-        if not isinstance(self.fs, LocalFileSystem):
+        if not self.local:
             self.fs.pipe_file(path, data)  # object stores write whole objects only
             return
         with replacing(path, ".tmp") as work, work.open("wb") as f:
@@ -53,7 +54,7 @@ class Parts:
         except FileNotFoundError:
             raise Spoiled("it is not there") from None
         except OSError as e:
-            if not isinstance(self.fs, LocalFileSystem):
+            if not self.local:
                 raise  # more likely it is out of reach for now
             raise Spoiled(f"it cannot be read: {e.strerror or e}") from e
         return opened(data, piece, columns), len(data)

@@ -11,14 +11,18 @@ from starlette.responses import Response
 HERE = Path(__file__).parent
 KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 FILES = {f.name: f for f in sorted(HERE.glob("*")) if f.suffix in KINDS}
-POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-src 'self'; base-uri 'none'"
+POLICY = (
+    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-src 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'"
+)
 router = APIRouter(include_in_schema=False)
 
 
 @router.get("/")
 def index() -> Response:
     """The web page."""
-    return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, {"Content-Security-Policy": POLICY}, "text/html")
+    said = {"Content-Security-Policy": POLICY, "X-Frame-Options": "DENY"}
+    return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, said, "text/html")
 
 
 @router.get("/page/plotly.min.js")

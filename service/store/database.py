@@ -87,11 +87,16 @@ def _short(e: SQLAlchemyError) -> str:
 def upgrade(engine: Engine, revision: str = "head") -> None:
     """Bring the tables up to date; Unreachable when the database is."""
     from alembic import command
+    from alembic.util.exc import CommandError
 
     with transaction(engine, writing=True) as connection:
         if engine.dialect.name == "postgresql":
             connection.exec_driver_sql("SELECT pg_advisory_xact_lock(7479)")  # two servers may start at once
-        command.upgrade(alembic_config(connection), revision)
+        try:
+            command.upgrade(alembic_config(connection), revision)
+        except CommandError as e:  # what is written there as the tables' revision is not known here
+            hint = "use that version, or another --data folder or --database"
+            raise SceneError([Problem("--database", "the tables were made by a newer version of Trunnion", hint)]) from e
 
 
 def downgrade(engine: Engine, revision: str = "base") -> None:

@@ -79,7 +79,9 @@ class LandingStore(Store):
         if n and since is not None and now >= since:
             taken = max(0.0, now - since - done.build_seconds) / n
             weight = max(RECENT, n / (row["done"] + n)) if row["pace"] else 1.0
-            values |= {"pace": row["pace"] + weight * (taken - row["pace"]), "landed": now}
+            values |= {"pace": row["pace"] + weight * (taken - row["pace"])}
+        if n:
+            values["landed"] = now
         c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
 
     def _split(self, c: Connection, job: str, chunk: Any, reached: int) -> None:

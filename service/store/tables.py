@@ -5,8 +5,8 @@ has chunks that could not be run (its other results stand) or when its time budg
 running → waiting → running … (at most as many attempts as allowed) → failed. A piece that overran is done up to where it came, and
 the rest of it is waiting as pieces of its own. A server works on a job while it holds its lease.
 
-Of a job: pace, wall seconds a case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease. Of
-a chunk: counts, its cases by outcome, and bytes, of the part that is there.
+Of a job: pace, wall seconds a case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease,
+which is for ``lease`` seconds. Of a chunk: counts, its cases by outcome, and bytes, of the part that is there.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ jobs = Table(
     Column("pace", Float, nullable=False, default=0.0, server_default="0"),
     Column("landed", Float),
     Column("beat", BigInteger, nullable=False, default=0, server_default="0"),
+    Column("lease", Float, nullable=False, default=0.0, server_default="0"),
     UniqueConstraint("owner", "idempotency_key"),
     Index("ix_jobs_created_id", "created", "id"),
     Index("ix_jobs_state", "state"),

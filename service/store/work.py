@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from typing import Any
 
 from sqlalchemy import Connection, and_, case, insert, or_, select, update
@@ -15,17 +16,39 @@ from service.store.tables import ACTIVE, attempts, chunks, jobs
 
 class WorkStore(LandingStore):
     """Lease rules: ``claim`` gives this server every active job that nobody holds, and renews its own; between renewals at most
-    ``lease`` seconds may pass. A server that lost a lease gets LeaseLost from its next write on that job and must forget it; what
-    its workers still write are the same bytes under the same names, so no harm comes of it."""
+    ``lease`` seconds may pass. A lease has run out when the database's clock says so, or when it was not renewed for as long as it
+    lasts by this server's own steady clock: so a clock that is set back strands no job. A server that lost a lease gets LeaseLost
+    from its next write on that job and must forget it; what its workers still write are the same rows under the same names, so no
+    harm comes of it."""
+
+    def __init__(self, url: str):
+        super().__init__(url)
+        self.seen: dict[str, tuple[tuple[str, int], float]] = {}
 
     def claim(self, server: str, lease: float) -> list[Job]:
         """The jobs this server works on from now until ``lease`` seconds have passed."""
         with transaction(self.engine, writing=True) as c:
             now = self.now(c)
-            mine = or_(jobs.c.lease_owner == server, jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
-            c.execute(update(jobs).where(jobs.c.state.in_(ACTIVE), mine).values(lease_owner=server, lease_until=now + lease))
+            free = or_(jobs.c.lease_owner == server, jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
+            mine = or_(free, jobs.c.id.in_(self._stale(c, server)))
+            renewed = {"lease_owner": server, "lease_until": now + lease, "beat": jobs.c.beat + 1, "lease": lease}
+            c.execute(update(jobs).where(jobs.c.state.in_(ACTIVE), mine).values(renewed))
             held = select(jobs).where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner == server).order_by(jobs.c.created, jobs.c.id)
             return [job_of(row) for row in c.execute(held).mappings()]
+
+    def _stale(self, c: Connection, server: str) -> list[str]:
+        """Jobs of others whose leases were not renewed, as this server has seen, for longer than they last."""
+        query = select(jobs.c.id, jobs.c.lease_owner, jobs.c.beat, jobs.c.lease)
+        others = c.execute(query.where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner != server)).all()
+        now, seen, found = time.monotonic(), {}, []
+        for job, owner, beat, lasts in others:
+            mark = (owner, beat)
+            before = self.seen.get(job)
+            seen[job] = before if before is not None and before[0] == mark else (mark, now)
+            if now - seen[job][1] > lasts:
+                found.append(job)
+        self.seen = seen
+        return found
 
     def release(self, server: str) -> None:
         """Give all leases back (a server that ends well)."""
@@ -42,12 +65,13 @@ class WorkStore(LandingStore):
             elif row["landed"] is not None:
                 c.execute(update(jobs).where(jobs.c.id == job).values(landed=now))
 
-    def cut(self, server: str, job: str, size: int) -> Chunk | None:
+    def cut(self, server: str, job: str, size: int, pause: float = 3000.0) -> Chunk | None:
         """The next chunk to run: one whose retry is due, else at most ``size`` new cases, else a case that overran in its piece;
         None when there is none now."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._held(c, server, job), self.now(c)
-            due = and_(chunks.c.job == job, chunks.c.state == "waiting", chunks.c.not_before <= now)
+            over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
+            due = and_(chunks.c.job == job, chunks.c.state == "waiting", over)
             last = case((chunks.c.error == OVERRAN, 1), else_=0)
             old = c.execute(select(chunks).where(due).order_by(last, chunks.c.start).limit(1)).mappings().first()
             if old is not None and (old["error"] != OVERRAN or row["planned"] >= row["cases"]):

@@ -15,6 +15,7 @@ def upgrade() -> None:
         jobs.add_column(sa.Column("pace", sa.Float(), nullable=False, server_default="0"))
         jobs.add_column(sa.Column("landed", sa.Float(), nullable=True))
         jobs.add_column(sa.Column("beat", sa.BigInteger(), nullable=False, server_default="0"))
+        jobs.add_column(sa.Column("lease", sa.Float(), nullable=False, server_default="0"))
     with op.batch_alter_table("chunks", schema=None) as chunks:
         chunks.add_column(sa.Column("counts", sa.Text(), nullable=False, server_default=""))
         chunks.add_column(sa.Column("bytes", sa.BigInteger(), nullable=False, server_default="0"))
@@ -26,5 +27,5 @@ def downgrade() -> None:
         chunks.drop_column("bytes")
         chunks.drop_column("counts")
     with op.batch_alter_table("jobs", schema=None) as jobs:
-        for name in ("beat", "landed", "pace"):
+        for name in ("lease", "beat", "landed", "pace"):
             jobs.drop_column(name)
