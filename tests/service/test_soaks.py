@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import threading
 import time
 from pathlib import Path
@@ -11,8 +12,10 @@ import numpy as np
 import psutil
 import pytest
 
-from tests.service.serving import MU, SMALL, Served, eventually, new_keys
+import engine
+from tests.service.serving import MU, ROOT, SMALL, Served, eventually, new_keys
 from tests.service.test_hostile import crowd
+from tests.service.test_recovery import BRIM
 
 pytestmark = pytest.mark.slow
 HOSTILE_SECONDS, ORDINARY, HOSTILE = 60.0, 50, 45
@@ -84,3 +87,71 @@ def test_a_minute_of_hostile_checks_by_a_reader_costs_fifty_others_nothing(tmp_p
         assert clients.errors == []
         assert np.percentile(clients.taken["status"], 99) <= 0.5  # s
         assert most <= 1e9
+
+
+def test_each_of_two_hundred_spoilt_parts_is_found_and_computed_again(tmp_path: Path) -> None:
+    chance, spoilt = random.Random(16), dict.fromkeys(("flipped", "exchanged", "cut off", "removed"), 0)
+    with Served(tmp_path / "data", "--workers", "2", "--chunk-seconds", "0.2") as s:
+        job = s.submit(SMALL | {"over": {MU: "0.1:0.6:2000"}, "until": 5.0})
+        assert s.ended(job)["state"] == "done"
+        before, folder = s.rows(job), tmp_path / "data" / "results" / job
+        wrong = 0
+        for i in range(200):
+            parts = sorted(folder.glob("part-*"))
+            file, other = chance.sample(parts, 2)
+            how = chance.choice(list(spoilt)) if i % 2 else "flipped"
+            data = bytearray(file.read_bytes())
+            if how == "flipped":
+                at = chance.randrange(8 * len(data))
+                data[at // 8] ^= 1 << at % 8
+            if how == "exchanged":
+                data = bytearray(other.read_bytes())
+            if how == "cut off":
+                data = data[: chance.randrange(len(data))]
+            file.unlink() if how == "removed" else file.write_bytes(data)
+            spoilt[how] += 1
+            wrong += sum(a != b for a, b in zip(s.rows(job), before, strict=True))
+        told = [x for x in s.get(f"/v1/jobs/{job}/attempts").json() if x["result"].startswith("done")]
+        print(f"\n{len(parts)} parts; spoilt: {spoilt}; {wrong} wrong rows; {len(told)} chunks computed")
+        assert wrong == 0
+        assert s.ended(job)["done"] == 2000
+
+
+CLOCK = """import sys, time
+sys.path.append({root!r})
+try:
+    shift = float(open({file!r}).read())
+except OSError:
+    shift = 0.0
+steady = time.time
+time.time = lambda: steady() + shift
+"""
+
+
+def test_twenty_thousand_cases_survive_kills_clocks_and_full_disks(tmp_path: Path) -> None:
+    chance, kills, full_twice = random.Random(20), 10, {3, 7}
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "sitecustomize.py").write_text(CLOCK.format(root=str(ROOT), file=str(tmp_path / "shift")))
+    (tmp_path / "results").mkdir()
+    asked = SMALL | {"over": {MU: "0.1:0.6:20000"}, "until": 100.0, "every": 0.02}
+    options = ("--workers", "2", "--lease", "1", "--chunk-seconds", "0.3", "--retry-delay", "0.3")
+    options = (*options, "--results", f"brim://{tmp_path / 'results'}")
+    with Served(tmp_path / "data", *options, paths=[str(BRIM), str(tmp_path / "own")]) as s:
+        job = s.submit(asked)
+        for kill in range(kills):
+            before = s.job(job)["done"]
+            eventually(lambda b=before: s.job(job)["done"] > b + 300, 300.0)
+            if kill in full_twice:
+                (tmp_path / "results" / "FULL").write_text("part-\n")
+                time.sleep(1.0)
+                (tmp_path / "results" / "FULL").unlink()
+            assert s.job(job)["state"] == "running"
+            s.kill()
+            (tmp_path / "shift").write_text(str(chance.choice((-3600.0, 0.0, 3600.0))))
+            s.start()
+        end = s.ended(job, 900.0)
+        rows = s.rows(job)
+    whole = engine.sweep(asked["scene"], asked["over"], reductions=asked["reductions"], until=100.0, every=0.02).table.to_pylist()
+    wrong = sum(list(a.values()) != b for a, b in zip(whole, rows, strict=True))
+    print(f"\n{end['done']} cases {end['state']}, {end['lost']} lost, {kills} kills, {wrong} wrong rows")
+    assert (end["state"], end["done"], end["lost"], wrong) == ("done", 20_000, 0, 0)
