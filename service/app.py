@@ -12,7 +12,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from engine.basics.version import version
-from service.api import admin, bodies, jobs, problems, results, scenes, sensitivities
+from service.api import admin, bodies, jobs, keeping, problems, results, scenes, sensitivities
 from service.api.door import Door
 from service.api.problems import ProblemDocument
 from service.api.security import FAILURES, Rates
@@ -37,6 +37,7 @@ def app_of(service: Service) -> FastAPI:
     async def life(_: FastAPI) -> AsyncIterator[None]:
         service.dispatcher.start()
         service.checks.start()
+        service.keeper.start()
         yield
         service.close()
 
@@ -45,7 +46,7 @@ def app_of(service: Service) -> FastAPI:
     app.state.rates = Rates(service.settings.limits.rate)
     app.state.failures = Rates(FAILURES)
     problems.install(app)
-    for router in (jobs.router, results.router, scenes.router, sensitivities.router, admin.router, page.router):
+    for router in (jobs.router, results.router, scenes.router, sensitivities.router, keeping.router, admin.router, page.router):
         app.include_router(router)
     app.add_middleware(Door, most=service.settings.limits.body, open=service.settings.open)
     app.add_middleware(Counting, metrics=service.metrics)

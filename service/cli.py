@@ -7,7 +7,6 @@ import logging
 import os
 import socket
 import threading
-from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +14,21 @@ import typer
 
 from engine.basics.extras import absent
 from engine.basics.problems import Problem, SceneError, SimulationError
-from service.settings import Certificates, Limits, Settings
+from service.options import (
+    DATA,
+    DATABASE,
+    HOST,
+    KEEP,
+    LIMIT,
+    NEW_KEY,
+    RESULTS,
+    SCHEDULER,
+    certificates_of,
+    kept_for,
+    limits_of,
+    pem,
+)  # fmt: skip
+from service.settings import Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
 """Time for requests under way when the server is told to end, and for everything."""
@@ -23,73 +36,12 @@ BACKLOG = 2048
 """Connections that may wait to be accepted, as uvicorn has it."""
 
 
-SCHEDULER = typer.Option(
-    metavar="ADDRESS", help="Dask scheduler, such as tls://host:8786 (default: processes here).", envvar="TRUNNION_SCHEDULER"
-)
-
-
-def pem(what: str, name: str) -> Any:
-    """The option for a file that a scheduler with a tls:// address asks for."""
-    return typer.Option(metavar="FILE", help=f"With a tls:// scheduler: {what} (PEM).", envvar=f"TRUNNION_SCHEDULER_{name}")
-
-
-def certificates_of(scheduler: str, *files: Path | None) -> Certificates | None:
-    """What to show a scheduler, None when nothing is given (Dask's own configuration holds then); SceneError with every problem."""
-    options = ("--scheduler-ca", "--scheduler-cert", "--scheduler-key")
-    given = [f for f in files if f is not None]
-    if not given:
-        return None
-    missing = [o for o, f in zip(options, files, strict=True) if f is None]
-    problems = [Problem(o, "is not given", f"all of {', '.join(options)}, or none") for o in missing]
-    problems += [Problem(o, f"there is no file {str(f)!r}") for o, f in zip(options, files, strict=True) if f and not f.is_file()]
-    if not scheduler.startswith("tls://"):
-        problems.append(Problem("--scheduler", f"{scheduler!r} is no tls:// address", "such as tls://host:8786"))
-    if problems:
-        raise SceneError(problems)
-    return Certificates(*given)
-
-
-def limit_names() -> list[str]:
-    """Names of the limits that are numbers."""
-    return [f.name for f in fields(Limits) if f.name != "rate"]
-
-
-def limits_of(rate: str, texts: list[str]) -> Limits:
-    """The limits that the options set; SceneError with every problem."""
-    from service.api.security import Rates
-
-    problems, given = [], {}
-    try:
-        Rates(rate)
-    except ValueError:
-        problems.append(Problem("--rate", f"{rate!r} is no rate", "such as 1200/minute or 20/second"))
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            given[name] = type(getattr(Limits, name) if name in limit_names() else 0)(float(value))
-        except (ValueError, OverflowError):
-            problems.append(Problem("--limit", f"{text!r} is not NAME=N", "such as cases=100000"))
-        if name not in limit_names():
-            problems.append(Problem("--limit", f"there is no limit {name!r}", f"one of {', '.join(limit_names())}"))
-    if problems:
-        raise SceneError(problems)
-    return Limits(rate=rate, **given)
-
-
 def serve(
-    data: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the database, results and scratch files.", envvar="TRUNNION_DATA")
-    ] = Path("trunnion-data"),
-    host: Annotated[
-        str, typer.Option(metavar="HOST", help="Address to listen on; other than this machine's own, keys are needed.")
-    ] = "127.0.0.1",
+    data: Annotated[Path, DATA] = Path("trunnion-data"),
+    host: Annotated[str, HOST] = "127.0.0.1",
     port: Annotated[int, typer.Option(metavar="PORT", min=0, max=65535)] = 8765,
-    database: Annotated[
-        str, typer.Option(metavar="URL", help="postgresql://…, or sqlite:///file (default: in DIR).", envvar="TRUNNION_DATABASE")
-    ] = "",
-    results: Annotated[
-        str, typer.Option(metavar="URL", help="Folder or fsspec URL for results (default: in DIR).", envvar="TRUNNION_RESULTS")
-    ] = "",
+    database: Annotated[str, DATABASE] = "",
+    results: Annotated[str, RESULTS] = "",
     scheduler: Annotated[str, SCHEDULER] = "",
     scheduler_ca: Annotated[Path | None, pem("the authority that signed the scheduler's certificate", "CA")] = None,
     scheduler_cert: Annotated[Path | None, pem("this server's certificate", "CERT")] = None,
@@ -97,12 +49,9 @@ def serve(
     workers: Annotated[int, typer.Option(metavar="N", min=0, help="Processes, without a scheduler (default: one a core).")] = 0,
     keys: Annotated[bool, typer.Option("--keys", help="Ask for keys on this machine too.")] = False,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Most requests a key, such as 1200/minute.")] = "",
-    limit: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=N", help="Another limit: " + ", ".join(limit_names()) + " (repeatable).")
-    ] = None,
-    new_key: Annotated[
-        str, typer.Option("--new-key", metavar="NAME:ROLE", help="Make a key (read, submit, admin), print it, and end.")
-    ] = "",
+    limit: Annotated[list[str] | None, LIMIT] = None,
+    keep: Annotated[str, KEEP] = "",
+    new_key: Annotated[str, NEW_KEY] = "",
     lease: Annotated[float, typer.Option(hidden=True, min=0.3)] = 6.0,
     retry_delay: Annotated[float, typer.Option(hidden=True, min=0.0)] = 2.0,
     chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 2.0,
@@ -112,10 +61,10 @@ def serve(
         raise SceneError(problems)
     from service.store.database import Unreachable
 
-    limits = limits_of(rate, limit or [])
+    limits, certificates = limits_of(rate, limit or []), certificates_of(scheduler, scheduler_ca, scheduler_cert, scheduler_key)
     settings = Settings(
-        data, host, port, database, results, scheduler, workers, certificates_of(scheduler, scheduler_ca, scheduler_cert,
-        scheduler_key), keys, limits, chunk_seconds, retry_delay=retry_delay, lease=lease,
+        data, host, port, database, results, scheduler, workers, certificates, keys, limits, chunk_seconds,
+        retry_delay=retry_delay, lease=lease, keep=kept_for(keep),
     )  # fmt: skip
     try:
         raise typer.Exit(_make_key(settings, new_key) if new_key else _serve(settings))

@@ -99,6 +99,7 @@ def submit(
     reduce: Annotated[list[str] | None, typer.Option(metavar="KIND:WHAT", help="What to keep of each case (repeatable).")] = None,
     changes: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number (repeatable).")] = None,
     label: Annotated[str, typer.Option(metavar="TEXT", help="Words of your own.")] = "",
+    tag: Annotated[list[str] | None, typer.Option(metavar="TAG", help="A word to find it by (repeatable).")] = None,
     idempotency_key: Annotated[str, typer.Option(metavar="KEY", help="Sent again, makes no second job.")] = "",
     wait: Annotated[bool, typer.Option("--wait", help="Wait until it has ended.")] = False,
     server: Url = HERE,
@@ -118,7 +119,7 @@ def submit(
     read = loaded(scene, options.assignments(changes or (), found), None, found)
     found.end()
     assert read is not None
-    body |= {"scene": scene_to_dict(read), "reductions": reduce or [], "label": label}
+    body |= {"scene": scene_to_dict(read), "reductions": reduce or [], "label": label, "tags": tag or []}
     body |= {"over": {p: v if ":" in v else v.split(",") for p, v in axes.items()}} if axes else {}
     body |= {"sample": {"ranges": sampled, "count": count, "seed": seed, "method": sampling}} if sampled else {}
     s = Server(server, key)
@@ -132,13 +133,16 @@ def submit(
 @app.command("list")
 def list_jobs(
     state: Annotated[str | None, typer.Option(metavar="STATE", help="Only jobs in this state.")] = None,
+    tag: Annotated[str | None, typer.Option(metavar="TAG", help="Only jobs with this tag.")] = None,
+    search: Annotated[str | None, typer.Option(metavar="TEXT", help="Only jobs with this in label, tags, scene or id.")] = None,
     limit: Annotated[int, typer.Option(metavar="N", min=1, max=500)] = 20,
     server: Url = HERE,
     key: Secret = "",
     as_json: AsJson = False,
 ) -> None:
     """List the newest jobs."""
-    answer = Server(server, key).ask("GET", "/v1/jobs", params={"limit": limit} | ({"state": state} if state else {})).json()
+    asked = {k: v for k, v in (("state", state), ("tag", tag), ("search", search)) if v}
+    answer = Server(server, key).ask("GET", "/v1/jobs", params={"limit": limit} | asked).json()
     print_json(answer) if as_json else print("\n".join(map(_line, answer["jobs"])) or "no jobs")
 
 
@@ -162,6 +166,13 @@ def cancel(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = Fals
     """Cancel a job; rows computed so far are kept."""
     found = Server(server, key).ask("DELETE", f"/v1/jobs/{job}").json()
     print_json(found) if as_json else print(_line(found))
+
+
+@app.command()
+def delete(job: Id, server: Url = HERE, key: Secret = "") -> None:
+    """Delete a job that has ended, with all its results."""
+    Server(server, key).ask("DELETE", f"/v1/jobs/{job}", params={"purge": "true"})
+    print(f"deleted {job}")
 
 
 @app.command()

@@ -27,10 +27,9 @@ Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
 Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
 Text = Annotated[str, StringConstraints(max_length=100)]
 Number = float | Text
+Tag = Annotated[str, StringConstraints(min_length=1, max_length=50, pattern=r"^[\w.:/+@-]+$")]
 JOBS = "POST /v1/jobs"
 END, SPACING = "simulation.until", "simulation.every"
-
-
 DEEPEST = 60
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
@@ -132,6 +131,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
     label: Plain = Field("", description="Words of your own.")
+    tags: list[Tag] = Field(default_factory=list, max_length=20, description="Words to find it by.")
 
 
 def scene_of(source: SceneSource, limits: Limits) -> Scene:

@@ -29,6 +29,9 @@ class Limits:
     check_seconds: float = 10.0
     memory: float = 4e9
     waiting: int = 10_000
+    key_jobs: int = 1_000
+    key_bytes: float = 100e9
+    key_cases: float = 50e6
     rate: str = ""
 
 
@@ -51,7 +54,7 @@ class Settings:
     """data: folder for the database, results and scratch files unless they are given elsewhere. database: SQLAlchemy URL. results:
     fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine; tls: what it asks
     to be shown.
-    chunk_seconds: longest a chunk should take."""
+    chunk_seconds: longest a chunk should take; keep: seconds after which jobs that have ended are deleted, 0 for never."""
 
     data: Path
     host: str = "127.0.0.1"
@@ -67,6 +70,7 @@ class Settings:
     attempts: int = 5
     retry_delay: float = 2.0
     lease: float = 6.0
+    keep: float = 0.0
 
     @property
     def database_url(self) -> str:

@@ -53,6 +53,7 @@ def make_key(request: Annotated[KeyRequest, Body(openapi_examples=KEYS)], caller
     """Make an API key; its secret is in this answer only."""
     key, text = new_key(request.name, request.role)
     s.store.add_key(key)
+    s.store.note(caller.id, "made a key", key.id, name=key.name, role=key.role)
     return Json(_item(key) | {"key": text}, 201)
 
 
@@ -68,6 +69,7 @@ def revoke_key(key: str, caller: Admin, s: Here) -> Response:
     plain = len(key) == 12 and key.isascii() and key.isalnum()
     if not plain or not s.store.revoke(key):
         raise Refusal(404, "there is no such key in use")
+    s.store.note(caller.id, "revoked a key", key)
     return Response(status_code=204)
 
 

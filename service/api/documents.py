@@ -18,6 +18,8 @@ EXAMPLE_JOB: dict[str, Any] = {
     "state": "running",
     "scene": "spherical_pendulum",
     "label": "",
+    "tags": [],
+    "owner": "local",
     "created": "2026-01-01T12:00:00Z",
     "started": "2026-01-01T12:00:00Z",
     "finished": None,
@@ -48,6 +50,8 @@ class JobDocument(BaseModel):
     state: State
     scene: str
     label: str
+    tags: list[str]
+    owner: str = Field(description="Id of the key that submitted it; local without keys.")
     created: str
     started: str | None
     finished: str | None
@@ -98,6 +102,8 @@ def job_document(j: Job) -> dict[str, Any]:
         "state": j.state,
         "scene": j.scene,
         "label": j.label,
+        "tags": list(j.tags),
+        "owner": j.owner,
         "created": stamp(j.created),
         "started": stamp(j.started),
         "finished": stamp(j.finished),

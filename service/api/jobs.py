@@ -14,6 +14,7 @@ from sse_starlette import EventSourceResponse, ServerSentEvent
 
 from service.api.bodies import asks, told
 from service.api.documents import Attempt, JobDocument, JobList, State, attempt_document, job_document
+from service.api.keeping import afford, forget, found, owned
 from service.api.problems import Json, Refusal, documented, with_header
 from service.api.security import Caller, need
 from service.api.service import Service, service
@@ -101,8 +102,10 @@ def _kept(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> 
     states = s.store.states()
     if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
         raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
+    afford(s, caller, made["cases"])
     job, new = s.store.submit(caller.id, **made, key=key)
     if new:
+        s.store.note(caller.id, "submitted", job.id, cases=job.cases, scene=job.scene)
         s.dispatcher.wake()
     return job, new
 
@@ -114,11 +117,15 @@ def jobs(
     state: Annotated[State | None, Query(description="Only jobs in this state.")] = None,
     scene: Annotated[str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs of this scene.")] = None,
     label: Annotated[str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs with this label.")] = None,
+    tag: Annotated[str | None, Query(max_length=50, pattern="^[^\\x00]*$", description="Only jobs with this tag.")] = None,
+    search: Annotated[
+        str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs with this in label, tags, scene or id.")
+    ] = None,
     cursor: Annotated[str | None, Query(max_length=200, description="``next`` of the page before.")] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 50,
 ) -> Response:
     """List jobs, newest first, a page at a time."""
-    found, after = s.store.page(state, scene, label, cursor, limit)
+    found, after = s.store.page(state, scene, label, tag, search, cursor, limit)
     return Json({"jobs": [job_document(j) for j in found], "next": after})
 
 
@@ -135,33 +142,32 @@ async def check(request: Request, caller: Reader, s: Here) -> Response:
     return Response(await told(s, request, caller, "check_job"), media_type="application/json")
 
 
-def found(s: Service, job: str) -> Job:
-    """A job by id; Refusal (404)."""
-    there = s.store.job(job) if job.isalnum() and job.isascii() and len(job) == 24 else None
-    if there is None:
-        raise Refusal(404, "there is no such job")
-    return there
-
-
-def owned(s: Service, caller: Caller, job: str) -> Job:
-    """A job that the caller may change: its owner's, or any for the role admin. Refusal (403, 404)."""
-    there = found(s, job)
-    if caller.role != "admin" and there.owner != caller.id:
-        raise Refusal(403, "this is the job of another key: its owner or a key with the role admin may do that")
-    return there
-
-
 @router.get("/{job}", response_model=JobDocument, responses=documented(404))
 def job(job: str, caller: Reader, s: Here) -> Response:
     """A job: state, progress, rows by outcome, what went wrong."""
     return Json(job_document(found(s, job)))
 
 
-@router.delete("/{job}", response_model=JobDocument, responses=documented(404))
-def cancel(job: str, caller: Submitter, s: Here) -> Response:
-    """Cancel a job of one's own (role admin: any). Rows computed so far are kept; a job that has ended stays as it is."""
+@router.delete(
+    "/{job}",
+    response_model=JobDocument,
+    responses={204: {"description": "It is deleted."}, **documented(404, 409)},
+    operation_id="cancel_job",
+)
+def cancel(
+    job: str,
+    caller: Submitter,
+    s: Here,
+    purge: Annotated[bool, Query(description="Delete the job, which must have ended, with all its results.")] = False,
+) -> Response:
+    """Cancel a job of one's own (role admin: any). Rows computed so far are kept; a job that has ended stays as it is, or with
+    ``purge`` is deleted."""
     owned(s, caller, job)
+    if purge:
+        forget(s, caller, job)
+        return Response(status_code=204)
     after = s.store.cancel(job)
+    s.store.note(caller.id, "cancelled", job)
     s.dispatcher.wake()
     assert after is not None
     return Json(job_document(after))

@@ -15,6 +15,7 @@ from service.api.reading import Library
 from service.desk.desk import Desk
 from service.executor.cluster import Cluster
 from service.executor.dispatcher import Dispatcher
+from service.executor.keeping import Keeper
 from service.executor.parts import Parts
 from service.metrics import Metrics
 from service.settings import Settings
@@ -63,6 +64,7 @@ class Service:
     checks: Desk
     exports: Desk
     pulse: Pulse
+    keeper: Keeper
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
@@ -72,6 +74,7 @@ class Service:
         """End everything, in the order in which it is needed no more."""
         self.checks.close()
         self.exports.close()
+        self.keeper.stop()
         self.dispatcher.stop()
         self.cluster.close()
         self.store.close()
@@ -107,7 +110,8 @@ def made(settings: Settings) -> Service:
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     checks, exports = Desk(CLERKS, settings.limits.memory), Desk(EXPORTERS, 2 * settings.limits.memory, lasting=False)
-    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, Pulse(store))
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, Pulse(store), Keeper(store, parts,
+    settings))
 
 
 async def service(request: Request) -> Service:

@@ -99,6 +99,7 @@ def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
         "digest": digest(request.model_dump(mode="json")),
         "scene": "".join(c for c in made.scene.name if c.isprintable())[:200],
         "label": request.label,
+        "tags": request.tags,
         "document": json.dumps(document_of(request, made)),
         "cases": made.cases.count,
         "budget": request.budget or limits.job_seconds,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import fsspec
@@ -76,6 +77,18 @@ class Parts:
         """A file's bytes."""
         data: Any = self.fs.cat_file(path)
         return bytes(data)
+
+    def folders(self) -> list[str]:
+        """What lies where parts are kept."""
+        try:
+            return [str(x).rstrip("/") for x in self.fs.ls(self.root, detail=False)]
+        except FileNotFoundError:
+            return []
+
+    def remove(self, job: str) -> None:
+        """Remove all that a job has kept."""
+        with suppress(FileNotFoundError):
+            self.fs.rm(f"{self.root}/{job}", recursive=True)
 
     def check(self) -> None:
         """Raise when nothing can be written here."""

@@ -33,6 +33,7 @@ class Job:
     problems: list[dict[str, Any]]
     pace: float = 0.0
     landed: float | None = None
+    tags: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,8 @@ class Key:
 def job_of(row: Any) -> Job:
     """The job that a row of its table holds."""
     fields = {name: row[name] for name in Job.__dataclass_fields__}
-    return Job(**fields | {"counts": json.loads(row["counts"]), "problems": json.loads(row["problems"])})
+    read = {name: json.loads(row[name]) for name in ("counts", "problems")}
+    return Job(**fields | read | {"tags": tuple(json.loads(row["tags"]))})
 
 
 def chunk_of(row: Any) -> Chunk:

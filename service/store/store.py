@@ -55,13 +55,13 @@ class Store:
     # -- jobs ---------------------------------------------------------------------------------------------------------------
 
     def submit(
-        self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None
-    ) -> tuple[Job, bool]:
+        self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
+        tags: Sequence[str] = (),
+    ) -> tuple[Job, bool]:  # fmt: skip
         """Keep a new job: (job, whether it is new). When this owner used the idempotency ``key`` before, for the same ``digest``,
         it is the job made then; Conflict when the digest differs."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
-            "created": time.time(),
             "owner": owner,
             "idempotency_key": key,
             "digest": digest,
@@ -71,10 +71,11 @@ class Store:
             "state": "queued",
             "cases": cases,
             "budget": budget,
+            "tags": json.dumps(list(tags)),
         }
         try:
             with transaction(self.engine, writing=True) as c:
-                c.execute(insert(jobs).values(values))
+                c.execute(insert(jobs).values(values | {"created": self.now(c)}))
                 self._event(c, values["id"], "submitted", {"cases": cases})
                 return job_of(c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
         except IntegrityError:
@@ -101,6 +102,8 @@ class Store:
         state: str | None = None,
         scene: str | None = None,
         label: str | None = None,
+        tag: str | None = None,
+        search: str | None = None,
         cursor: str | None = None,
         limit: int = 50,
     ) -> tuple[list[Job], str | None]:
@@ -109,6 +112,11 @@ class Store:
         for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
             if wanted is not None:
                 query = query.where(column == wanted)
+        if tag is not None:
+            query = query.where(jobs.c.tags.contains(json.dumps(tag), autoescape=True))
+        if search is not None:
+            words = (jobs.c.label, jobs.c.scene, jobs.c.tags, jobs.c.id)
+            query = query.where(or_(*(c.icontains(search, autoescape=True) for c in words)))
         if cursor is not None:
             created, last = _decoded(cursor)
             query = query.where(or_(jobs.c.created < created, and_(jobs.c.created == created, jobs.c.id < last)))

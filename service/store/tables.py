@@ -55,7 +55,9 @@ jobs = Table(
     Column("landed", Float),
     Column("beat", BigInteger, nullable=False, default=0, server_default="0"),
     Column("lease", Float, nullable=False, default=0.0, server_default="0"),
+    Column("tags", Text, nullable=False, default="[]", server_default="[]"),
     UniqueConstraint("owner", "idempotency_key"),
+    Index("ix_jobs_owner_created", "owner", "created"),
     Index("ix_jobs_created_id", "created", "id"),
     Index("ix_jobs_state", "state"),
 )
@@ -108,4 +110,15 @@ keys = Table(
     Column("hash", String(64), nullable=False),
     Column("created", Float, nullable=False),
     Column("revoked", Float),
+)
+
+audit = Table(
+    "audit",
+    metadata,
+    Column("id", COUNTER, primary_key=True, autoincrement=True),
+    Column("time", Float, nullable=False),
+    Column("who", String(64), nullable=False),
+    Column("what", String(32), nullable=False),
+    Column("about", String(64), nullable=False),
+    Column("data", Text, nullable=False, default="{}"),
 )

@@ -22,7 +22,7 @@ from distributed.core import connect, rpc
 from distributed.security import Security
 
 from engine.basics.problems import SceneError
-from service.cli import certificates_of
+from service.options import certificates_of
 from tests.service.serving import MU, ROOT, SMALL, Served, eventually, free_port
 
 NOBODY = 65534
