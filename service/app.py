@@ -14,6 +14,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from engine.basics.version import version
 from service.api import admin, bodies, jobs, keeping, problems, results, scenes, sensitivities
 from service.api.door import Door
+from service.api.operations import named
 from service.api.problems import ProblemDocument
 from service.api.security import FAILURES, Rates
 from service.api.service import Service, made
@@ -41,7 +42,8 @@ def app_of(service: Service) -> FastAPI:
         yield
         service.close()
 
-    app = FastAPI(title="Trunnion", version=version(), description=ABOUT, docs_url=None, redoc_url=None, lifespan=life)
+    about: dict[str, Any] = {"title": "Trunnion", "version": version(), "description": ABOUT, "generate_unique_id_function": named}
+    app = FastAPI(**about, docs_url=None, redoc_url=None, lifespan=life)
     app.state.service = service
     app.state.rates = Rates(service.settings.limits.rate)
     app.state.failures = Rates(FAILURES)

@@ -152,7 +152,6 @@ def job(job: str, caller: Reader, s: Here) -> Response:
     "/{job}",
     response_model=JobDocument,
     responses={204: {"description": "It is deleted."}, **documented(404, 409)},
-    operation_id="cancel_job",
 )
 def cancel(
     job: str,

@@ -90,7 +90,7 @@ def forget(s: Service, caller: Caller, job: str) -> None:
     s.library.jobs.pop(job, None)
 
 
-@router.patch("/jobs/{job}", response_model=JobDocument, responses=documented(404, 413), operation_id="mark_job")
+@router.patch("/jobs/{job}", response_model=JobDocument, responses=documented(404, 413))
 def mark(
     job: str, marks: Annotated[Marks, Body(openapi_examples=MARKS)], caller: Annotated[Caller, Depends(need("submit"))], s: Here
 ) -> Response:
@@ -100,7 +100,7 @@ def mark(
     return Json(job_document(found(s, job)))
 
 
-@router.get("/usage", response_model=UsageDocument, responses=documented(), operation_id="get_usage")
+@router.get("/usage", response_model=UsageDocument, responses=documented())
 def usage(caller: Annotated[Caller, Depends(need("read"))], s: Here) -> Response:
     """What your key has used, and what it may."""
     return Json(usage_document(s.store.usage(caller.id), s.settings.limits))
@@ -112,7 +112,7 @@ def usage_document(has: Usage, limits: Limits) -> dict[str, Any]:
     return {"jobs": has.jobs, "bytes": has.bytes, "cases": has.cases, "most": most}
 
 
-@router.get("/audit", response_model=list[DeedDocument], responses=documented(), operation_id="list_audit")
+@router.get("/audit", response_model=list[DeedDocument], responses=documented())
 def audit(
     caller: Annotated[Caller, Depends(need("admin"))],
     s: Here,

@@ -25,6 +25,13 @@ def index() -> Response:
     return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, said, "text/html")
 
 
+@router.get("/docs")
+def docs() -> Response:
+    """The API's description as a page."""
+    said = {"Content-Security-Policy": POLICY, "X-Frame-Options": "DENY"}
+    return Response((HERE / "docs.html").read_text(encoding="utf-8"), 200, said, "text/html")
+
+
 @router.get("/page/plotly.min.js")
 def plotly() -> Response:
     """Plotly's JavaScript as it lies in the installed package."""

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis.errors import Unsatisfiable
 
+from service.api.operations import NAMES
 from tests.service.serving import SMALL, InProcess, Served
 
 
@@ -86,6 +87,12 @@ def test_every_operation_has_words_and_every_body_an_example(bounded: Served) ->
                 assert int(status) < 400 or "application/problem+json" in answer["content"] or path == "/readyz", (path, status)
             if "requestBody" in operation:
                 assert operation["requestBody"]["content"]["application/json"]["examples"], path
+
+
+def test_operations_have_names_that_a_client_can_be_read_with(bounded: Served) -> None:
+    document = bounded.get("/openapi.json").json()
+    names = [o["operationId"] for item in document["paths"].values() for o in item.values()]
+    assert sorted(names) == sorted(NAMES.values())
 
 
 def examples(document: dict[str, Any], path: str) -> list[dict[str, Any]]:

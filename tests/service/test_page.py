@@ -217,3 +217,22 @@ def test_the_page_names_no_other_place() -> None:
     for file in (ROOT / "service" / "page").glob("*.*"):
         if file.suffix in (".html", ".js", ".css"):
             assert not re.findall(r"https?://(?!www\.w3\.org)", file.read_text()), file
+
+
+def test_the_api_is_described_and_tried_on_a_page_that_needs_nothing_from_elsewhere(browser: Any, served: Served) -> None:
+    page, elsewhere = browser.new_page(viewport={"width": 1000, "height": 900}), []
+    page.on("request", lambda r: None if r.url.startswith(str(served.client.base_url)) else elsewhere.append(r.url))
+    page.on("pageerror", lambda e: elsewhere.append(str(e)))
+    page.goto(f"{served.client.base_url}/docs")
+    page.locator("#check_job summary").first.click()
+    page.locator("#check_job button.main").click()
+    eventually(lambda: "columns" in page.locator("#check_job pre").first.inner_text())
+    page.locator("#list_models summary").click()
+    page.locator("#list_models button.main").click()
+    eventually(lambda: "spherical_pendulum" in page.locator("#list_models pre").first.inner_text())
+    if PICTURES:
+        page.screenshot(path=f"{PICTURES}/docs.png", full_page=True)
+    names = page.evaluate("[...document.querySelectorAll('main details[id]')].map((d) => d.id)")
+    assert len(names) == len(set(names)) > 20
+    assert elsewhere == []
+    page.close()
