@@ -35,6 +35,7 @@ TITLES = {
     409: "It cannot be done in this state",
     413: "The request is too large",
     415: "The body must be JSON",
+    416: "It has not so many bytes",
     422: "The request has problems",
     429: "Too many requests",
     500: "A defect of the server",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Header, Query, Request
@@ -10,6 +11,8 @@ from fastapi.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, Response, StreamingResponse
 
 from engine.basics.problems import Problem, SceneError
+from engine.basics.version import version
+from service.api.delivery import DOCUMENTED, delivered, tag_of
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
@@ -18,6 +21,7 @@ from service.api.service import Service
 from service.api.waiting import Call, answered
 from service.executor.sealed import Spoiled, document_bytes
 from service.executor.work import run_trajectory
+from service.store.tables import ENDED
 
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Format = Annotated[Literal["json", "csv", "parquet", "arrow"] | None, Query(description="Instead of the Accept header.")]
@@ -35,10 +39,12 @@ REPLAYS_AT_ONCE = 4
             "content": CONTENT,
             **with_header("Trunnion-Complete", "Whether these are the rows of all cases: true or false."),
         },
-        **documented(404, 406),
+        **DOCUMENTED,
+        **documented(404, 406, 416),
     },
 )
 def results(
+    request: Request,
     job: str,
     caller: Reader,
     s: Here,
@@ -49,7 +55,8 @@ def results(
     accept: Accept = "*/*",
 ) -> Response:
     """The table with one row for each case. While the job runs it has the rows so far; ``Trunnion-Complete`` says whether they
-    are all."""
+    are all. Then the answer has an ETag, and parts of it can be asked for with Range; JSON and CSV come compressed to whom that
+    suits."""
     kind = chosen(format, accept)
     there = found(s, job)
     stop = there.cases if count is None else min(there.cases, first + count)
@@ -62,7 +69,14 @@ def results(
     import pyarrow as pa
 
     shown = pa.schema([schema.field(n) for n in names], metadata=schema.metadata)
-    return StreamingResponse(stream(kind, shown, rows(s, job, shown, first, stop)), 200, headers, MEDIA[kind])
+
+    def make() -> Iterator[bytes]:
+        return stream(kind, shown, rows(s, job, shown, first, stop))
+
+    tag = None
+    if there.state in ENDED and there.done == there.cases:
+        tag = tag_of(job, known(s, job).digest, kind, names, first, stop, [c.stop for c in s.store.finished(job)], version())
+    return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
 
 
 def _columns(known: list[str], asked: list[str] | None) -> list[str]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from fastapi import Request
 
 from engine.basics.problems import Problem, SceneError
+from service.api.delivery import Lengths
 from service.api.reading import Library
 from service.desk.desk import Desk
 from service.executor.cluster import Cluster
@@ -69,6 +70,7 @@ class Service:
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
     library: Library = field(default_factory=Library)
+    lengths: Lengths = field(default_factory=Lengths)
 
     def close(self) -> None:
         """End everything, in the order in which it is needed no more."""
