@@ -28,11 +28,12 @@ MOST_REPAIRS = 3
 
 @dataclass(frozen=True)
 class Known:
-    """What a job's document says, which never changes: its plan, the schema of its table, the document's digest."""
+    """What a job's document says, which never changes: its plan, the schema of its table, the document's digest and text."""
 
     plan: Plan
     schema: Any
     digest: str
+    text: str
 
 
 @dataclass
@@ -51,7 +52,8 @@ def known(s: Service, job: str) -> Known:
             return s.library.jobs[job]
     document = s.store.document(job)
     plan = plan_of_document(document)
-    made = Known(plan, plan.schema, digest_of(document_bytes(document)))
+    text = document_bytes(document)
+    made = Known(plan, plan.schema, digest_of(text), text.decode())
     with s.library.lock:
         s.library.jobs[job] = made
         while len(s.library.jobs) > KEPT:

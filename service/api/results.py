@@ -68,7 +68,8 @@ def results(
     }
     import pyarrow as pa
 
-    shown = pa.schema([schema.field(n) for n in names], metadata=schema.metadata)
+    about = {"job": job, "request": known(s, job).text}
+    shown = pa.schema([schema.field(n) for n in names], metadata=(schema.metadata or {}) | about)
 
     def make() -> Iterator[bytes]:
         return stream(kind, shown, rows(s, job, shown, first, stop))

@@ -1,0 +1,231 @@
+"""Jobs of a server as Python objects: ``connect(url, key).submit(scene, over=…).wait().to_pandas()``."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+from engine.basics.extras import brought
+from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.scene.given import Names, names_given
+from engine.scene.overrides import Given, scene_given
+from service.asking import ENDED, HERE, Server
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+    import xarray
+
+POLL_SECONDS = 0.5
+AT_ONCE = 4
+"""Trajectories asked for at a time."""
+ON_A_ROW = 1e-6
+"""Of a spacing: a row so near to a multiple of it is one of its rows."""
+
+
+def connect(url: str = HERE, key: str = "") -> Connection:
+    """A server by its address, such as http://127.0.0.1:8765, with an API key where it wants one. Nothing is sent yet."""
+    return Connection(Server(url, key))
+
+
+class Connection:
+    """A server whose jobs can be submitted and looked at. Its answers that are errors are raised: SceneError with the problems that
+    it lists, SimulationError where there is none."""
+
+    def __init__(self, server: Server):
+        self.server = server
+
+    def submit(
+        self,
+        scene: Given,
+        over: Mapping[str, Any] | None = None,
+        cases: Sequence[Mapping[str, Any]] | None = None,
+        sample: Mapping[str, Any] | None = None,
+        *,
+        reductions: Names = (),
+        overrides: Mapping[str, Any] | None = None,
+        idempotency_key: str = "",
+        **more: Any,
+    ) -> Job:
+        """Submit a batch, given as to ``engine.sweep``; sample: {"ranges": {path: (low, high)}, "count": N, "seed": S, "method":
+        "latin"}. more: the other fields of ``POST /v1/jobs`` (until, every, rtol, method, patience, budget, label, tags, …)."""
+        from engine.scene.dump import scene_to_dict
+
+        body = {"scene": scene_to_dict(scene_given(scene, overrides)), "reductions": list(names_given(reductions)), **more}
+        body |= {n: v for n, v in (("over", over), ("cases", cases), ("sample", sample)) if v is not None}
+        headers = {"Idempotency-Key": idempotency_key} if idempotency_key else {}
+        return Job(self.server, self.server.ask("POST", "/v1/jobs", json=body, headers=headers).json())
+
+    def job(self, job: str) -> Job:
+        """A job by its id."""
+        return Job(self.server, self.server.ask("GET", f"/v1/jobs/{job}").json())
+
+    def jobs(self, **filters: Any) -> list[Job]:
+        """The newest jobs; filters: state, scene, label, tag, search, limit."""
+        found = self.server.ask("GET", "/v1/jobs", params=filters).json()["jobs"]
+        return [Job(self.server, document) for document in found]
+
+
+class Job:
+    """A job of a server. document: what the server said of it last."""
+
+    def __init__(self, server: Server, document: dict[str, Any]):
+        self.server, self.document = server, document
+        self._request: dict[str, Any] | None = None
+
+    @property
+    def id(self) -> str:
+        """Its id."""
+        return str(self.document["id"])
+
+    @property
+    def state(self) -> str:
+        """queued, running, cancelling, done, failed or cancelled, as it was told last."""
+        return str(self.document["state"])
+
+    def __repr__(self) -> str:
+        d = self.document
+        return f"<job {d['id']} {d['state']}: {d['done']} of {d['cases']} cases of {d['scene']}>"
+
+    @property
+    def request(self) -> dict[str, Any]:
+        """What was submitted; it can be submitted again."""
+        if self._request is None:
+            self._request = dict(self._ask("GET", "/request").json())
+        return self._request
+
+    def refresh(self) -> Job:
+        """Ask how it goes."""
+        self.document = self._ask("GET").json()
+        return self
+
+    def wait(self, progress: bool = False, timeout: float | None = None) -> Job:
+        """Wait until it has ended, however that was (``state``, ``document["problems"]``). progress: with a bar on a terminal;
+        timeout: s after which TimeoutError is raised. Ctrl-C leaves the job alone."""
+        from engine.cli.progress import Watch
+
+        end = None if timeout is None else time.monotonic() + timeout
+        with Watch(f"job {self.id[:8]}") if progress else _Silent() as bar:
+            while self.refresh().state not in ENDED:
+                bar.tell(self.document["done"] + self.document["lost"], self.document["cases"])
+                if end is not None and time.monotonic() > end:
+                    raise TimeoutError(f"job {self.id} has not ended within {timeout:g} s; it goes on")
+                time.sleep(POLL_SECONDS)
+        return self
+
+    def cancel(self) -> Job:
+        """Cancel it; rows computed so far are kept."""
+        self.document = self._ask("DELETE").json()
+        return self
+
+    def delete(self) -> None:
+        """Delete it, which must have ended, with all its results."""
+        self._ask("DELETE", params={"purge": "true"})
+
+    def to_arrow(self, columns: Iterable[str] = ()) -> pyarrow.Table:
+        """The rows there are so far; units in its fields' metadata, the job's id and request in the table's."""
+        pa = brought("pyarrow", "tables", "a table of cases")
+        asked = {"format": "arrow"} | ({"column": list(columns)} if columns else {})
+        return pa.ipc.open_stream(io.BytesIO(self._ask("GET", "/results", params=asked).content)).read_all()
+
+    def to_pandas(self, columns: Iterable[str] = ()) -> pandas.DataFrame:
+        """A frame indexed by case; units in ``frame.attrs["units"]``."""
+        brought("pandas", "pandas", "to_pandas()")
+        table = self.to_arrow(columns)
+        frame = table.to_pandas()
+        frame.attrs["units"] = units(table)
+        return frame.set_index("case") if "case" in frame else frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset with a dimension for each path of the grid, or of the case alone where it is none; units in ``attrs``. Of cases
+        that are not there, nothing is there (NaN)."""
+        xr = brought("xarray", "xarray", "to_xarray()")
+        table = self.to_arrow()
+        said, cases = units(table), table["case"].to_numpy()
+        over = self.request.get("over") or {}
+        axes = {path: _axis(table[path].to_numpy()) for path in over}
+        sizes = [len(a) for a in axes.values()]
+        if not over or prod(sizes) != self.document["cases"]:
+            data = {n: ("case", table[n].to_pandas().to_numpy(), {"units": u}) for n, u in said.items() if n != "case"}
+            return xr.Dataset(data, {"case": cases}, {"job": self.id})
+        found = {}
+        for name, unit in said.items():
+            if name != "case" and name not in axes:
+                found[name] = (list(axes), _spread(table[name], cases, sizes), {"units": unit})
+        return xr.Dataset(found, {p: (p, a, {"units": said[p]}) for p, a in axes.items()}, {"job": self.id})
+
+    def trajectory(self, case: int, columns: Names = ()) -> pyarrow.Table:
+        """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs)."""
+        pa = brought("pyarrow", "tables", "a table of rows")
+        asked = {"format": "arrow"} | ({"outputs": list(names_given(columns))} if columns else {})
+        return pa.ipc.open_stream(io.BytesIO(self._ask("GET", f"/cases/{case}/trajectory", params=asked).content)).read_all()
+
+    def trajectories(self, columns: Names = (), every: float | None = None, cases: Iterable[int] | None = None) -> pyarrow.Table:
+        """The rows of many cases (default: all) as one table with a column ``case``. every: spacing of the rows that are kept, s, a
+        multiple of the run's own. Each case is run again on the server."""
+        pa = brought("pyarrow", "tables", "a table of rows")
+        numbers = list(range(self.document["cases"])) if cases is None else list(cases)
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            tables = list(pool.map(lambda n: _thinned(self.trajectory(n, columns), every), numbers))
+        return pa.concat_tables(
+            t.add_column(0, pa.field("case", pa.int64()), pa.array([n] * len(t), pa.int64()))
+            for n, t in zip(numbers, tables, strict=True)
+        )
+
+    def _ask(self, method: str, path: str = "", **more: Any) -> Any:
+        return self.server.ask(method, f"/v1/jobs/{self.id}{path}", **more)
+
+
+class _Silent:
+    """A bar that shows nothing."""
+
+    def __enter__(self) -> _Silent:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def tell(self, done: float, of: float) -> None:
+        """Show nothing."""
+
+
+def units(table: pyarrow.Table) -> dict[str, str]:
+    """The unit of each column."""
+    return {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in table.schema}
+
+
+def _axis(values: Any) -> Any:
+    """The values of one path, each once, in the order in which they come first."""
+    return list(dict.fromkeys(values.tolist()))
+
+
+def _spread(column: Any, cases: Any, sizes: list[int]) -> Any:
+    """A column over the grid, the last path varying fastest."""
+    import numpy as np
+
+    values = column.to_pandas().to_numpy()
+    whole = np.full(prod(sizes), np.nan if values.dtype.kind in "fiu" else None, float if values.dtype.kind in "fiu" else object)
+    whole[cases] = values
+    return whole.reshape(sizes)
+
+
+def _thinned(table: pyarrow.Table, every: float | None) -> pyarrow.Table:
+    """The rows at multiples of a spacing."""
+    import numpy as np
+
+    if every is None:
+        return table
+    if not every > 0.0:
+        raise SceneError([Problem("every", f"{every:g} s is no spacing", "a positive time, or None for all rows")])
+    parts = table["time"].to_numpy() / every
+    kept = table.filter(np.abs(parts - np.round(parts)) < ON_A_ROW)
+    if len(kept) < 2 <= len(table):
+        raise SimulationError(f"no rows but the first are {every:g} s apart: the run's own spacing does not divide that")
+    return kept
+
+
+__all__ = ["Connection", "Job", "connect"]
