@@ -109,6 +109,20 @@ def cancel(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = Fals
 
 
 @app.command()
+def rerun(
+    job: Id,
+    outcome: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Only cases with this outcome (repeatable).")] = None,
+    method: Annotated[str, typer.Option(metavar="M", help="Another method.")] = "",
+    patience: Annotated[str, typer.Option(metavar="S", help="Other processor seconds that a case may take.")] = "",
+    server: Url = HERE,
+    key: Secret = "",
+) -> None:
+    """Run the cases of a job that failed again, as a new job; print its id."""
+    body: dict[str, Any] = {k: v for k, v in (("method", method), ("patience", patience), ("outcomes", outcome)) if v}
+    print(Server(server, key).ask("POST", f"/v1/jobs/{job}/rerun", json=body).json()["id"])
+
+
+@app.command()
 def delete(job: Id, server: Url = HERE, key: Secret = "") -> None:
     """Delete a job that has ended, with all its results."""
     Server(server, key).ask("DELETE", f"/v1/jobs/{job}", params={"purge": "true"})

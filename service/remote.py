@@ -122,6 +122,17 @@ class Job:
         self.document = self._ask("DELETE").json()
         return self
 
+    def rerun(self, outcomes: Sequence[str] | None = None, **others: Any) -> Job:
+        """A new job of the cases that failed, or have these outcomes; others: settings that are to be others (patience, method,
+        …)."""
+        body = others | ({"outcomes": list(outcomes)} if outcomes is not None else {})
+        return Job(self.server, self._ask("POST", "/rerun", json=body).json())
+
+    def extend(self, over: Mapping[str, Any] | None = None, **others: Any) -> Job:
+        """A new job of more cases of the same scene, without those that are there already."""
+        body = others | ({"over": over} if over is not None else {})
+        return Job(self.server, self._ask("POST", "/extend", json=body).json())
+
     def delete(self) -> None:
         """Delete it, which must have ended, with all its results."""
         self._ask("DELETE", params={"purge": "true"})

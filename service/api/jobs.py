@@ -93,11 +93,11 @@ async def submit(
 ) -> Response:
     """Submit a batch. The answer's ``Location`` is the job."""
     made = await told(s, request, caller, "plan_job")
-    job, new = await run_in_threadpool(_kept, s, caller, made, idempotency_key)
+    job, new = await run_in_threadpool(keep, s, caller, made, idempotency_key)
     return Json(job_document(job), 202 if new else 200, {"Location": f"/v1/jobs/{job.id}"})
 
 
-def _kept(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
+def keep(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
     """Keep a job that is understood; (job, whether it is new). Refusal (503) when too many wait."""
     states = s.store.states()
     if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:

@@ -11,6 +11,8 @@ NAMES: dict[tuple[str, str], str] = {
     ("GET", "/v1/jobs/{job}"): "get_job",
     ("PATCH", "/v1/jobs/{job}"): "mark_job",
     ("DELETE", "/v1/jobs/{job}"): "cancel_job",
+    ("POST", "/v1/jobs/{job}/rerun"): "rerun_job",
+    ("POST", "/v1/jobs/{job}/extend"): "extend_job",
     ("GET", "/v1/jobs/{job}/request"): "get_job_request",
     ("GET", "/v1/jobs/{job}/attempts"): "list_job_attempts",
     ("GET", "/v1/jobs/{job}/events"): "follow_job",

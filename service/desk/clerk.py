@@ -37,6 +37,7 @@ def work(connection: Connection, memory: int, parent: int) -> None:
     """What the process does until its connection ends: answer (task's name, arguments) with (whether it could, result or error)."""
     _alone(parent)
     _bounded(memory)
+    import service.desk.following  # noqa: F401  # its tasks are offered, too
     from service.desk.tasks import TASKS
 
     while True:

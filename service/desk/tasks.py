@@ -93,7 +93,11 @@ def check_job(body: bytes, media: str, limits: Limits) -> bytes:
 @task
 def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
     """What the store keeps of a job, as arguments of ``Store.submit``."""
-    request = read(JobRequest, body, media)
+    return kept_of(read(JobRequest, body, media), limits)
+
+
+def kept_of(request: JobRequest, limits: Limits) -> dict[str, Any]:
+    """What the store keeps of a request; SceneError with everything that is wrong with it."""
     made = plan_of_request(request, limits)
     return {
         "digest": digest(request.model_dump(mode="json")),
