@@ -39,6 +39,7 @@ def app_of(service: Service) -> FastAPI:
         service.dispatcher.start()
         service.checks.start()
         service.keeper.start()
+        service.teller.start()
         yield
         service.close()
 

@@ -23,6 +23,7 @@ from service.options import (
     NEW_KEY,
     RESULTS,
     SCHEDULER,
+    WEBHOOK,
     certificates_of,
     kept_for,
     limits_of,
@@ -51,6 +52,7 @@ def serve(
     rate: Annotated[str, typer.Option(metavar="RATE", help="Most requests a key, such as 1200/minute.")] = "",
     limit: Annotated[list[str] | None, LIMIT] = None,
     keep: Annotated[str, KEEP] = "",
+    webhook: Annotated[list[str] | None, WEBHOOK] = None,
     new_key: Annotated[str, NEW_KEY] = "",
     lease: Annotated[float, typer.Option(hidden=True, min=0.3)] = 6.0,
     retry_delay: Annotated[float, typer.Option(hidden=True, min=0.0)] = 2.0,
@@ -64,7 +66,8 @@ def serve(
     limits, certificates = limits_of(rate, limit or []), certificates_of(scheduler, scheduler_ca, scheduler_cert, scheduler_key)
     settings = Settings(
         data, host, port, database, results, scheduler, workers, certificates, keys, limits, chunk_seconds,
-        retry_delay=retry_delay, lease=lease, keep=kept_for(keep),
+        retry_delay=retry_delay, lease=lease, keep=kept_for(keep), webhooks=tuple(webhook or ()),
+        webhook_secret=os.environ.get("TRUNNION_WEBHOOK_SECRET", ""),
     )  # fmt: skip
     try:
         raise typer.Exit(_make_key(settings, new_key) if new_key else _serve(settings))

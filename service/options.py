@@ -16,6 +16,11 @@ HOST = typer.Option(metavar="HOST", help="Address to listen on; other than this 
 DATABASE = typer.Option(metavar="URL", help="postgresql://…, or sqlite:///file (default: in DIR).", envvar="TRUNNION_DATABASE")
 RESULTS = typer.Option(metavar="URL", help="Folder or fsspec URL for results (default: in DIR).", envvar="TRUNNION_RESULTS")
 KEEP = typer.Option(metavar="TIME", help="Delete jobs that ended so long ago: 30d, 12h (default: never).", envvar="TRUNNION_KEEP")
+WEBHOOK = typer.Option(
+    metavar="URL",
+    help="Ends of jobs may be told to addresses below this one (repeatable; default: none).",
+    envvar="TRUNNION_WEBHOOK",
+)
 NEW_KEY = typer.Option("--new-key", metavar="NAME:ROLE", help="Make a key (read, submit, admin), print it, and end.")
 SCHEDULER = typer.Option(
     metavar="ADDRESS", help="Dask scheduler, such as tls://host:8786 (default: processes here).", envvar="TRUNNION_SCHEDULER"

@@ -29,8 +29,7 @@ Text = Annotated[str, StringConstraints(max_length=100)]
 Number = float | Text
 Tag = Annotated[str, StringConstraints(min_length=1, max_length=50, pattern=r"^[\w.:/+@-]+$")]
 JOBS = "POST /v1/jobs"
-END, SPACING = "simulation.until", "simulation.every"
-DEEPEST = 60
+END, SPACING, DEEPEST = "simulation.until", "simulation.every", 60
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
 
@@ -131,6 +130,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
     label: Plain = Field("", description="Words of your own.")
+    notify: Plain = Field("", description="Where its end is told: an address below one the server was started with.")
     tags: list[Tag] = Field(default_factory=list, max_length=20, description="Words to find it by.")
 
 
@@ -246,7 +246,7 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
 def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
     """The request as it is kept: the scene itself in place of its name and changes, so that it means the same for ever, and what
     each case may take."""
-    asked = request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides"})
+    asked = request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides", "notify"})
     return asked | {"scene": scene_to_dict(made.scene), "patience": made.run.patience, "steps": made.run.steps}
 
 

@@ -54,7 +54,8 @@ class Settings:
     """data: folder for the database, results and scratch files unless they are given elsewhere. database: SQLAlchemy URL. results:
     fsspec URL. scheduler: address of a Dask scheduler, "" for a cluster of ``workers`` processes on this machine; tls: what it asks
     to be shown.
-    chunk_seconds: longest a chunk should take; keep: seconds after which jobs that have ended are deleted, 0 for never."""
+    chunk_seconds: longest a chunk should take; keep: seconds after which jobs that have ended are deleted, 0 for never;
+    webhooks: addresses below which ends of jobs may be told; webhook_secret: by which that is signed, "" for one of its own."""
 
     data: Path
     host: str = "127.0.0.1"
@@ -71,6 +72,8 @@ class Settings:
     retry_delay: float = 2.0
     lease: float = 6.0
     keep: float = 0.0
+    webhooks: tuple[str, ...] = ()
+    webhook_secret: str = ""
 
     @property
     def database_url(self) -> str:

@@ -12,12 +12,14 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
+from engine.basics.problems import Problem, SceneError
 from service.api.bodies import asks, told
 from service.api.documents import Attempt, JobDocument, JobList, State, attempt_document, job_document
 from service.api.keeping import afford, forget, found, owned
 from service.api.problems import Json, Refusal, documented, with_header
 from service.api.security import Caller, need
 from service.api.service import Service, service
+from service.executor.telling import allowed
 from service.request import JobRequest
 from service.store.rows import Job
 from service.store.tables import ACTIVE, ENDED
@@ -102,6 +104,9 @@ def keep(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> t
     states = s.store.states()
     if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
         raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
+    if made["notify"] and not allowed(made["notify"], s.settings.webhooks):
+        hint = f"below {' or '.join(s.settings.webhooks)}" if s.settings.webhooks else "start the server with --webhook URL"
+        raise SceneError([Problem("notify", "this server does not tell that address", hint)])
     afford(s, caller, made["cases"])
     job, new = s.store.submit(caller.id, **made, key=key)
     if new:

@@ -12,12 +12,14 @@ from fastapi import Request
 
 from engine.basics.problems import Problem, SceneError
 from service.api.delivery import Lengths
+from service.api.documents import job_document
 from service.api.reading import Library
 from service.desk.desk import Desk
 from service.executor.cluster import Cluster
 from service.executor.dispatcher import Dispatcher
 from service.executor.keeping import Keeper
 from service.executor.parts import Parts
+from service.executor.telling import Teller
 from service.metrics import Metrics
 from service.settings import Settings
 from service.store.database import Unreachable
@@ -66,6 +68,7 @@ class Service:
     exports: Desk
     pulse: Pulse
     keeper: Keeper
+    teller: Teller
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
@@ -77,6 +80,7 @@ class Service:
         self.checks.close()
         self.exports.close()
         self.keeper.stop()
+        self.teller.stop()
         self.dispatcher.stop()
         self.cluster.close()
         self.store.close()
@@ -112,8 +116,8 @@ def made(settings: Settings) -> Service:
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     checks, exports = Desk(CLERKS, settings.limits.memory), Desk(EXPORTERS, 2 * settings.limits.memory, lasting=False)
-    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, Pulse(store), Keeper(store, parts,
-    settings))
+    keeper, teller = Keeper(store, parts, settings), Teller(store, settings, job_document)
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, Pulse(store), keeper, teller)
 
 
 async def service(request: Request) -> Service:

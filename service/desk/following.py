@@ -22,7 +22,7 @@ from service.settings import Limits
 MOST = 100_000
 """Cases that may be listed one by one."""
 WAYS = ("over", "cases", "sample")
-OTHERS = ("rtol", "method", "kernel", "patience", "steps", "budget", "label", "tags")
+OTHERS = ("rtol", "method", "kernel", "patience", "steps", "budget", "label", "tags", "notify")
 """What may be another in a job that follows."""
 
 
@@ -80,7 +80,7 @@ def _not_in(more: Cases, there: Cases) -> np.ndarray:
 
 def _without_ways(document: dict[str, Any]) -> dict[str, Any]:
     """A job's request without its cases and its own names."""
-    return {k: v for k, v in document.items() if k not in (*WAYS, "label", "tags")}
+    return {k: v for k, v in document.items() if k not in (*WAYS, "label", "tags", "notify")}
 
 
 def _listed(document: dict[str, Any], asked: dict[str, Any], of: Cases, numbers: list[int], limits: Limits) -> dict[str, Any]:

@@ -104,6 +104,7 @@ def kept_of(request: JobRequest, limits: Limits) -> dict[str, Any]:
         "scene": "".join(c for c in made.scene.name if c.isprintable())[:200],
         "label": request.label,
         "tags": request.tags,
+        "notify": request.notify,
         "document": json.dumps(document_of(request, made)),
         "cases": made.cases.count,
         "budget": request.budget or limits.job_seconds,

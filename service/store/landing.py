@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import Connection, and_, func, insert, or_, select, update
 
 from service.store.database import transaction
-from service.store.keeping import KeepingStore
+from service.store.hooks import HookStore
 from service.store.tables import ACTIVE, attempts, chunks, jobs
 
 RECENT = 0.25
@@ -38,7 +38,7 @@ class Done:
     reached: int | None = None
 
 
-class LandingStore(KeepingStore):
+class LandingStore(HookStore):
     """The part of the server's side that is about single chunks."""
 
     def _held(self, c: Connection, server: str, job: str) -> Any:

@@ -56,7 +56,7 @@ class Store:
 
     def submit(
         self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
-        tags: Sequence[str] = (),
+        tags: Sequence[str] = (), notify: str = "",
     ) -> tuple[Job, bool]:  # fmt: skip
         """Keep a new job: (job, whether it is new). When this owner used the idempotency ``key`` before, for the same ``digest``,
         it is the job made then; Conflict when the digest differs."""
@@ -72,6 +72,7 @@ class Store:
             "cases": cases,
             "budget": budget,
             "tags": json.dumps(list(tags)),
+            "notify": notify,
         }
         try:
             with transaction(self.engine, writing=True) as c:
@@ -134,12 +135,16 @@ class Store:
             free = and_(jobs.c.id == job, jobs.c.state.in_(ACTIVE), idle, jobs.c.state == "queued")
             if c.execute(update(jobs).where(free).values(state="cancelled", finished=now)).rowcount:
                 self._event(c, job, "cancelled", {})
+                self._to_tell(c, job, "cancelled")
             elif c.execute(
                 update(jobs).where(jobs.c.id == job, jobs.c.state.in_(("queued", "running"))).values(state="cancelling")
             ).rowcount:
                 self._event(c, job, "cancelling", {})
             row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
             return job_of(row) if row else None
+
+    def _to_tell(self, c: Any, job: str, kind: str) -> None:
+        """The end of a job is to be told to others: a store that can do that does."""
 
     def states(self) -> dict[str, int]:
         """How many jobs are in each state."""

@@ -56,6 +56,7 @@ jobs = Table(
     Column("beat", BigInteger, nullable=False, default=0, server_default="0"),
     Column("lease", Float, nullable=False, default=0.0, server_default="0"),
     Column("tags", Text, nullable=False, default="[]", server_default="[]"),
+    Column("notify", Text, nullable=False, default="", server_default=""),
     UniqueConstraint("owner", "idempotency_key"),
     Index("ix_jobs_owner_created", "owner", "created"),
     Index("ix_jobs_created_id", "created", "id"),
@@ -121,4 +122,16 @@ audit = Table(
     Column("what", String(32), nullable=False),
     Column("about", String(64), nullable=False),
     Column("data", Text, nullable=False, default="{}"),
+)
+
+hooks = Table(
+    "hooks",
+    metadata,
+    Column("id", COUNTER, primary_key=True, autoincrement=True),
+    Column("job", String(32), ForeignKey("jobs.id", ondelete="CASCADE"), nullable=False),
+    Column("kind", String(32), nullable=False),
+    Column("attempts", Integer, nullable=False, default=0),
+    Column("not_before", Float, nullable=False, default=0.0),
+    Column("state", String(16), nullable=False),
+    Index("ix_hooks_state", "state"),
 )

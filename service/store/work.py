@@ -137,6 +137,7 @@ class WorkStore(LandingStore):
         }
         c.execute(update(jobs).where(jobs.c.id == job).values(values))
         self._event(c, job, state, {"problems": problems})
+        self._to_tell(c, job, state)
         return state
 
 

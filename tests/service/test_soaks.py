@@ -13,7 +13,8 @@ import psutil
 import pytest
 
 import engine
-from tests.service.serving import MU, ROOT, SMALL, Served, eventually, new_keys
+from engine.scene.library import model_names
+from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually, new_keys
 from tests.service.test_hostile import crowd
 from tests.service.test_recovery import BRIM
 
@@ -115,6 +116,24 @@ def test_each_of_two_hundred_spoilt_parts_is_found_and_computed_again(tmp_path: 
         print(f"\n{len(parts)} parts; spoilt: {spoilt}; {wrong} wrong rows; {len(told)} chunks computed")
         assert wrong == 0
         assert s.ended(job)["done"] == 2000
+
+
+FIRST = (".friction.mu", ".friction.", ".start.")
+"""What the page offers to vary, the best first (form.js)."""
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_the_pages_own_sweep_of_every_bundled_model_ends(server: InProcess, name: str) -> None:
+    text = server.get(f"/v1/models/{name}").json()["text"]
+    facts = server.post("/v1/scenes/check", {"scene_text": text}).json()
+    numbers = facts["parameters"]
+    chosen = next((p for f in FIRST for p in numbers if f in p["path"]), numbers[0])
+    low, high = sorted((chosen["value"] / 2, chosen["value"] * 1.5)) if chosen["value"] else (0.0, 1.0)
+    over = {chosen["path"]: f"{low:.4g}:{high:.4g}:21"}
+    asked = {"scene_text": text, "reductions": facts["reductions"][:8], "until": facts["until"], "over": over}
+    end = server.ended(server.submit(asked), 1200.0)
+    print(f"\n{name}: {end['outcomes']}, {end['stepping_seconds']:.1f} s of stepping", end="")
+    assert (end["state"], end["done"]) == ("done", 21)
 
 
 CLOCK = """import sys, time
