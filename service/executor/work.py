@@ -43,22 +43,22 @@ def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf) -> d
     that overruns leaves off at once: its part has the cases that were finished before. A part that is there already, and fits, is
     taken as it is.
     """
-    parts, began = Parts(url), time.monotonic()
+    parts = Parts(url)
     start, stop = piece.start, piece.stop
     there = parts.counted(piece)
     if there is not None:
         return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _name()}
+    runner = _runner(parts, piece.job, piece.document)
+    built, stepped, began = runner.build_seconds, runner.seconds, time.thread_time()
     watch = Watch(parts, piece.job, seconds, longest)
     with watched(watch.look):
-        runner = _runner(parts, piece.job, piece.document)
-        built = runner.build_seconds
         try:
             table, reached = runner.chunk(start, stop, watch), stop
         except Stopped as overran:
             table, reached = _together(overran.table, start)
     size = parts.write_part(replace(piece, stop=reached), table) if reached > start else 0
     build = runner.build_seconds - built
-    spent = {"seconds": max(0.0, time.monotonic() - began - build), "build_seconds": build}
+    spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
     return {"counts": outcomes(table), "bytes": size, "worker": _name(), "reached": reached, **spent}
 
 
