@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 import engine
-from engine.scene.library import model_names
+from engine.scene.library import bundled_names
 from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually, new_keys
 from tests.service.test_hostile import crowd
 from tests.service.test_recovery import BRIM
@@ -122,7 +122,7 @@ FIRST = (".friction.mu", ".friction.", ".start.")
 """What the page offers to vary, the best first (form.js)."""
 
 
-@pytest.mark.parametrize("name", model_names())
+@pytest.mark.parametrize("name", bundled_names())
 def test_the_pages_own_sweep_of_every_bundled_model_ends(server: InProcess, name: str) -> None:
     text = server.get(f"/v1/models/{name}").json()["text"]
     facts = server.post("/v1/scenes/check", {"scene_text": text}).json()
