@@ -6,11 +6,11 @@ import io
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from math import prod
 from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
 from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.batch.dims import dataset, units
 from engine.scene.given import Names, names_given
 from engine.scene.overrides import Given, scene_given
 from service.asking import ENDED, HERE, Server
@@ -154,20 +154,7 @@ class Job:
     def to_xarray(self) -> xarray.Dataset:
         """A dataset with a dimension for each path of the grid, or of the case alone where it is none; units in ``attrs``. Of cases
         that are not there, nothing is there (NaN)."""
-        xr = brought("xarray", "xarray", "to_xarray()")
-        table = self.to_arrow()
-        said, cases = units(table), table["case"].to_numpy()
-        over = self.request.get("over") or {}
-        axes = {path: _axis(table[path].to_numpy()) for path in over}
-        sizes = [len(a) for a in axes.values()]
-        if not over or prod(sizes) != self.document["cases"]:
-            data = {n: ("case", table[n].to_pandas().to_numpy(), {"units": u}) for n, u in said.items() if n != "case"}
-            return xr.Dataset(data, {"case": cases}, {"job": self.id})
-        found = {}
-        for name, unit in said.items():
-            if name != "case" and name not in axes:
-                found[name] = (list(axes), _spread(table[name], cases, sizes), {"units": unit})
-        return xr.Dataset(found, {p: (p, a, {"units": said[p]}) for p, a in axes.items()}, {"job": self.id})
+        return dataset(self.to_arrow(), tuple(self.request.get("over") or {}), self.document["cases"], {"job": self.id})
 
     def trajectory(self, case: int, columns: Names = ()) -> pyarrow.Table:
         """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs)."""
@@ -202,26 +189,6 @@ class _Silent:
 
     def tell(self, done: float, of: float) -> None:
         """Show nothing."""
-
-
-def units(table: pyarrow.Table) -> dict[str, str]:
-    """The unit of each column."""
-    return {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in table.schema}
-
-
-def _axis(values: Any) -> Any:
-    """The values of one path, each once, in the order in which they come first."""
-    return list(dict.fromkeys(values.tolist()))
-
-
-def _spread(column: Any, cases: Any, sizes: list[int]) -> Any:
-    """A column over the grid, the last path varying fastest."""
-    import numpy as np
-
-    values = column.to_pandas().to_numpy()
-    whole = np.full(prod(sizes), np.nan if values.dtype.kind in "fiu" else None, float if values.dtype.kind in "fiu" else object)
-    whole[cases] = values
-    return whole.reshape(sizes)
 
 
 def _thinned(table: pyarrow.Table, every: float | None) -> pyarrow.Table:

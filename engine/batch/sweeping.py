@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.interrupts import Held, Unwanted, held, watched
+from engine.batch.dims import dataset
 from engine.batch.plan import Plan, Runner, Stopped, plan
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
@@ -24,6 +25,7 @@ from engine.simulation.settings import Run, described, settings_read
 if TYPE_CHECKING:
     import pandas
     import pyarrow
+    import xarray
 
 CHUNK_SECONDS = 0.25
 FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
@@ -64,6 +66,11 @@ class Sweep:
         frame = self.table.to_pandas().set_index("case")
         frame.attrs["units"] = {f.name: f.metadata[b"unit"].decode() for f in self.table.schema}
         return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset with a dimension for each path of the grid, or of the case alone where it is none; units in ``attrs``."""
+        about = {"scene": self.plan.scene.name}
+        return dataset(self.table, self.plan.cases.paths, self.plan.cases.count, about)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write CSV or Parquet, by suffix; whole or not at all. SceneError for another suffix or an unwritable folder."""

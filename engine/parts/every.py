@@ -3,7 +3,7 @@
 The list follows from what joint types, contact elements and laws declare, so that a new one is in it. Left out is what hardly a
 scene has: of a planar joint two freedoms prescribed, of a free body one or two; Adams' approximation with laws that it is not
 compared with; friction in redundant loops of joints that say their stiffness; friction that is given and preloads with laws that
-are not set-valued."""
+are not set-valued, threads with laws that are not usual."""
 
 from __future__ import annotations
 
@@ -103,13 +103,18 @@ def _frictions() -> Iterator[Asked]:
     for kind in JOINTS.values():
         if kind.friction:
             given = element_of("", kind.freely_rubbed, GIVEN)
-            for law, adams, pin_out in product(LAWS, SIDES, SIDES):
+            for law, adams, pin_out in product([x for x in LAWS if usual(x) or not kind.pitched], SIDES, SIDES):
                 for names in numbers(law, kind.friction, adams) if law in COMPARED or not adams else ():
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out), names))
                 for names in numbers(law, kind.friction, adams, OVERLAP) if LAWS[law].sets and not adams and overlaps(kind) else ():
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
             for law in (law for law in LAWS if given and LAWS[law].sets):
                 yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
+
+
+def usual(law: str) -> bool:
+    """Whether a law is one that threads, seals and finite parts have, too: the set-valued ones and those compared with them."""
+    return LAWS[law].sets or law in COMPARED
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:

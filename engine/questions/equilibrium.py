@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -156,15 +156,13 @@ class _Holding:
         return Band(name, ends[0], ends[1], (first[0], first[1]))
 
     def _end(self, j: Joint, k: int, side: int, unit: float) -> tuple[float | None, str]:
-        from scipy.optimize import brentq
-
         inside, step = 0.0, FIRST * unit
         if self._beyond(j, k, 0.0) > 0.0:
             return 0.0, self.moves
         while step <= FAR * unit:
             if self._beyond(j, k, side * step) > 0.0:
-                found = brentq(lambda x: self._beyond(j, k, side * x), inside, step, xtol=EXACT * unit, rtol=1e-15)
-                return side * float(found), self.moves
+                found = _crossing(lambda x: self._beyond(j, k, side * x), inside, step, EXACT * unit)
+                return side * found, self.moves
             inside, step = step, GROWS * step
         return None, ""
 
@@ -195,6 +193,23 @@ class _Holding:
         if len(shares):
             self.moves = slider_names(self.model.system)[int(np.argmax(shares))][0]
         return float(shares.max(initial=0.0) - 1.0)
+
+
+def _crossing(f: Callable[[float], float], a: float, b: float, near: float) -> float:
+    """The root of f between a and b, where f has opposite signs, to within ``near``: by secants that keep it between (Illinois),
+    and halving where they are slow. (SciPy's is not part of the plain installation.)"""
+    fa, fb = f(a), f(b)
+    for n in range(200):
+        x = 0.5 * (a + b) if n % 3 == 2 or fb == fa else b - fb * (b - a) / (fb - fa)
+        fx = f(x)
+        if fx * fb <= 0.0:
+            a, fa = b, fb
+        else:
+            fa *= 0.5
+        b, fb = x, fx
+        if fb == 0.0 or abs(b - a) <= near:
+            break
+    return b
 
 
 def _turned(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:

@@ -18,6 +18,7 @@ from engine.simulation.redundancy import Redundancy
 if TYPE_CHECKING:
     import pandas
     import pyarrow
+    import xarray
 
     from engine.scene.model import Scene
 
@@ -113,6 +114,17 @@ class Result:
         frame = pd.DataFrame(self.data[:, 1:], columns=self.names[1:], index=pd.Index(self.time, name="time"))
         frame.attrs["units"] = self.units
         return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset with the dimension ``time``; units in ``attrs`` of each column, the scene's name and the outcome in those of
+        the whole."""
+        from engine.basics.extras import brought
+
+        xr = brought("xarray", "xarray", "to_xarray()")
+        about = [{"units": c.unit, "long_name": c.description} for c in self.columns]
+        data = {c.name: ("time", self.data[:, i + 1], about[i]) for i, c in enumerate(self.columns)}
+        whole = {"scene": self.scene.name, "outcome": str(self.outcome)}
+        return xr.Dataset(data, {"time": ("time", self.time, {"units": "s"})}, whole)
 
     def save(self, path: str | Path) -> Path:
         """Write CSV or Parquet (by suffix) with metadata: scene, settings, version, outcome, events."""
