@@ -18,7 +18,7 @@ from engine.plots.palette import BODIES
 from engine.scene import model as sm
 from engine.scene.poses import sides_of
 from engine.scene.refs import GROUND, body_of, point_of
-from engine.scene.touching import touching
+from engine.scene.touching import sizes_given, touching
 from engine.simulation.result import Result
 from engine.system.frames import frame, matrix
 
@@ -182,14 +182,9 @@ def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size:
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
     """Sizes of an element by label, m; those the scene does not give are fractions of the mechanism's size."""
-    out: dict[str, float] = {}
-    for s in element.sizes:
-        value = getattr(f, s.name) if f is not None else None
-        if value is None and s.ends and f is not None:
-            continue  # of the other choice of where contacts sit
-        values = value if isinstance(value, tuple) else (s.drawn * size if value is None else value,) * s.count
-        out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
-    return out
+    given = sizes_given(f, element) if f is not None else {}
+    usual = [s for s in element.sizes if f is None or not s.ends]  # without those of the other choice of where contacts sit
+    return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 
 def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:

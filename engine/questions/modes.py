@@ -14,7 +14,6 @@ from engine.questions.equilibrium import coordinates, settled, started
 from engine.questions.still import Still, ideal
 from engine.scene import model as sm
 from engine.scene.overrides import Given, scene_given
-from engine.simulation.hold import resting
 from engine.system.structure import state_coordinates
 
 REST = 1e-7
@@ -60,7 +59,7 @@ def modes(scene: Given, stick: bool = False, at_start: bool = False, overrides: 
     are held, loads as at t = 0. SceneError for wrong input, SimulationError where there is no pose of rest."""
     loaded = scene_given(scene, overrides)
     bare = ideal(loaded)
-    still = Still(resting(bare)[0]) if at_start else settled(bare)
+    still = Still(bare) if at_start else settled(bare)
     scale = max(still.model.built.numbers.rate**2, 1e-300)
     if np.abs(still.accelerations()).max(initial=0.0) > REST * scale:
         raise SimulationError("the start is no pose of rest: leave out at_start, or place the joints where it rests")

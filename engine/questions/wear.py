@@ -14,7 +14,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.contact.base import ContactElement, Place
 from engine.joints import REGISTRY
 from engine.scene import model as sm
-from engine.scene.touching import touching
+from engine.scene.touching import sizes_given, touching
 from engine.simulation.result import Result
 
 DEGREE = 5
@@ -110,7 +110,8 @@ Found = list[tuple[int, ContactWear, np.ndarray]]
 
 def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, pieces: list[Piece]) -> Found:
     """Each contact's number, what it suffers, and its volume (without k its load) in every row."""
-    sizes = _sizes(j, element)
+    assert j.friction is not None
+    sizes = sizes_given(j.friction, element) | {"pitch": float(j.pitch or 0.0)}
     places, speeds = element.places(sizes), _speeds(r, name, element, sizes)
     pairs = [i * len(element.pairs) // element.count for i in range(element.count)]
     forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]
@@ -130,16 +131,6 @@ def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float 
             name, i + 1, way, float(load[-1]), float(volume[-1]), (depth[0], depth[1]), pressed, energy, *around
         )  # fmt: skip
         out.append((i + 1, found, load if k is None else volume))
-    return out
-
-
-def _sizes(j: sm.Joint, element: ContactElement) -> dict[str, float]:
-    out: dict[str, float] = {"pitch": float(j.pitch or 0.0)}
-    for s in element.sizes:
-        value = getattr(j.friction, s.name)
-        if value is not None:
-            values = value if isinstance(value, tuple) else (value,) * s.count
-            out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
     return out
 
 

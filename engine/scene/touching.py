@@ -17,6 +17,17 @@ def named(f: Friction) -> set[str]:
     return {x.name for x in fields(f) if getattr(f, x.name) is not None}
 
 
+def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:
+    """Sizes of an element that a joint's friction gives, by label, m (one number may stand for several)."""
+    out: dict[str, float] = {}
+    for s in element.sizes:
+        value = getattr(f, s.name)
+        if value is not None:
+            values = value if isinstance(value, tuple) else (value,) * s.count
+            out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
+    return out
+
+
 def touching(j: Joint) -> ContactElement | None:
     """The contact element of a joint with friction; None where its type has none of the kind."""
     assert j.friction is not None
