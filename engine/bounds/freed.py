@@ -14,6 +14,7 @@ from engine.joints import REGISTRY
 from engine.kernel.columns import columns
 from engine.parts.signals import value
 from engine.scene.model import Applied, Drive, Force, FromInput, Joint, Scene, SpringDamper, Start
+from engine.scene.walk import each
 from engine.simulation.motions import external
 from engine.system.build import Built
 
@@ -56,8 +57,8 @@ def _joint(
 ) -> tuple[Joint, list[Load], list[Load]]:
     """The joint without drives, the loads that stand for them, and those of its efforts."""
     nv, turns = REGISTRY[j.type].nv, REGISTRY[j.type].turns
-    given = j.effort if isinstance(j.effort, tuple) else (j.effort,) + (None,) * (nv - 1) if nv else ()
-    moved = j.drive if isinstance(j.drive, tuple) else (j.drive,) + (None,) * (nv - 1) if nv else ()
+    given = each(j.effort, nv)
+    moved = each(j.drive, nv)
     efforts: list[float | None] = [None] * nv
     drives: list[Load] = []
     loads: list[Load] = []

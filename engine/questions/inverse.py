@@ -14,6 +14,7 @@ from engine.scene import model as sm
 from engine.scene.given import Names
 from engine.scene.overrides import Given, scene_given
 from engine.scene.touching import touching
+from engine.scene.walk import each
 from engine.simulation.block import OK, Settings
 from engine.simulation.run import Model
 
@@ -120,16 +121,11 @@ def _driven(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> sm.Scene:
         j = joints[name]
         count = REGISTRY[j.type].nv
         ramp = sm.Drive(ramp=sm.Ramp(start=float(v), end=float(v + a), duration=1.0, begin=0.0, origin=float(q)))
-        drives, efforts = _each(j.drive, count), _each(j.effort, count)
+        drives, efforts = each(j.drive, count), each(j.effort, count)
         drives[k], efforts[k] = ramp, None
         left = tuple(efforts) if any(e is not None for e in efforts) else None
         joints[name] = replace(j, drive=drives[0] if count == 1 else tuple(drives), effort=left)
     return replace(scene, joints=joints)
-
-
-def _each(given: Any, count: int) -> list[Any]:
-    """What a joint gives for each of its freedoms, told for the only one or for all."""
-    return list(given) if isinstance(given, tuple) else [given] + [None] * (count - 1)
 
 
 def _usual(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> tuple[str, ...]:

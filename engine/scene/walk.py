@@ -18,6 +18,11 @@ def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
         yield path, value
 
 
+def each(value: Any, count: int) -> list[Any]:
+    """An entry for each of so many freedoms of a field that is such a list, or a single entry for the first; None where none is."""
+    return list(value) if isinstance(value, tuple) else [value, *[None] * (count - 1)][:count]
+
+
 def loads(scene: Scene) -> Iterator[tuple[Path, Any]]:
     """(path, load) of all joint efforts and of all components of applied forces and torques."""
     for name, j in scene.joints.items():
