@@ -6,14 +6,17 @@ from engine.joints.cylindrical import CYLINDRICAL
 from engine.joints.fixed import FIXED
 from engine.joints.free import FREE
 from engine.joints.planar import PLANAR
+from engine.joints.point import POINT_ON_LINE, POINT_ON_PLANE
 from engine.joints.prismatic import PRISMATIC
 from engine.joints.revolute import REVOLUTE
+from engine.joints.rolling import BELT, BEVEL, GEAR, RACK
 from engine.joints.screw import SCREW
 from engine.joints.spherical import SPHERICAL
 from engine.joints.universal import UNIVERSAL
 
 REGISTRY: dict[str, JointKind] = registered(
-    FIXED, FREE, REVOLUTE, CYLINDRICAL, PRISMATIC, SPHERICAL, UNIVERSAL, PLANAR, SCREW
+    FIXED, FREE, REVOLUTE, CYLINDRICAL, PRISMATIC, SPHERICAL, UNIVERSAL, PLANAR, SCREW, POINT_ON_LINE, POINT_ON_PLANE,
+    GEAR, BEVEL, RACK, BELT,
 )
 
 __all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "Axis", "JointKind"]

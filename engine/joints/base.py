@@ -41,6 +41,21 @@ def slide(index: int, by_pitch: bool = False) -> Axis:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Rolls:
+    """How two parts roll on each other without sliding. touch: wheels about parallel axes, about axes that meet (cones), or a wheel
+    and a rack; wheels: how many they are; apart: whether its two points are the middles of the wheels, not one place; size: what a
+    scene says beside numbers of teeth; opposite: whether the wheels turn opposite ways, choice: the key that makes it the other
+    way round ("" = none)."""
+
+    touch: Literal["wheels", "cones", "straight"]
+    wheels: int = 2
+    apart: bool = True
+    size: Literal["module", "pitch"] = "module"
+    opposite: bool = True
+    choice: Literal["", "internal", "crossed"] = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class JointKind:
     """A joint type (paper §2, §4, §5). ``engine.joints.contract`` says what must hold among its parts; a type that breaks it
     cannot be imported.
@@ -56,6 +71,7 @@ class JointKind:
     ties         number of constraints of neither form: a coordinate tied to another (screw). A joint that has any cannot be cut.
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
+    rolls        of two wheels that roll on each other (``joints.rolling``): such a joint carries no body, and has one row.
     """
 
     name: str
@@ -70,6 +86,7 @@ class JointKind:
     measure: Callable[[list[list[Scalar]], list[Scalar], Any], list[Scalar]]
     friction: str = ""
     contacts: int = 0
+    rolls: Rolls | None = None
 
     @property
     def nq(self) -> int:
@@ -84,7 +101,12 @@ class JointKind:
     @property
     def rows(self) -> int:
         """Number of constraint rows the joint gives when it is cut."""
-        return len(self.rows_s) + len(self.rows_r)
+        return self.travels + len(self.rows_r)
+
+    @property
+    def travels(self) -> int:
+        """How many of these rows hold a travel, in m; they come first."""
+        return len(self.rows_s) + bool(self.rolls)
 
     @property
     def cuttable(self) -> bool:
@@ -105,7 +127,8 @@ class JointKind:
     def needs_axis(self) -> bool:
         """Whether it matters which way e1 points. It does not for a type that turns about all axes or none, and slides along
         all or none."""
-        return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
+        scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
+        return self.rolls is not None or any(scarce)
 
     @property
     def second_axis(self) -> int:

@@ -21,20 +21,22 @@ from engine.recursion.reactions import at_point, pinned
 from engine.recursion.springs import PART, spring_rows
 from engine.recursion.vectors import SX, cross
 from engine.system.loops import NO_SIZE
-from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint
+from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint, Wheels
 
 
 @cache
 def cut(kind: str, ground: str, bare: str = "") -> Part:
-    """A cut joint: numbers (two frames, two points: 24), motions ``inb`` and ``out`` (that of the ``ground`` is not handed) →
-    residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard part at
-    its point), its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force along
-    each freedom (win, wout, wat), its pose and its point on the outboard part."""
+    """A cut joint: numbers (two frames, two points: 24; of wheels also module, teeth, phase: 4), motions ``inb`` and ``out`` (that
+    of the ``ground`` is not handed) → residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row;
+    gat: that on the outboard part at its point), its coordinates, rates and the accelerations that the bodies' own cause none of
+    (bias), wrenches of a force along each freedom (win, wout, wat), its pose and its point on the outboard part."""
     n = Numbers()
     frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
-    joint = Joint("", kind, a, b, points[0], points[1], frames[0], frames[1], Fit(), None, devices, None, True)  # type: ignore[arg-type]
+    wheels = Wheels(n.one(), (n.one(), n.one()), n.one()) if REGISTRY[kind].rolls else None
+    p, f = points, frames
+    joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, wheels=wheels)  # type: ignore[arg-type]
     sym, motions = PartSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     both = [unpack_motion(ca.vertsplit(motions[k])) if k in motions else GROUND_MOTION for k in ("inb", "out")]
     c = cutting.cut(sym, both, joint)

@@ -81,7 +81,7 @@ def driven(kind: JointKind) -> list[tuple[int, ...]]:
 
 
 def _bodies() -> Iterator[Asked]:
-    for kind, forward in product(JOINTS.values(), SIDES):
+    for kind, forward in product([k for k in JOINTS.values() if not k.rolls], SIDES):
         for which, how in product(driven(kind), ((), (True,), (True, True))):
             yield "body", "body_part", Carried(kind.name, forward, which, *how)
         for which in driven(kind):

@@ -130,7 +130,8 @@ class Scene(Tables):
         asked = BARE[bare] or tuple(sizes)
         blocks = {name: place(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
-        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point])
+        wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
+        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels])
         self.call(tape, part, numbers=numbers, **ends, **blocks)
         made = Closed(j, blocks["q"], blocks["v"], blocks["pose"], blocks, self.zeros)
         if forces and self.acts(j):

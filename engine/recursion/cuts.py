@@ -5,61 +5,16 @@ A row transposed is at once the force column W^N (59), (61) of its multiplier, s
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import wraps
-from typing import Any, TypeVar
-
 import casadi as ca
 
 from engine.recursion.kinematics import GROUND_MOTION, Motion, axes_of, axis_world
+from engine.recursion.rolling import rolling_row
+from engine.recursion.rows import Cut as Cut
+from engine.recursion.rows import Row as Row
+from engine.recursion.rows import once, point_velocity
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import GROUND, Joint
-
-
-@dataclass
-class Row:
-    """One constraint of a cut joint: its residual φ, the rate of φ, its row G on the inboard and the outboard body (transposed, 6×1
-    each), and ξ, the second rate of φ when both bodies' Ż vanish."""
-
-    phi: SX
-    rate: SX
-    g_in: SX
-    g_out: SX
-    xi: SX
-
-
-@dataclass
-class Cut:
-    """A cut joint in the world. Ein, Eout: its frames (3×3); c_in, c_out: from each body's reference origin to the joint's point on
-    it (3); inb, out: motions of the two bodies; s = p_out − p_in (3)."""
-
-    joint: Joint
-    Ein: SX
-    Eout: SX
-    c_in: SX
-    c_out: SX
-    inb: Motion
-    out: Motion
-    s: SX
-    rows: list[Row]
-    made: dict[str, Any] = field(default_factory=dict)
-
-
-T = TypeVar("T")
-
-
-def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
-    """A function of a cut joint that is asked for often and built once."""
-
-    @wraps(build)
-    def kept(c: Cut) -> T:
-        if build.__name__ not in c.made:
-            c.made[build.__name__] = build(c)
-        return c.made[build.__name__]
-
-    return kept
 
 
 def motion_of(motions: list[Motion], body: int) -> Motion:
@@ -68,20 +23,17 @@ def motion_of(motions: list[Motion], body: int) -> Motion:
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
-    """A cut joint's frames, levers and constraint rows: travel rows first, then turn rows, as its type lists them."""
+    """A cut joint's frames, levers and constraint rows: travel rows first, then turn rows, as its type lists them; or the row
+    of wheels."""
     inb, out = motion_of(motions, j.inb), motion_of(motions, j.out)
     Ein, Eout = ca.sparsify(inb.R @ axes_of(sym, j.inb_frame)), ca.sparsify(out.R @ axes_of(sym, j.out_frame))
     c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
     s = ca.sparsify(out.r + c_out - inb.r - c_in)
     made = Cut(j, Ein, Eout, c_in, c_out, inb, out, s, [])
     made.rows = [_travel_row(made, k) for k in j.kind.rows_s] + [_turn_row(made, m, k) for m, k in j.kind.rows_r]
+    if j.kind.rolls:
+        made.rows.append(rolling_row(sym, made))
     return made
-
-
-@once
-def point_velocity(c: Cut) -> SX:
-    """Velocity of the outboard joint point relative to the inboard one."""
-    return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
 
 
 @once

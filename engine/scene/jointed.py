@@ -11,7 +11,7 @@ from engine.basics.numbers import POSITIVE, Bound, Order
 from engine.friction import DEFAULT
 from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
-from engine.scene.quantities import Angle, AnyUnit, NotNegative, Number, Per, Positive
+from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
 from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
@@ -163,6 +163,7 @@ Drives = Annotated[
     Annotated[Drive, GROUP] | Annotated[tuple[Drive | None, ...], LIST],
     either("a drive, or a list with one entry a freedom"),
 ]
+Count = Annotated[float, Per("1", POSITIVE)]
 Efforts = Annotated[
     Annotated[Number, SCALAR]
     | Annotated[FromInput, Tag("·input")]
@@ -198,7 +199,17 @@ class Joint:
     """Part that contacts sit at the ends of: the short one of a sleeve on a long shaft; overlap: they sit where two parts of finite
     length end to touch, which changes as they slide. Without it the part that carries the pin."""
     pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
-    """Travel of a screw in one turn."""
+    """Travel of a screw in one turn; of a belt or chain the distance of its teeth."""
+    teeth: tuple[Count, ...] | None = None
+    """Numbers of teeth: of the inboard and the outboard wheel of a gear or belt, of the wheel of a rack."""
+    module: Annotated[float, Per("m", POSITIVE)] | None = None
+    """Pitch diameter of a gear over its number of teeth."""
+    radii: tuple[Extent, ...] | None = None
+    """Radii of wheels without teeth: of the inboard and the outboard one."""
+    internal: Annotated[bool, Strict()] = False
+    """Whether the larger of two gears has its teeth inside."""
+    crossed: Annotated[bool, Strict()] = False
+    """Whether a belt is crossed, so that its pulleys turn opposite ways."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None
     """Radial stiffness of each contact, 1e8 N/m if left out: decides how joints that rub share what redundant loops leave open."""
     friction: Friction | None = None

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from engine.joints import REGISTRY
 from engine.scene.bodies import Turn
 from engine.scene.model import Body, Direction, Joint, Scene, Side
 from engine.scene.refs import GROUND, axes_of, body_of, named_point, point_of, points_of, split
@@ -151,7 +152,8 @@ def sides_of(scene: Scene, j: Joint) -> tuple[JointSide, JointSide]:
     if poses is None:
         a, b = (JointSide(*point_of(scene, s), _path(s), *axes_of(j, s)) for s in sides)
         return a, b
-    spot = place_of(scene, j, poses)
+    rolls = REGISTRY[j.type].rolls
+    spot = None if rolls is not None and rolls.apart else place_of(scene, j, poses)
     a, b = (_found(scene, j, s, pose, spot, poses) for s, pose in zip(sides, poses, strict=True))
     return a, b
 
@@ -181,9 +183,9 @@ def place_of(scene: Scene, j: Joint, poses: tuple[Pose, Pose]) -> Triple:
     return poses[0].origin if body_of(j.outboard) == GROUND else poses[1].origin
 
 
-def _found(scene: Scene, j: Joint, side: str | Side, pose: Pose, spot: Triple, poses: tuple[Pose, Pose]) -> JointSide:
+def _found(scene: Scene, j: Joint, side: str | Side, pose: Pose, spot: Triple | None, poses: tuple[Pose, Pose]) -> JointSide:
     own = side if isinstance(side, Side) else Side("")
-    point = point_of(scene, side)[1] if says_point(side) else pose.local(spot)
+    point = point_of(scene, side)[1] if says_point(side) or spot is None else pose.local(spot)
     axis, reference = j.axis, j.reference
     if any(p.rotation != UPRIGHT for p in poses):
         axis, reference = _common(j)

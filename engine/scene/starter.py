@@ -59,6 +59,10 @@ joints:
 # assemblies:
 #   arm: {{use: arm.yaml, with: {{reach: 0.5 m}}, copies: {{mirror: y}}}}
 
+# Wheels that roll on each other; each turns on a joint of its own:
+#   mesh: {{type: gear, inboard: pinion, outboard: wheel, axis: y, teeth: [20, 60], module: 2 mm}}   # internal: true: teeth inside
+#   belt: {{type: belt, inboard: motor, outboard: drum, axis: y, radii: [40 mm, 100 mm]}}            # or crossed: true
+
 # forces:
 #   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}
 #   rubber: {{type: spring_damper, between: [pendulum.tip, ground], stiffness: 200, damping: 2, length: 0.5}}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from engine.basics.problems import SceneError
 from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
 from engine.scene import model as sm
@@ -18,6 +19,7 @@ from engine.system.loads import load
 from engine.system.numbers import Numbers, numbers_of
 from engine.system.spanning import Spanning, span
 from engine.system.structure import GROUND, Body, Fit, Joint, System, state_coordinates
+from engine.system.wheels import misfits, stands, wheels
 
 INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
@@ -59,6 +61,11 @@ class _Maker:
         self.scene, self.table, self.spanning = scene, table, spanning
         self.index = {"ground": GROUND, **{child: i for i, (_, child, _) in enumerate(spanning.tree)}}
         self.devices = Builder(scene, table)
+        rolls = any(REGISTRY[scene.joints[n].type].rolls for n in spanning.cut)
+        self.stands = stands(scene, spanning) if rolls else {}
+        wrong = misfits(scene, spanning, self.stands) if rolls else []
+        if wrong:
+            raise SceneError(wrong)
         self.origin = {"ground": (0.0, 0.0, 0.0)}
         for name, child, forward in spanning.tree:
             j = scene.joints[name]
@@ -128,7 +135,7 @@ class _Maker:
             self.relative(a.body, a.named or f"joints.{name}.inboard.point", a.point),
             self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
-            stiffness=stiffness,
+            stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:

@@ -89,6 +89,16 @@ class FrictionElement:
 
 
 @dataclass(frozen=True)
+class Wheels:
+    """Of two wheels that roll on each other: module (pitch diameter over teeth), signed numbers of teeth of the inboard and the
+    outboard one, and what ``joints.rolling.phase`` is where they mesh."""
+
+    module: Leaf
+    teeth: tuple[Leaf, Leaf]
+    phase: Leaf
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint. ``inb``/``out``: indices of its bodies (GROUND = −1). Points are relative to the bodies' reference origins, in body
     axes; frames are row-major 3×3 tuples.
@@ -116,6 +126,7 @@ class Joint:
     v0: int = 0
     rows: int = 0
     stiffness: Leaf | None = None
+    wheels: Wheels | None = None
 
     @property
     def kind(self) -> JointKind:

@@ -14,7 +14,7 @@ from tests.engine.compare import engine_row, motion, reference_motion, results, 
 from tests.engine.properties import DEVICES, DRIVES, Property, drives, pressed, rubs, sliding, some_cut, some_joint, some_load
 from tests.reference import solve
 from tests.reference.random_parts import RUBBING_TYPES
-from tests.reference.random_scenes import ALL_TYPES, CLOSING_TYPES, Case, covering, first, random_loop, random_tree
+from tests.reference.random_scenes import CLOSING_TYPES, LATER, USUAL_TYPES, Case, covering, first, random_loop, random_tree
 from tests.reference.values import table
 
 TIME = 0.3
@@ -31,7 +31,7 @@ WITHOUT = ("angular_acceleration",)
 
 def tree_claims() -> dict[str, Property]:
     """What the random trees must contain among them, made from the registered types and laws."""
-    claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in ALL_TYPES}
+    claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in USUAL_TYPES}
     claims |= {
         f"a {k} joint that rubs, pin {p}": some_joint(lambda j, k=k, p=p: j.type == k and rubs(j, p))
         for k, p in product(RUBBING_TYPES, PINS)
@@ -118,6 +118,11 @@ def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
     compared(TREES[seed])
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_so_it_is_where_points_are_kept_on_lines_and_planes(seed: int) -> None:
+    compared(random_tree(f"points{seed}", t=TIME, types=(*LATER, "revolute")))
+
+
 @pytest.mark.parametrize("which", CUTS)
 def test_recursion_is_the_dense_solve_where_a_rubbing_joint_is_cut(which: str) -> None:
     compared(cut_case(which))
@@ -136,6 +141,6 @@ def test_recursion_is_the_dense_solve_on_two_loops(which: int) -> None:
 
 
 def test_every_type_is_cut_or_says_that_it_cannot_be() -> None:
-    cuttable = {k for k, kind in REGISTRY.items() if kind.cuttable and kind.nv < 6}
+    cuttable = {k for k, kind in REGISTRY.items() if kind.cuttable and kind.nv < 6 and not kind.rolls}
     assert {k for k, *_ in CUTS.values()} | set(PLAIN_CUTS) == cuttable
     assert {(law, normal) for _, _, law, normal in CUTS.values()} == set(FRICTION)

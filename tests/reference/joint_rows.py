@@ -53,6 +53,8 @@ TYPES = {
     "spherical": Reference(free=(3, 4, 5), ball=True),
     "planar": Reference(free=(1, 2, 3)),
     "free": Reference(free=(0, 1, 2, 3, 4, 5), ball=True),
+    "point_on_line": Reference(free=(0, 3, 4, 5), ball=True, one_sided=True),
+    "point_on_plane": Reference(free=(1, 2, 3, 4, 5), ball=True, one_sided=True),
 }
 """Written down apart from ``engine.joints``: the comparison of the two is worth something only then."""
 

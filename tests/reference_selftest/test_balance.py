@@ -73,7 +73,7 @@ def test_random_scenes_hold_every_type_told_from_both_sides_with_either_pin():
 
     claims = {
         f"{kind}, pin {pin}, {outward}": lambda c, how=(kind, pin, outward): any(told(j, *how) for j in c.scene.joints.values())
-        for kind, pin, outward in product(rs.ALL_TYPES, ("inboard", "outboard"), (True, False))
+        for kind, pin, outward in product(rs.USUAL_TYPES, ("inboard", "outboard"), (True, False))
     }
     rubbing = {j.type for case in rs.covering(claims, rs.random_tree).values() for j in case.scene.joints.values() if j.friction}
     assert rubbing == set(RUBBING_TYPES)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from engine.basics.problems import Problem
-from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, poses, run, starts, topology
+from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, poses, run, starts, topology, wheels
 from engine.scene.finding import Finding, error_of
 from engine.scene.model import Scene
 
@@ -16,6 +16,7 @@ TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     topology.check,
     frames.check,
     poses.check,
+    wheels.check,
     friction.check,
     starts.check,
     devices.check,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Scene
 from engine.scene.poses import place_of, pose_of, poses_of, says_point, turns, vector
@@ -50,7 +51,12 @@ def _joints(scene: Scene) -> Iterator[Finding]:
                 hint = f"add position to {' and '.join(loose)}, or name points of both bodies"
                 yield Finding((*path, "at"), "only a joint between placed bodies is found from where it is", hint)
         poses = poses_of(scene, j) if known else None
-        if poses is None or (isinstance(j.at, str) and not _known(scene, j.at)):
+        rolls = REGISTRY[j.type].rolls
+        two = rolls is not None and rolls.apart
+        if two and j.at is not None:
+            what = f"the two wheels of a {j.type} have a point each, not one place"
+            yield Finding((*path, "at"), what, "remove it; name a point of each body, or their frames begin there")
+        if poses is None or two or (isinstance(j.at, str) and not _known(scene, j.at)):
             continue
         spot = place_of(scene, j, poses)
         for key, side, pose in zip(("inboard", "outboard"), parts, poses, strict=True):

@@ -35,14 +35,16 @@ class _Groups:
 
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about connections."""
-    ends, dangling = {}, False
+    ends: dict[str, tuple[str, str]] = {}
+    dangling = False
     for name, j in scene.joints.items():
         a, b = body_of(j.inboard), body_of(j.outboard)
         if a == b:
             part = "the ground" if a == GROUND else shown(a)
             yield Finding(("joints", name), f"both sides are on {part}", "a joint ties two different parts")
         elif {a, b} <= {GROUND, *scene.bodies}:
-            ends[name] = (a, b)
+            if not REGISTRY[j.type].rolls:  # wheels hold no body
+                ends[name] = (a, b)
         else:
             dangling = True
     if not dangling:  # where a joint names no known part, a body may only seem loose

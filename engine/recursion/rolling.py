@@ -1,0 +1,118 @@
+"""The row of two wheels that roll on each other (METHOD, "Rolling"): no sliding where they touch.
+
+With k the direction in which one pushes the other, x the arms of that force from both parts' origins, and t pure torques, the rate
+is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is its rate while Ż = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from engine.joints.rolling import Sizes, phase, side
+from engine.recursion.rows import Cut, Row, point_velocity
+from engine.recursion.symbols import Symbols
+from engine.recursion.vectors import SX, cross, zeros
+
+Moving = tuple[SX, SX]
+"""A vector (3) and its rate."""
+
+
+@dataclass
+class Touch:
+    """Of a pair, each with its rate: the push on the outboard part (1 or, of belts, less), the arms of it, and the torques."""
+
+    push: Moving
+    arm_in: Moving
+    arm_out: Moving
+    torque_in: Moving
+    torque_out: Moving
+
+
+def rolling_row(sym: Symbols, c: Cut) -> Row:
+    """The row of a cut joint whose type rolls."""
+    wheels, rolls = c.joint.wheels, c.joint.kind.rolls
+    assert wheels is not None
+    assert rolls is not None
+    of = Sizes(sym.leaf(wheels.module), (sym.leaf(wheels.teeth[0]), sym.leaf(wheels.teeth[1])))
+    touch = TOUCHES[rolls.touch](c, 0.5 * of.module * of.teeth[0], 0.5 * of.module * of.teeth[1])
+    inb, out = ([[E[i, k] for i in range(3)] for k in range(3)] for E in (c.Ein, c.Eout))
+    rolled = phase(rolls.touch, inb, out, [c.s[i] for i in range(3)], of, ca) - sym.leaf(wheels.phase)
+    return _row(c, touch, 0.5 * of.module * ca.sin(rolled))
+
+
+def _row(c: Cut, t: Touch, phi: SX) -> Row:
+    (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = t.push, t.arm_in, t.arm_out
+    velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
+    bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)
+    turning, turned = (ca.dot(t.torque_out[i], c.out.omega) + ca.dot(t.torque_in[i], c.inb.omega) for i in (0, 1))
+    return Row(
+        phi, ca.dot(k, velocity) + turning,
+        ca.sparsify(ca.vertcat(-k, t.torque_in[0] - cross(x_in, k))), ca.sparsify(ca.vertcat(k, t.torque_out[0] + cross(x_out, k))),
+        ca.dot(kdot, velocity) + ca.dot(k, bend) + turned,
+    )  # fmt: skip
+
+
+def _axes(c: Cut) -> tuple[Moving, Moving]:
+    """e1 of both sides."""
+    a, b = c.Ein[:, 0], c.Eout[:, 0]
+    return (a, cross(c.inb.omega, a)), (b, cross(c.out.omega, b))
+
+
+def _arms(c: Cut) -> tuple[Moving, Moving]:
+    """From both parts' origins to the joint's points on them."""
+    return (c.c_in, cross(c.inb.omega, c.c_in)), (c.c_out, cross(c.out.omega, c.c_out))
+
+
+def _times(f: SX, v: Moving) -> Moving:
+    return f * v[0], f * v[1]
+
+
+def _plus(*all_of: Moving) -> Moving:
+    return sum((v for v, _ in all_of), zeros(3)), sum((r for _, r in all_of), zeros(3))
+
+
+def _crossed(a: Moving, b: Moving) -> Moving:
+    return cross(a[0], b[0]), cross(a[1], b[0]) + cross(a[0], b[1])
+
+
+def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
+    """Two wheels about parallel axes, in the plane of the inboard one's point. The gradient of how far they have rolled: the force
+    across the line of centres is (r1 + r2)/distance, which is 1 for gears and less for belts."""
+    (a, adot), _ = _axes(c)
+    arm_in, arm_out = _arms(c)
+    sdot = point_velocity(c)
+    h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
+    along = (h * a, hdot * a + h * adot)
+    p = (c.s - along[0], sdot - along[1])
+    square, rate = ca.dot(p[0], p[0]), 2 * ca.dot(p[0], p[1])
+    across = _crossed((a, adot), p)
+    part = (r1 + r2) / square
+    push = (part * across[0], part * (across[1] - rate / square * across[0]))
+    return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
+
+
+def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
+    """Two wheels whose axes meet at the joint's point, touching where their pitch circles do."""
+    a, b = _axes(c)
+    n = _crossed(a, b)
+    sine = ca.norm_2(n[0])
+    touch = _times(1 / sine, _plus(_times(r2, a), _times(r1, b)))
+    arm_in, arm_out = (_plus(arm, touch) for arm in _arms(c))
+    none = (zeros(3), zeros(3))
+    return Touch(_times(1 / sine, n), arm_in, arm_out, none, none)
+
+
+def _rack(c: Cut, r: SX, _: SX) -> Touch:
+    """A wheel and a rack, touching at the wheel's radius towards the rack."""
+    a, b = _axes(c)
+    one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
+    reach = _times(r * side(one, two, between, ca), _crossed(a, b))
+    arm_in, arm_out = _arms(c)
+    none, back = (zeros(3), zeros(3)), (-c.s, -point_velocity(c))
+    return Touch(b, _plus(arm_in, reach), _plus(arm_out, back, reach), none, none)
+
+
+TOUCHES: dict[str, Callable[[Cut, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack}

@@ -1,0 +1,62 @@
+"""What is kept of a cut joint: its frames, levers, and constraint rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import wraps
+from typing import Any, TypeVar
+
+from engine.recursion.kinematics import Motion
+from engine.recursion.vectors import SX, cross
+from engine.system.structure import Joint
+
+
+@dataclass
+class Row:
+    """One constraint of a cut joint: its residual φ, the rate of φ, its row G on the inboard and the outboard body (transposed, 6×1
+    each), and ξ, the second rate of φ when both bodies' Ż vanish."""
+
+    phi: SX
+    rate: SX
+    g_in: SX
+    g_out: SX
+    xi: SX
+
+
+@dataclass
+class Cut:
+    """A cut joint in the world. Ein, Eout: its frames (3×3); c_in, c_out: from each body's reference origin to the joint's point on
+    it (3); inb, out: motions of the two bodies; s = p_out − p_in (3)."""
+
+    joint: Joint
+    Ein: SX
+    Eout: SX
+    c_in: SX
+    c_out: SX
+    inb: Motion
+    out: Motion
+    s: SX
+    rows: list[Row]
+    made: dict[str, Any] = field(default_factory=dict)
+
+
+T = TypeVar("T")
+
+
+def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
+    """A function of a cut joint that is asked for often and built once."""
+
+    @wraps(build)
+    def kept(c: Cut) -> T:
+        if build.__name__ not in c.made:
+            c.made[build.__name__] = build(c)
+        return c.made[build.__name__]
+
+    return kept
+
+
+@once
+def point_velocity(c: Cut) -> SX:
+    """Velocity of the outboard joint point relative to the inboard one."""
+    return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
