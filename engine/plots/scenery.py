@@ -15,6 +15,7 @@ from engine.joints import REGISTRY
 from engine.plots import meshes
 from engine.plots.meshes import Mesh
 from engine.plots.palette import BODIES
+from engine.plots.wheels import wheels
 from engine.scene import model as sm
 from engine.scene.poses import sides_of
 from engine.scene.refs import GROUND, body_of, point_of
@@ -94,8 +95,11 @@ def scenery(scene: sm.Scene) -> Scenery:
     """The drawing of a scene, without any motion."""
     index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
     size = _size(scene)
-    parts = tuple(_part(scene, name, i, size) for i, name in enumerate(scene.bodies))
-    joints = tuple(_joint(scene, name, j, index, size) for name, j in scene.joints.items())
+    rolling = wheels(scene)
+    parts = tuple(_part(scene, name, i, size, [w.mesh for w in rolling if w.body == name]) for i, name in enumerate(scene.bodies))
+    marks = [_joint(scene, name, j, index, size) for name, j in scene.joints.items()]
+    fixed = {m.name: tuple((ON_GROUND, w.mesh) for w in rolling if w.body == GROUND and w.pair == m.name) for m in marks}
+    joints = tuple(replace(m, pins=m.pins + fixed[m.name]) for m in marks)
     g = np.array(scene.gravity, float)
     up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
     springs = [f.between for f in scene.forces.values() if isinstance(f, sm.SpringDamper)]
@@ -136,10 +140,11 @@ def _extent(b: sm.Body) -> float:
     return 2 * b.sphere if b.sphere is not None else 0.0
 
 
-def _part(scene: sm.Scene, name: str, i: int, size: float) -> Part:
+def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh]) -> Part:
     b = scene.bodies[name]
+    around = [meshes.placed(rim, np.eye(3), -np.array(b.center, float)) for rim in rims]
     points = {n: np.array(p, float) - np.array(b.center, float) for n, p in b.points.items()}
-    return Part(name, b.color or BODIES[i % len(BODIES)], _mesh(scene, name, b, points, size), points)
+    return Part(name, b.color or BODIES[i % len(BODIES)], meshes.join([_mesh(scene, name, b, points, size), *around]), points)
 
 
 def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float) -> Mesh:
