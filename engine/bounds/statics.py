@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.basics.problems import Problem, SceneError
 from engine.bounds.freed import Load, freed, pose_columns
 from engine.bounds.probe import Probe
 from engine.contact.base import SPAN
 from engine.contact.registry import pairs_at_rest
 from engine.contact.resting import Pair, Rubs
 from engine.scene.model import Scene
+from engine.scene.touching import touching
 from engine.simulation.hold import resting, started
 from engine.simulation.run import Model
 from engine.system.build import Built, build
@@ -90,6 +92,7 @@ TINY = 1e-12
 def statics(scene: Scene) -> Statics:
     """The equilibrium of a scene at its start pose, all rates zero. SimulationError where the pose cannot be assembled."""
     asked, notes = resting(scene)
+    _refuse_teeth(asked)
     built = build(asked)
     made, every = freed(asked, built, _poses(asked, built))
     model = Model(made, ())
@@ -97,6 +100,14 @@ def statics(scene: Scene) -> Statics:
     started(model)
     drives, loads = tuple(p for p in every if p.drive), tuple(p for p in every if not p.drive)
     return _numbers(model, drives, loads, tuple(notes))
+
+
+def _refuse_teeth(scene: Scene) -> None:
+    """SceneError for joints whose contacts press otherwise than by sums of norms."""
+    found = [n for n, j in scene.joints.items() if j.friction is not None and (e := touching(j)) is not None and e.bound]
+    what, hint = "what holds is not found where teeth push wheels apart", "leave its friction out to ask: then it is an ideal gear"
+    if found:
+        raise SceneError([Problem(f"joints.{n}.friction", what, hint) for n in found])
 
 
 def _poses(scene: Scene, built: Built) -> dict[str, tuple[float, ...]]:

@@ -45,12 +45,14 @@ class Wrench:
 class Contact:
     """One contact. force: its normal force, N, never negative; vector: that force times the outward unit normal on the pin (3), so
     that a contact without force has no direction; plane: the two axes in which its angle is measured (that of its cosine, that of
-    its sine). Both in the pin's frame, or in the inboard joint frame where ``inboard`` says so."""
+    its sine). Both in the pin's frame, or in the inboard joint frame where ``inboard`` says so. watched: what goes through zero as
+    the contact changes sides, if not the vector (of teeth, whose force turns less than half round, its part along their way)."""
 
     force: SX
     vector: tuple[SX, SX, SX]
     plane: tuple[int, int]
     inboard: bool = False
+    watched: tuple[SX, SX, SX] | None = None
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,7 @@ class ContactElement:
 
     sizes      its numbers in a scene.
     pairs      for every pair of sliding surfaces the freedoms along which it slides.
+    bound      freedoms along which nothing slides and a force follows from what presses (teeth that push wheels apart).
     places     (sizes by label) → where its contacts sit, in order; contacts beyond them (a couple) have no place.
     pins       (sizes by label) → the pin or pins as drawn; ideal: the part they are drawn on in a joint without friction.
     anywhere   whether a contact can be anywhere on its circle; a sleeve's only change sides, a thread's are all around.
@@ -177,6 +180,7 @@ class ContactElement:
     anywhere: bool = True
     ideal: str = "pin"
     frame: str = "pin"
+    bound: tuple[int, ...] = ()
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
 
@@ -189,8 +193,8 @@ class ContactElement:
     def _mistakes(self) -> list[str]:
         """What is wrong with the declaration."""
         found = []
-        freedoms = [k for pair in self.pairs for k in pair]
-        if not freedoms or sorted(freedoms) != list(range(len(freedoms))):
+        freedoms = [*(k for pair in self.pairs for k in pair), *self.bound]
+        if not self.pairs or sorted(freedoms) != list(range(len(freedoms))):
             found.append("every freedom belongs to one sliding pair: pairs such as ((0,), (1,))")
         example = {label: 1.0 for s in self.sizes for label in s.labels}
         try:

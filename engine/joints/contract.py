@@ -46,7 +46,7 @@ def registered(*kinds: JointKind) -> dict[str, JointKind]:
 def faults(kind: JointKind) -> list[str]:
     """What is wrong with a declaration; numbers are tried only where its sizes agree."""
     if kind.rolls:
-        return ["two wheels have no freedoms or rows of their own"] if kind.nv or kind.rows != 1 else []
+        return ["two wheels have no rows of their own"] if kind.rows != 1 else []
     sizes = list(_sizes(kind))
     return sizes or [*_place(kind), *_motion(kind), *_rows(kind)]
 

@@ -8,10 +8,10 @@ serve symbols and numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from engine.joints.base import JointKind, Rolls, identity, no_travel
+from engine.joints.base import E1, E2, JointKind, Rolls, angle_about_e1, identity, no_travel, slide, turn
 
 Scalar = Any
 Vector = Sequence[Scalar]
@@ -26,7 +26,14 @@ def _kind(name: str, says: str, rolls: Rolls) -> JointKind:
     )  # fmt: skip
 
 
-GEAR = _kind("gear", "two wheels about parallel axes e1, each about its point", Rolls(touch="wheels", choice="internal"))
+GEAR = replace(
+    _kind("gear", "angle about e1 between the two wheels, distance of their axes", Rolls(touch="wheels", choice="internal")),
+    axes=((turn(E1),), (slide(E2),)),  # the distance is along the line of centres, whichever way that goes
+    coordinates=("angle", "length"),
+    measure=lambda r, s, ops: [angle_about_e1(r, s, ops), ops.sqrt(s[1] * s[1] + s[2] * s[2])],
+    friction="flanks",
+    contacts=1,
+)
 BEVEL = _kind("bevel_gear", "two wheels about axes e1 that meet at its point, to the wheels", Rolls(touch="cones", apart=False))
 RACK = _kind("rack", "a wheel about the inboard e1, and a rack along the outboard e1", Rolls(touch="straight", wheels=1))
 BELT = _kind(

@@ -125,7 +125,10 @@ def _friction(j: Joint) -> Iterator[Column]:
     name, kind = j.name, j.kind
     assert j.friction is not None
     turn = 0
+    element = CONTACTS[j.friction.contact]
     for k in range(kind.nv):
+        if k in element.bound:
+            continue  # no friction: it is in the contacts' forces
         if kind.turns(k):
             turn += 1
             text = f"friction torque of {name} on the inboard part"
@@ -142,7 +145,6 @@ def _friction(j: Joint) -> Iterator[Column]:
             yield Column(f"{name}.friction.bristle[{k + 1}]", "m", text, ("bristle", name, k))
     sense = "less what the bristles have stored" if j.friction.bristles else "≤ 0"
     yield Column(f"{name}.friction.work", "J", f"work of friction in {name} ({sense})", ("quad", f"friction:{name}"))
-    element = CONTACTS[j.friction.contact]
     for i in range(element.count):
         c = f"{name}.contact[{i + 1}]"
         text = f"normal force at contact {i + 1} of {name}"

@@ -56,7 +56,7 @@ def eta_of(m: Model, name: str) -> list[int]:
     """Multiplier indices of a frictional joint, one a freedom."""
     j = joint(m, name)
     assert j.friction is not None
-    return sorted(e for s in j.friction.sliders for e in s.eta)
+    return list(j.friction.eta)
 
 
 def angle(y: SX, x: SX) -> SX:
@@ -68,13 +68,14 @@ def angle(y: SX, x: SX) -> SX:
 @dataclass
 class Touch:
     """A contact ready for output: force, vector and plane of its angle (pin's frame; ball: inboard joint frame), unit normal in the
-    inboard joint frame, elevation out of the plane."""
+    inboard joint frame, elevation out of the plane, vector of which a passage through zero is noticed."""
 
     force: SX
     vector: tuple[SX, SX, SX]
     plane: tuple[int, int]
     normal: SX
     elevation: SX
+    watched: tuple[SX, SX, SX]
 
 
 def contacts(m: Model, acc: Accelerations, pick: SX, name: str) -> list[Touch]:
@@ -93,15 +94,15 @@ def touches(found: list[Contact], turn: SX) -> list[Touch]:
         normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
         elevation = ca.asin(ca.fmin(1, ca.fmax(-1, normal[3 - c.plane[0] - c.plane[1]])))
         own = (vector[0], vector[1], vector[2]) if c.inboard else c.vector
-        out.append(Touch(c.force, own, c.plane, normal, elevation))
+        out.append(Touch(c.force, own, c.plane, normal, elevation, c.watched or own))
     return out
 
 
 def oriented(c: Touch) -> tuple[SX, SX, SX]:
-    """The components of a contact's vector in the order (cosine axis, sine axis, third), so that its angle is atan2(second,
-    first)."""
+    """The components of what is watched of a contact in the order (cosine axis, sine axis, third), so that its angle is
+    atan2(second, first)."""
     axis, base = c.plane
-    return c.vector[axis], c.vector[base], c.vector[3 - axis - base]
+    return c.watched[axis], c.watched[base], c.watched[3 - axis - base]
 
 
 def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:

@@ -155,7 +155,7 @@ class Outputs:
     def _bristle(self, name: str, k: int) -> SX:
         friction = ex.joint(self.m, name).friction
         assert friction is not None
-        eta = [e for s in friction.sliders for e in s.eta][k]
+        eta = friction.eta[k]
         return self.sym.b[self.sym.system.bristles.index(eta)] / self.sym.leaf(friction.number(LAWS[friction.law].state_scale))
 
     def _state(self, flag: int) -> SX:

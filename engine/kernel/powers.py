@@ -26,7 +26,7 @@ def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
 def friction_power(m: Model, j: Joint) -> SX:
     """Power of a joint's friction, −Σ η·rate over its freedoms, W."""
     assert j.friction is not None
-    eta = sorted(e for s in j.friction.sliders for e in s.eta)
+    eta = j.friction.eta
     return -sum((m.sym.eta[e] * r for e, r in zip(eta, joint_rates(m, j), strict=True)), SX(0))
 
 
@@ -88,7 +88,7 @@ def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX
     device = device_force(m.sym, j.devices[k], step.coordinates[i] if i >= 0 else None, step.rates[k])
     friction = SX(0)
     if j.friction:
-        eta = sorted(e for sl in j.friction.sliders for e in sl.eta)
+        eta = j.friction.eta
         friction = m.sym.eta[eta[k]]
     return total - device + friction
 

@@ -103,13 +103,18 @@ def _frictions() -> Iterator[Asked]:
     for kind in JOINTS.values():
         if kind.friction:
             given = element_of("", kind.freely_rubbed, GIVEN)
-            for law, adams, pin_out in product([x for x in LAWS if usual(x) or not kind.pitched], SIDES, SIDES):
+            for law, adams, pin_out in product(_laws(kind), SIDES, SIDES[: 1 if kind.rolls else 2]):
                 for names in numbers(law, kind.friction, adams) if law in COMPARED or not adams else ():
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out), names))
                 for names in numbers(law, kind.friction, adams, OVERLAP) if LAWS[law].sets and not adams and overlaps(kind) else ():
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
             for law in (law for law in LAWS if given and LAWS[law].sets):
                 yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
+
+
+def _laws(kind: JointKind) -> list[str]:
+    """The laws that friction of a joint usually has."""
+    return [name for name, law in LAWS.items() if usual(name) or not (kind.pitched or kind.rolls)]
 
 
 def usual(law: str) -> bool:
@@ -146,9 +151,9 @@ def _given(declared: Sequence[Number]) -> Iterator[list[Number]]:
 
 def _of(kind: JointKind, element: str, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> Rubbing:
     contact, own = CONTACTS[element], Numbers()
-    names += ("pitch",) * kind.pitched
+    names += ("pitch",) * kind.pitched + ("module", "side", "first") * (kind.rolls is not None)
     sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
-    friction = FrictionElement(contact.name, law, adams, tuple((name, own.one()) for name in names), sliders)
+    friction = FrictionElement(contact.name, law, adams, tuple((name, own.one()) for name in names), sliders, contact.bound)
     joint = Joint("", kind.name, 0, 0, (), (), (), (), fit, None, (), friction, False, 0, True)
     return Rubbing(joint, contact.needs(names, adams))
 

@@ -94,11 +94,13 @@ def rubbing(e: Element) -> Rubbing:
     first, flag = min(e.eta), f.sliders[0].flag
     sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
     numbers = Numbers()
-    own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders)
+    bound = tuple(i - first for i in f.bound)
+    own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.one()) for name, _ in f.numbers), sliders, bound)
     ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # where ends of one part are is told by what is handed over
     fit = Fit(e.joint.fit.pin_out and e.contact.count > 0, ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
-                    devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None)  # fmt: skip
+                    devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
+                    wheels=None)  # fmt: skip
     return Rubbing(joint, e.needs)
 
 

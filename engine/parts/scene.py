@@ -195,7 +195,7 @@ class Scene(Tables):
     def eta(self, j: Joint) -> Block:
         """Multipliers of a joint's friction."""
         assert j.friction is not None
-        return Block(Space.Z, self.multipliers + min(e for sl in j.friction.sliders for e in sl.eta), j.kind.nv)
+        return Block(Space.Z, self.multipliers + j.friction.eta[0], j.kind.nv)
 
     def add_wrenches(self, tape: Tape, c: Closed, g: str, w: str, rows: dict[int, int], out: Block, sign: int) -> None:
         """Add the wrenches of a cut joint's multipliers and its friction (opposite to η), times sign."""

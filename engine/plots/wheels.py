@@ -85,8 +85,8 @@ def _reach(a: np.ndarray, b: np.ndarray, module: float, teeth: tuple[float, floa
 
 
 def rim(radius: float, teeth: int, module: float, width: float, inside: bool, reach: float, angle: float) -> Mesh:
-    """A toothed rim about x, m; reach: of a cone, its middle's distance from the tip (0: none); angle: of the middle of a tooth, from
-    y towards z."""
+    """A toothed rim about x, m; reach: of a cone, its middle's distance from the tip (0: none); angle: of a tooth's middle, from y
+    towards z."""
     pitch = 2 * np.pi / teeth
     sign = -1.0 if inside else 1.0
     turns = np.array([angle + pitch * (n + s) for n in range(teeth) for s, _ in STATIONS])

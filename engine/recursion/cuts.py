@@ -8,7 +8,7 @@ from __future__ import annotations
 import casadi as ca
 
 from engine.recursion.kinematics import GROUND_MOTION, Motion, axes_of, axis_world
-from engine.recursion.rolling import rolling_row
+from engine.recursion.rolling import rolling_freedoms, rolling_row
 from engine.recursion.rows import Cut as Cut
 from engine.recursion.rows import Row as Row
 from engine.recursion.rows import once, point_velocity
@@ -74,13 +74,20 @@ def _turn_row(c: Cut, m: int, k: int) -> Row:
 def rates(c: Cut) -> list[SX]:
     """Rates of a cut joint's freedoms from the bodies' motion while the loop is closed: (ω_out − ω_in)·axis where it turns,
     relative velocity of the joint's points along the axis where it slides."""
+    if c.joint.kind.rolls:
+        return [f.rate for f in _freedoms(c)]
     turn = ca.sparsify(c.out.omega - c.inb.omega)
     slide = point_velocity(c) - cross(c.inb.omega, c.s)
     return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
 
 
+_freedoms = once(rolling_freedoms)
+
+
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force on the outboard part along a freedom."""
+    if c.joint.kind.rolls:
+        return _freedoms(c)[freedom].g_in, _freedoms(c)[freedom].g_out
     (a,) = c.joint.kind.axes[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
@@ -91,6 +98,8 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 
 def acceleration_bias(c: Cut, freedom: int) -> SX:
     """Acceleration of a cut joint's freedom when Ż of both bodies vanishes; the part with Ż is ``axis_wrenches`` transposed."""
+    if c.joint.kind.rolls:
+        return _freedoms(c)[freedom].xi
     (a,) = c.joint.kind.axes[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega

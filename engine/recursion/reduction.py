@@ -160,7 +160,7 @@ def _cut_columns(m: Model, c: cutting.Cut, bodies: list[Articulated]) -> None:
 
 def eta_column(m: Model, j, freedom: int) -> int:
     """The force column that belongs to the friction multiplier of one freedom of a joint."""
-    first = min(e for s in j.friction.sliders for e in s.eta)
+    first = j.friction.eta[0]
     return 1 + m.sym.system.rows + first + freedom
 
 

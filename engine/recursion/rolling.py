@@ -55,6 +55,30 @@ def _row(c: Cut, t: Touch, phi: SX) -> Row:
     )  # fmt: skip
 
 
+def rolling_freedoms(c: Cut) -> list[Row]:
+    """The freedoms of wheels about parallel axes, as rows of which only rate, wrenches and ξ count: the angle between them, and the
+    distance of their axes."""
+    (a, adot), _ = _axes(c)
+    arm_in, arm_out = _arms(c)
+    none = (zeros(3), zeros(3))
+    along, p, square, rate = _between(c)
+    length = ca.sqrt(square)
+    apart = (p[0] / length, p[1] / length - 0.5 * rate / (square * length) * p[0])
+    turn = Touch(none, none, none, (-a, -adot), (a, adot))
+    spread = Touch(apart, arm_in, _plus(arm_out, _times(SX(-1), along)), none, none)
+    return [_row(c, turn, SX(0)), _row(c, spread, SX(0))]
+
+
+def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
+    """From the inboard wheel's axis to the outboard one: along it, across it, the square of the distance and its rate."""
+    (a, adot), _ = _axes(c)
+    sdot = point_velocity(c)
+    h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
+    along = (h * a, hdot * a + h * adot)
+    p = (c.s - along[0], sdot - along[1])
+    return along, p, ca.dot(p[0], p[0]), 2 * ca.dot(p[0], p[1])
+
+
 def _axes(c: Cut) -> tuple[Moving, Moving]:
     """e1 of both sides."""
     a, b = c.Ein[:, 0], c.Eout[:, 0]
@@ -83,11 +107,7 @@ def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
     across the line of centres is (r1 + r2)/distance, which is 1 for gears and less for belts."""
     (a, adot), _ = _axes(c)
     arm_in, arm_out = _arms(c)
-    sdot = point_velocity(c)
-    h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
-    along = (h * a, hdot * a + h * adot)
-    p = (c.s - along[0], sdot - along[1])
-    square, rate = ca.dot(p[0], p[0]), 2 * ca.dot(p[0], p[1])
+    along, p, square, rate = _between(c)
     across = _crossed((a, adot), p)
     part = (r1 + r2) / square
     push = (part * across[0], part * (across[1] - rate / square * across[0]))

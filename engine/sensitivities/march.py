@@ -143,7 +143,7 @@ class March:
         found: list[tuple[float, str, np.ndarray, float]] = []
         for j in u.system.frictional:
             assert j.friction is not None
-            first = min(e for s in j.friction.sliders for e in s.eta)
+            first = j.friction.eta[0]
             for s in j.friction.sliders:
                 mode, new = self.at.mode_in(leg.x, s.flag), self.at.mode_in(leg.x1, s.flag)
                 rows = [rates + at + e - first for e in s.eta]
@@ -169,7 +169,7 @@ def _turning(system: System) -> list[tuple[int, list[int]]]:
     for j in system.frictional:
         assert j.friction is not None
         if not j.cut and len(j.free) == j.kind.nv and LAWS[j.friction.law].sets:
-            first = min(e for s in j.friction.sliders for e in s.eta)
+            first = j.friction.eta[0]
             found += [(s.flag, [system.nq + j.v0 + e - first for e in s.eta]) for s in j.friction.sliders if len(s.eta) > 1]
     return found
 

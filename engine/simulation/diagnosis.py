@@ -127,5 +127,5 @@ def _largest(model: Model, names: list[str]) -> str:
     for name in names:
         j = next(j for j in model.system.frictional if j.name == name)
         assert j.friction is not None
-        sizes.append(max(abs(z[e]) for s in j.friction.sliders for e in s.eta))
+        sizes.append(max(abs(z[e]) for e in j.friction.eta))
     return names[int(np.argmax(sizes))]

@@ -33,7 +33,7 @@ class Element:
     @property
     def eta(self) -> list[int]:
         """Indices of its multipliers, one a freedom."""
-        return sorted(e for s in self.friction.sliders for e in s.eta)
+        return list(self.friction.eta)
 
     @property
     def law_kind(self) -> PairKind:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 from engine.friction import REGISTRY as LAWS
 from engine.scene import model as sm
 from engine.scene.touching import given, touching
 from engine.system.leaves import Leaf, ParameterTable
 from engine.system.structure import FrictionElement, Joint, Slider
+
+
+def _sign(teeth: tuple[Leaf, ...]) -> float:
+    """1 or −1, the sign of the sum of numbers of teeth."""
+    return math.copysign(1.0, sum(z for z in teeth if isinstance(z, float)))
 
 
 def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: int) -> FrictionElement:
@@ -32,6 +39,8 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
             numbers.append((label, put(f"joints.{j.name}.friction.{label}", one, n.unit)))
     if j.pitch is not None:
         numbers.append(("pitch", j.pitch))
+    if j.wheels is not None:
+        numbers += [("module", j.wheels.module), ("side", _sign(j.wheels.teeth)), ("first", _sign(j.wheels.teeth[:1]))]
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))
     adams = scene.normal_force_of(f) == "adams"
-    return FrictionElement(contact.name, law, adams, tuple(numbers), sliders)
+    return FrictionElement(contact.name, law, adams, tuple(numbers), sliders, tuple(eta + k for k in contact.bound))

@@ -73,6 +73,13 @@ class FrictionElement:
     adams: bool
     numbers: tuple[tuple[str, Leaf], ...]
     sliders: tuple[Slider, ...]
+    bound: tuple[int, ...] = ()
+    """Friction multipliers of forces that are no friction (``ContactElement.bound``)."""
+
+    @property
+    def eta(self) -> tuple[int, ...]:
+        """Indices of its multipliers, one a freedom, in their order."""
+        return tuple(sorted([*(e for s in self.sliders for e in s.eta), *self.bound]))
 
     def number(self, name: str) -> Leaf:
         """The leaf called ``name``; KeyError when the element has none."""

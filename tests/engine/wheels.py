@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,8 +42,8 @@ def unit(v) -> np.ndarray:
     return np.asarray(v, float) / np.linalg.norm(v)
 
 
-def flying(seed: int, names: tuple[str, ...] = PAIRS) -> Flying:
-    """A carrier in free flight with one pair of each kind, its wheels out of balance and of any inertia."""
+def flying(seed: int, names: tuple[str, ...] = PAIRS, teeth: sm.Friction | None = None) -> Flying:
+    """A carrier in free flight with one pair of each kind, its wheels out of balance and of any inertia; ``teeth`` rub so."""
     rng = np.random.default_rng([77, seed])
     bodies: dict[str, sm.Body] = {}
     inertia = {}
@@ -73,7 +73,7 @@ def flying(seed: int, names: tuple[str, ...] = PAIRS) -> Flying:
         pairs.append(one)
         put(f"w{2 * k}", one.p1, one.a1, "revolute", float(rng.normal()))
         put(f"w{2 * k + 1}", one.p2, one.a2, "prismatic" if what == "rack" else "revolute", None)
-        joints[f"m{k}"] = _joint(what, one, k)
+        joints[f"m{k}"] = replace(_joint(what, one, k), friction=teeth)
     simulation = sm.Simulation(until=0.2, every=0.1)
     return Flying(sm.Scene(bodies=bodies, joints=joints, gravity=(0.3, -2.0, -9.0), simulation=simulation), tuple(pairs), inertia)
 

@@ -1,0 +1,111 @@
+"""Teeth of gears press by their pressure angle, rub, and let go of one flank before they take the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.basics.problems import SceneError
+from engine.scene import model as sm
+from engine.scene.load import scene_from_text
+from engine.simulation.result import Result
+from engine.simulation.run import simulate
+from tests.engine.wheels import Row, flying
+from tests.reference.rotation import cross
+
+ANGLE, MU, MODULE = np.radians(20.0), 0.08, 0.004
+RUBBING = sm.Friction(mu=MU, pressure_angle=float(ANGLE))
+ARM = np.pi * MODULE * np.cos(ANGLE) / 4
+PAIRS = ("gear", "internal", "gear", "internal")
+
+
+@pytest.mark.parametrize(("seed", "kernel"), [*((seed, "parts") for seed in range(5)), (0, "compiled")])
+def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(seed: int, kernel: str) -> None:
+    f = flying(seed, PAIRS, RUBBING)
+    r = simulate(f.scene, rtol=1e-10, kernel=kernel)
+    assert r.outcome.name == "done"
+    for i in range(1, len(r)):
+        row = Row(f, r, i)
+        for body in f.inertia:
+            force, torque = row.balance(body)
+            assert np.abs(np.concatenate([force, torque])).max() < 1e-8 * f.inertia[body][0], body
+        for k, one in enumerate(f.pairs):
+            force, torque, at = row.reported(f"m{k}")
+            place, way = row.touch(one)
+            R = row.turned("carrier")
+            axis, between = R @ one.a1, R @ (one.p2 - one.p1)
+            outward = between - axis * (axis @ between)
+            outward /= np.linalg.norm(outward)
+            drives, apart = force @ way, force @ outward
+            inside = one.what == "internal"  # the pinion, which is the inboard wheel, is pushed to the middle of its ring
+            assert apart == pytest.approx((1 if inside else -1) * np.tan(ANGLE) * abs(drives), rel=1e-9)
+            assert r[f"m{k}.contact[1].normal_force"][i] == pytest.approx(np.hypot(drives, apart), rel=1e-12)
+            about = torque + cross(at - place, force)
+            turning = (row(f"w{2 * k + 1}.angular_velocity") - row(f"w{2 * k}.angular_velocity")) @ axis
+            rubs = MU * ARM * np.hypot(drives, apart) * np.sign(turning)
+            assert about == pytest.approx(rubs * axis, rel=1e-8, abs=1e-12)
+    assert np.abs(r["energy.residual"]).max() < 1e-8 * r["energy.kinetic"].max()
+
+
+def pair(one: str, two: str, internal: bool = False) -> sm.Scene:
+    """Two wheels of 20 and 40 teeth on the ground; ``one``, ``two``: what acts on them."""
+    distance = MODULE * (40 - 20 if internal else 40 + 20) / 2
+    return scene_from_text(f"""\
+schema: 1
+gravity: [0, 0, 0]
+bodies:
+  a: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}
+  b: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}
+joints:
+  on_a: {{type: revolute, axis: z, inboard: ground, outboard: a, {one}}}
+  on_b: {{type: revolute, axis: z, inboard: {{body: ground, point: [{distance}, 0, 0]}}, outboard: b, {two}}}
+  m:
+    {{type: gear, axis: z, inboard: a, outboard: b, teeth: [20, 40], module: {MODULE}, internal: {str(internal).lower()},
+     friction: {{mu: {MU}, pressure_angle: {ANGLE}}}}}
+simulation: {{until: 2 s, every: 0.05 s}}
+""")
+
+
+R1, R2, ROLL = 20 * MODULE / 2, 40 * MODULE / 2, MU * np.pi * MODULE / 4
+"""m; the last: torque of friction over the force that drives."""
+
+
+@pytest.mark.parametrize(("internal", "out"), [(False, R2 - ROLL), (True, R2 + ROLL)])
+def test_the_torque_that_a_load_takes_is_that_of_its_efficiency(internal: bool, out: float) -> None:
+    # outside wheels turn against each other: friction hinders both; a ring is helped by what hinders its pinion
+    load = 7.0 * (1 if not internal else -1)
+    r = simulate(pair("drive: {constant: {rate: 30}}", f"effort: {load}", internal), rtol=1e-10)
+    assert r["on_a.drive.effort[1]"][1:] == pytest.approx((R1 + ROLL) / out * 7.0, rel=1e-9)
+    efficiency = -load * r["on_b.qd[1]"] / (r["on_a.drive.effort[1]"] * r["on_a.qd[1]"])
+    assert efficiency[1:] == pytest.approx(R1 / R2 * out / (R1 + ROLL), rel=1e-9)
+    lost = 1 - np.pi * MU / 2 * (1 / 20 - 1 / 40 if internal else 1 / 20 + 1 / 40)
+    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # the textbooks' first order
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_teeth_hold_between_raising_and_lowering(side: int) -> None:
+    ratio = (R1 + ROLL) / (R2 - ROLL) if side > 0 else (R1 - ROLL) / (R2 + ROLL)
+    for more, moves in ((1e-6, True), (-1e-6, False)):
+        torque = 5.0 * ratio * (1 + side * more)
+        r = simulate(pair(f"effort: {torque}", "effort: 5"))
+        moved = np.abs(r["on_a.q[1]"]).max()  # 2 s of what is too much turn it by 1e-4 rad, of round-off in a loop by 1e-13
+        assert bool(moved > 1e-9) == moves, (side, more)
+
+
+def reversing() -> Result:
+    """A wheel that is driven to and fro."""
+    return simulate(pair("effort: {harmonic: {amplitude: 2, frequency: 1 Hz, phase: 17 deg}}", "start: {qd: 0.001}"), rtol=1e-9)
+
+
+def test_flanks_change_at_the_instants_at_which_the_load_turns_round() -> None:
+    r = reversing()
+    turned = [e.time for e in r.events if e.kind == "separation" and e.joint == "m"]
+    # nothing but inertia is driven: what a tooth carries goes through zero with the torque
+    assert turned == pytest.approx([(k - 17 / 180) / 2 for k in (1, 2, 3, 4)], abs=1e-7)
+
+
+def test_what_holds_is_refused_by_name_where_teeth_push_wheels_apart() -> None:
+    from engine.bounds.statics import statics
+
+    with pytest.raises(SceneError, match=r"joints\.m\.friction: what holds is not found where teeth push"):
+        statics(pair("effort: 1", "effort: 1"))
