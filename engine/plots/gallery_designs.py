@@ -33,6 +33,15 @@ DESIGNS: dict[str, Choice] = {
         every=0.002,
         aside=(30.0, 35.0),
     ),
+    "gear_train": Choice(
+        0.0,
+        "The motor's pinion drives the sun; three planets walk round in the fixed ring, and their arm lifts the rack",
+        (
+            Plot("Height of the load", "position", ("rack.position[2]",)),
+            Plot("Tooth forces of sun and planets", "force", tuple(f"planet{k}_inside.contact[1].normal_force" for k in (1, 2, 3))),
+        ),
+        aside=(20.0, 72.0),
+    ),
     "quick_return": Choice(
         0.15,
         "The tool goes to the right for three fifths of a turn, slowly, and comes back in two fifths",

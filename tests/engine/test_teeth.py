@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from engine import sensitivity
 from engine.basics.problems import SceneError
 from engine.scene import model as sm
 from engine.scene.load import scene_from_text
@@ -109,3 +110,16 @@ def test_what_holds_is_refused_by_name_where_teeth_push_wheels_apart() -> None:
 
     with pytest.raises(SceneError, match=r"joints\.m\.friction: what holds is not found where teeth push"):
         statics(pair("effort: 1", "effort: 1"))
+
+
+def test_derivatives_of_a_run_with_teeth_are_those_by_differences() -> None:
+    scene = pair("damping: 0.1, effort: 3", "damping: 0.2, effort: 1")
+    values = {"joints.m.friction.mu": MU, "joints.m.friction.pressure_angle": ANGLE, "joints.on_b.damping": 0.2}
+    columns = ("on_a.qd[1]", "on_b.reaction.force[2]", "m.contact[1].normal_force")
+    found = sensitivity(scene, tuple(values), columns, until=1.0, every=0.5, rtol=1e-10)
+    h = 1e-5
+    for path, value in values.items():
+        up, down = (simulate(scene, until=1.0, every=0.5, rtol=1e-11, overrides={path: value + s * h}) for s in (1, -1))
+        for column in columns:
+            slope = (up[column] - down[column]) / (2 * h)
+            assert found.d(column, path)[1:] == pytest.approx(slope[1:], rel=1e-6, abs=1e-7), (column, path)

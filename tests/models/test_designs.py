@@ -21,7 +21,8 @@ from .test_references import row
 PAGE = 60
 CASES = [(m, i) for m in design_names() for i, _ in enumerate(expected(m))]
 ALL = [
-    "door_closer", "drawer", "folding_panel", "quick_return", "scissor_lift", "stewart_platform", "toggle_press", "wishbone_corner",
+    "door_closer", "drawer", "folding_panel", "gear_train", "quick_return", "scissor_lift", "stewart_platform", "toggle_press",
+    "wishbone_corner",
 ]  # fmt: skip
 
 
@@ -101,6 +102,18 @@ def test_a_lift_of_any_size_takes_the_torque_of_a_wedge(degrees: float) -> None:
     changes = sizes | {"parameters.angle": a, "parameters.mu": 0.2}
     run = engine.simulate("scissor_lift", until=1e-3, overrides=changes, outputs=["motor.*"])
     assert run["motor.drive.effort[1]"][0] == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize(("mu", "module", "sense"), [(0.1, 0.003, 1), (0.03, 0.001, -1)])
+def test_a_hoist_of_any_size_takes_the_torque_of_its_wheels_moments(mu: float, module: float, sense: int) -> None:
+    pinion, wheel, sun, planet = (module * z / 2 for z in (20, 50, 21, 30))
+    rub = sense * mu * math.pi * module / 4
+    inside = 350 * 9.81 * 0.03 / (3 * (1 + (planet - rub) / (planet + rub)) * (sun + planet))
+    wanted = (pinion + rub) / (wheel - rub) * 3 * inside * (sun + rub)
+    sizes = {"pinion": 20, "wheel": 50, "sun": 21, "planet": 30, "out": 15, "load": 350, "mu": mu, "module": module}
+    changes = {f"parameters.{k}": v for k, v in (sizes | {"speed": 30 * sense}).items()}
+    run = engine.simulate("gear_train", until=0.01, overrides=changes, outputs=["bearing.*"])
+    assert run["bearing.drive.effort[1]"][-1] == pytest.approx(wanted, rel=1e-8)
 
 
 def test_the_spring_of_a_wishbone_follows_the_load_and_the_arms() -> None:
