@@ -98,7 +98,7 @@ def given(j: Rubs, size: float, weight: float) -> Norm:
 
 def preload(j: Rubs, mu: float, label: str = "preload") -> tuple[Norm, ...]:
     """A joint's preload, if it has one."""
-    return (given(j, j.sizes[label], mu),) if label in j.sizes else ()
+    return (given(j, j.sizes[label], mu),) if j.sizes.get(label) else ()
 
 
 def whole(j: Rubs, names: tuple[str, ...]) -> np.ndarray:

@@ -21,6 +21,7 @@ from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
 from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
 from engine.system.elements import everything
+from engine.system.friction import preloads
 from engine.system.profiles import MOVES
 from engine.system.structure import Fit, FrictionElement, Joint, Slider
 
@@ -74,7 +75,9 @@ def _small() -> Iterator[Asked]:
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
-    """Which freedoms of a joint may be prescribed together."""
+    """Which freedoms of a joint may be prescribed together; of wheels none."""
+    if kind.rolls:
+        return [()]
     able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
     counts = {0, 1, len(able)} if kind.nv == MANY else {0, len(able)} if kind.nv > MANY else range(len(able) + 1)
     return list(dict.fromkeys(chain.from_iterable(combinations(able, n) for n in sorted(counts))))
@@ -124,6 +127,7 @@ def usual(law: str) -> bool:
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
     """Which part may be inside, and which may have the ends."""
+    pins = pins[:1] if kind.rolls else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
 
@@ -138,14 +142,17 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
     usual = LAWS[law].sets and not adams
     sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
     declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
-    return [tuple(label for n in given for label in n.labels) for given in _given(declared)]
+    always = {n.name for n in declared if preloads(n, law, adams)}
+    return [tuple(label for n in given for label in n.labels) for given in _given(declared, always)]
 
 
-def _given(declared: Sequence[Number]) -> Iterator[list[Number]]:
-    """What is needed with any of the others; a number that is needed beside one of these comes with it and without it is idle."""
-    loose = [n for n in declared if not n.needed and n.default is None and not n.needed_with]
+def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:
+    """What is needed, or there always, with any of the others; a number that is needed beside one of these comes with it, and is
+    idle without it."""
+    loose = [n for n in declared if not n.needed and n.default is None and not n.needed_with and n.name not in always]
     for some in chain.from_iterable(combinations(loose, k) for k in range(len(loose) + 1)):
         names = {n.name for n in some}
+        names |= always
         yield [n for n in declared if n.needed or n.default is not None or n.name in names or n.needed_with in names]
 
 

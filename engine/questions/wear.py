@@ -14,6 +14,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.contact.base import ContactElement, Place
 from engine.joints import REGISTRY
 from engine.scene import model as sm
+from engine.scene.toothed import sizes as wheel_sizes
 from engine.scene.touching import sizes_given, touching
 from engine.simulation.result import Result
 
@@ -112,6 +113,8 @@ def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float 
     """Each contact's number, what it suffers, and its volume (without k its load) in every row."""
     assert j.friction is not None
     sizes = sizes_given(j.friction, element) | {"pitch": float(j.pitch or 0.0)}
+    if REGISTRY[j.type].rolls is not None:
+        sizes["module"] = wheel_sizes(j).module
     places, speeds = element.places(sizes), _speeds(r, name, element, sizes)
     pairs = [i * len(element.pairs) // element.count for i in range(element.count)]
     forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import math
 
+from engine.basics.numbers import Number
+from engine.contact.journal import PRELOAD
 from engine.friction import REGISTRY as LAWS
 from engine.scene import model as sm
 from engine.scene.touching import given, touching
 from engine.system.leaves import Leaf, ParameterTable
 from engine.system.structure import FrictionElement, Joint, Slider
+
+
+def preloads(n: Number, law: str, adams: bool) -> bool:
+    """Whether a number is there for everyone, 0 where none is given, so that one part does with a preload and without."""
+    return n.name == PRELOAD.name and LAWS[law].sets and not adams
 
 
 def _sign(teeth: tuple[Leaf, ...]) -> float:
@@ -32,6 +39,8 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
         if value is None and given(contact, n, law):
             numbers.append((n.name, table.scalar(f"joints.{j.name}.friction.{n.name}", 1.0, n.unit)))
         if value is None:
+            if preloads(n, law, scene.normal_force_of(f) == "adams"):
+                numbers += [(label, 0.0) for label in n.labels]
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
         put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one number may stand for both journals

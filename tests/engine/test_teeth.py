@@ -7,6 +7,7 @@ import pytest
 
 from engine import sensitivity
 from engine.basics.problems import SceneError
+from engine.questions.wear import wear
 from engine.scene import model as sm
 from engine.scene.load import scene_from_text
 from engine.simulation.result import Result
@@ -123,3 +124,12 @@ def test_derivatives_of_a_run_with_teeth_are_those_by_differences() -> None:
         for column in columns:
             slope = (up[column] - down[column]) / (2 * h)
             assert found.d(column, path)[1:] == pytest.approx(slope[1:], rel=1e-6, abs=1e-7), (column, path)
+
+
+def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
+    r = simulate(pair("drive: {constant: {rate: 30}}", "effort: 7"), rtol=1e-10)
+    found = wear(r, 1e-15)["m.contact[1]"]
+    force = 7.0 / (R2 - ROLL) / np.cos(ANGLE)
+    way = ARM * 30 * (1 + 20 / 40) * 2.0
+    assert found.distance == pytest.approx(way, rel=1e-9)
+    assert found.volume == pytest.approx(1e-15 * force * way, rel=1e-9)
