@@ -17,6 +17,8 @@ from fmu.following import Arrangement, depth
 from fmu.literals import doubles, integers, number, string, strings
 from fmu.types import derivatives as column_rates
 
+FACES_OF_SCALARS = ("0", "0", "0")
+"""What FMI 2.0 has no use for: arrays, types beyond three, clocks."""
 STACK = 256
 """Values an expression may keep (``FMU_STACK``)."""
 HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_kernel;\nextern const tr_outputs trunnion_outputs;\n' \
@@ -50,7 +52,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool) -> str:
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
         METHODS[sim.method], int(sim.jams == "impact"), 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
-        *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
+        *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law", *FACES_OF_SCALARS,
     ]
     return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 

@@ -16,6 +16,7 @@ class Status(Named):
     DONE = 5
     NEED_REDUNDANT = 6, "friction depends on reactions that redundant loops leave open: use the redundant variant"
     STOPPED = 7, "the host, asked in the middle of the work, gave it up"
+    EVENT = 8, "an event has been recorded, at which the host wants to stop"
     FAIL_NOT_FINITE = 10
     FAIL_STEP = 11, "step size underflow"
     FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"

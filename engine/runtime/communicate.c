@@ -10,19 +10,30 @@ static int tr_inside(tr_sim *s, double t) {
   return 1;
 }
 
+/* The row of the event up to which the waiting step goes, as it was up to there. */
+static void tr_row_before(tr_sim *s, double *row) {
+  double kept[tr_solution_size(s)];
+  tr_keep_solution(s, kept);
+  if (tr_event_row(s, s->pending.t, row) != TR_OK) row[0] = NAN;
+  tr_put_solution(s, kept);
+}
+
 /* Go on until the run covers t and write the row there; steps may reach up to `limit` ≥ t. TR_DONE, or TR_MORE when max_steps are
- * not enough, or a failure (which stays). */
-int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
+ * not enough, or a failure (which stays). each: no further than to the next event that is recorded, TR_EVENT then; before: room for
+ * the row up to the event at which a step last ended (0: not wanted). */
+static int tr_cover(tr_sim *s, double t, double limit, long max_steps, double *row, int each, double *before) {
   const double close = tr_same_time(t);
   if (s->clock.status >= TR_FAIL_NOT_FINITE) return s->clock.status;
   s->clock.every = s->clock.row_next = INFINITY;
   for (long step = 0;;) {
+    if (each && s->events.count) return tr_row(s, row) == TR_OK ? TR_EVENT : TR_FAIL_MULTIPLIERS;
     if (s->pending.kind != TR_NOTHING && s->pending.t > t + close) {
       int code = tr_inside(s, t) ? tr_output(s, t, TR_A(s, yout), row) : TR_FAIL_MULTIPLIERS;
       return s->clock.status = code == TR_OK ? TR_DONE : code;
     }
     if (s->pending.kind != TR_NOTHING) {
       long count = 0;
+      if (before && s->pending.kind == TR_STEP_TO_EVENT) tr_row_before(s, before);
       int code = tr_finish(s, 0, 0, &count);
       if (tr_goes_on(s, code)) continue;
       if (code != TR_OK) return tr_end(s, code);
@@ -41,6 +52,28 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) {
     if (tr_goes_on(s, code)) continue;
     if (code != TR_OK) return tr_end(s, code);
   }
+}
+
+/* The same for hosts that do not stop at events. */
+int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row) { return tr_cover(s, t, limit, max_steps, row, 0, 0); }
+
+/* The same for hosts that do: TR_EVENT at the next event that is recorded, with the row just after it. */
+int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *row, double *before) {
+  return tr_cover(s, t, limit, max_steps, row, 1, before);
+}
+
+/* When the next step ends that the run makes by itself, s: it waits then. `limit` where none can be made, which shows when the run goes on. */
+double tr_next_end(tr_sim *s, double limit) {
+  if (s->clock.status >= TR_FAIL_NOT_FINITE) return limit;
+  if (s->pending.kind == TR_NOTHING && tr_attempt(s, tr_limit_time(s, limit)) != TR_OK) return limit;
+  return s->pending.kind == TR_NOTHING ? limit : s->pending.t;
+}
+
+/* Whether pair i is in the proportional zone of its law; *turned: when its sliding turned round inside (not a number: it has not so far, or
+ * in the waiting step). A reversal is recorded only when the zone is left. */
+int tr_within_zone(const tr_sim *s, int i, double *turned) {
+  *turned = tr_zone_of(s, i)->reversal;
+  return tr_zone_of(s, i)->inside != 0;
 }
 
 /* Make t, inside the waiting step, the block's own time: what lies beyond it is forgotten. TR_OK or a failure. */

@@ -2,10 +2,10 @@
 #include "fmu.h"
 
 /* ∂out/∂inputs · direction at the present state, found in a copy of it: asking changes nothing. */
-static fmi2Status fmu_along(fmu_instance *m, const tr_signal *direction, double *all) {
+static fmu_status fmu_along(fmu_instance *m, const tr_signal *direction, double *all) {
   fmu_instance copy = *m;
   copy.state = fmu_allocate(&m->host, m->state->bytes);
-  if (!copy.state) return fmu_log(m, fmi2Error, "out of memory");
+  if (!copy.state) return fmu_log(m, FMU_ERROR, "out of memory");
   memcpy(copy.state, m->state, m->state->bytes);
   fmu_adopt(copy.state);
   tr_sim *sim = FMU_SIM(copy.state);
@@ -14,22 +14,22 @@ static fmi2Status fmu_along(fmu_instance *m, const tr_signal *direction, double 
   memset(none, 0, sizeof none);
   int ok = tr_cut(sim, copy.state->time) == TR_OK && tr_directional(sim, MODEL->linear, direction, none, rates, all);
   fmu_free(&m->host, copy.state);
-  return ok ? fmi2OK : fmu_log(m, fmi2Error, "there are no derivatives at this state");
+  return ok ? FMU_OK : fmu_log(m, FMU_ERROR, "there are no derivatives at this state");
 }
 
 /* out = Σ seed · ∂unknown/∂known. */
-static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unknown, size_t nu, const fmi2ValueReference *known,
+static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known,
                                   size_t nk, const double *seed, double *out) {
   int no = MODEL->outputs, ni = fmu_all_inputs();
   tr_signal direction[MODEL->inputs + 1];
   double all[no + 1];
   for (size_t i = 0; i < nu; ++i)
-    if (unknown[i] >= (unsigned)no) return fmu_log(m, fmi2Error, "derivatives are of outputs; %u is none", unknown[i]);
+    if (unknown[i] >= (unsigned)no) return fmu_log(m, FMU_ERROR, "derivatives are of outputs; %u is none", unknown[i]);
   for (size_t i = 0; i < nk; ++i)
     if (known[i] < (unsigned)no || known[i] >= (unsigned)(no + ni))
-      return fmu_log(m, fmi2Error, "derivatives are with inputs; %u is none", known[i]);
-  fmi2Status status = fmu_refresh(m);
-  if (status > fmi2Warning) return status;
+      return fmu_log(m, FMU_ERROR, "derivatives are with inputs; %u is none", known[i]);
+  fmu_status status = fmu_refresh(m);
+  if (status > FMU_WARNING) return status;
   memset(direction, 0, sizeof direction);
   for (size_t i = 0; i < nk; ++i) {
     const int at = (int)known[i] - no, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
@@ -40,9 +40,9 @@ static fmi2Status fmu_directional(fmu_instance *m, const fmi2ValueReference *unk
   }
   memset(all, 0, sizeof all);
   if (nk) status = fmu_along(m, direction, all);
-  if (status > fmi2Warning) return status;
+  if (status > FMU_WARNING) return status;
   for (size_t i = 0; i < nu; ++i) out[i] = all[unknown[i]];
-  return fmi2OK;
+  return FMU_OK;
 }
 
 #define AHEAD 1e-6 /* of the time in which the motion changes: the derivative is the slope over so short a time, to about as many digits */
@@ -60,19 +60,19 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
 }
 
 /* Time derivatives of outputs: those that are outputs themselves, 0 of discrete ones, else the slope of what comes next. */
-static fmi2Status fmu_output_derivatives(fmu_instance *m, const fmi2ValueReference *vr, size_t n, const fmi2Integer *order, double *value) {
+static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order, double *value) {
   double later[1 + MODEL->columns->nout], ahead = 0.0;
   for (size_t i = 0; i < n; ++i) {
-    if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, fmi2Error, "value reference %u is no output", vr[i]);
-    if (order[i] != 1) return fmu_log(m, fmi2Error, "derivatives of outputs are of order 1, not %d", order[i]);
+    if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, FMU_ERROR, "value reference %u is no output", vr[i]);
+    if (order[i] != 1) return fmu_log(m, FMU_ERROR, "derivatives of outputs are of order 1, not %d", order[i]);
   }
-  fmi2Status status = fmu_refresh(m);
-  if (status > fmi2Warning) return status;
+  fmu_status status = fmu_refresh(m);
+  if (status > FMU_WARNING) return status;
   const double *now = FMU_A(m->state, row) + 1;
   for (size_t i = 0; i < n; ++i) {
     const int rate = MODEL->slope[vr[i]];
-    if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, fmi2Discard, "there are no derivatives at this state");
+    if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, FMU_DISCARD, "there are no derivatives at this state");
     value[i] = rate >= 0 ? now[rate] : rate == -1 ? (later[1 + vr[i]] - now[vr[i]]) / ahead : 0.0;
   }
-  return fmi2OK;
+  return FMU_OK;
 }

@@ -53,7 +53,7 @@ static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **mor
 }
 
 /* The run cannot go on: say why. The reason is sought in a copy of the state, which keeps the last row. */
-static fmi2Status fmu_failed(fmu_instance *m, int status, fmi2Status as) {
+static fmu_status fmu_failed(fmu_instance *m, int status, fmu_status as) {
   fmu_state *s = m->state, *copy = fmu_allocate(&m->host, s->bytes);
   const char *more = "", *joint = "";
   s->failed = status, s->why = TR_WHY_UNKNOWN, s->ready = 0;

@@ -6,9 +6,13 @@
 #define FMU_H
 #include <stddef.h>
 #include "tr.h"
-#include "fmi2Functions.h"
 
 #define FMU_STACK 256 /* values an expression may keep (STACK of fmu/tables.py) */
+
+/* How a call ended, as numbers of either standard; a handle of a variable. */
+typedef int fmu_status;
+enum { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
+typedef unsigned fmu_reference;
 
 /* What a parameter of the FMU stands for. Its `index` counts engine parameters, coordinates, rates or inputs, as the kind says. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
@@ -51,6 +55,13 @@ typedef struct fmu_rate {
   const char *joint;
 } fmu_rate;
 
+/* What there is to tell of events apart (FMI 3.0): clocks, one a joint and kind. of: for each pair, then each stop, the clock of each kind of
+ * event by its number; -1: none. */
+typedef struct fmu_clocks {
+  int count, kinds;
+  const int *of;
+} fmu_clocks;
+
 typedef struct fmu_model {
   const char *guid, *name;
   int outputs, inputs, derivatives, settings, followers; /* the last of the settings, the followers, are no variables: expressions give them */
@@ -80,6 +91,9 @@ typedef struct fmu_model {
   const int *begin;
   int joints;
   const char *const *joint, *const *law; /* names of the joints with friction; what is wrong where a law of the audit is broken */
+  const int *width;         /* of each reference: how many numbers begin there, 0 of those inside an array; 0: all are scalars (FMI 2.0) */
+  const int *type;          /* of each reference: FMU_FLOAT64, …; 0 in FMI 2.0 */
+  const fmu_clocks *clocks; /* 0 in FMI 2.0 */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -98,7 +112,15 @@ typedef struct fmu_input {
   double changes, derived; /* derived: the highest derivative that has ever come: 0, 1 or 2 */
 } fmu_input;
 
-enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED };
+enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED, FMU_EVENTS, FMU_BETWEEN, FMU_MODES };
+
+/* Types of variables where they are told apart (FMI 3.0). */
+enum fmu_type { FMU_FLOAT64, FMU_INT32, FMU_INT64, FMU_UINT64, FMU_BOOLEAN, FMU_CLOCK, FMU_STRING };
+
+/* How often a clock has ticked, when last, s, and whether it ticks now. */
+typedef struct fmu_tick {
+  double time, count, active;
+} fmu_tick;
 
 typedef struct fmu_state {
   size_t bytes;
@@ -115,19 +137,50 @@ typedef struct fmu_state {
   double start, stop, tolerance, time, reached;
   double point; /* the communication point before `time` */
   int slower;   /* whether it has been said that a motion follows its input more slowly than asked */
-  int settings, trial, inputs, row, sim; /* offsets in doubles behind this struct */
+  int ticking;    /* a clock has ticked since the host last handled events */
+  int event;      /* an event is at hand: the row of outputs is as it was up to there */
+  double seen;    /* up to this time it is known that nothing happens, if nothing is changed; */
+  double stride;  /* the longest communication step so far: the run's own steps may reach so many times further than the present one */
+  int settings, trial, inputs, row, ticks, heard, given_up, sim; /* offsets in doubles behind this struct */
 } fmu_state;
 
+/* What the host lends: memory (0: that of the C library), and a function that hears messages (0: none), which `say` calls. */
+typedef struct fmu_host {
+  void *(*allocate)(size_t count, size_t bytes);
+  void (*release)(void *);
+  void (*say)(const struct fmu_host *host, const char *name, fmu_status status, const char *category, char *text);
+  void (*logger)(void);
+  void *environment;
+} fmu_host;
+
 typedef struct fmu_instance {
-  fmi2CallbackFunctions host;
+  fmu_host host;
   fmu_state *state;
   char *name;
   int logging;
+  fmu_state *ahead; /* room for a look ahead; 0: the host does not stop at events */
+  int events, early; /* whether the host handles events, and lets steps return early */
+  void (*between)(void); /* what it is told between communication points; 0: nothing */
 } fmu_instance;
+
+/* What a function of the standard begins with. */
+#define FMU_ENTER(c) \
+  fmu_instance *m = c; \
+  if (!m) return (int)FMU_ERROR
+#define FMU_NEED(condition, ...) \
+  if (!(condition)) return fmu_log(m, FMU_ERROR, __VA_ARGS__)
+#define FMU_ARRAYS(n, ...) FMU_NEED((n) == 0 || (__VA_ARGS__), "a NULL array was passed")
+#define FMU_NONE(n, what) FMU_NEED((n) == 0, "there is no variable of type " what)
+#if defined _WIN32
+#define FMU_EXPORT __declspec(dllexport)
+#else
+#define FMU_EXPORT __attribute__((visibility("default")))
+#endif
 
 #define FMU_A(s, field) ((double *)((char *)(s) + sizeof(fmu_state)) + (s)->field)
 #define FMU_INPUTS(s) ((fmu_input *)FMU_A(s, inputs))
 #define FMU_SIM(s) ((tr_sim *)FMU_A(s, sim))
+#define FMU_TICKS(s) ((fmu_tick *)FMU_A(s, ticks))
 
 /* Entry points of the runtime. */
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int events);
@@ -139,6 +192,9 @@ int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven)
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
 int tr_row(tr_sim *s, double *row);
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
+int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *row, double *before);
+double tr_next_end(tr_sim *s, double limit);
+int tr_within_zone(const tr_sim *s, int pair, double *turned);
 int tr_cut(tr_sim *s, double t);
 int tr_resume(tr_sim *s, int anew);
 int tr_events_take(tr_sim *s);

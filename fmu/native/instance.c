@@ -14,13 +14,11 @@
 
 #include "log.c"
 
-static void *fmu_allocate(const fmi2CallbackFunctions *host, size_t bytes) {
-  return host->allocateMemory ? host->allocateMemory(1, bytes) : calloc(1, bytes);
-}
+static void *fmu_allocate(const fmu_host *host, size_t bytes) { return host->allocate ? host->allocate(1, bytes) : calloc(1, bytes); }
 
-static void fmu_free(const fmi2CallbackFunctions *host, void *p) {
+static void fmu_free(const fmu_host *host, void *p) {
   if (!p) return;
-  if (host->freeMemory) host->freeMemory(p);
+  if (host->release) host->release(p);
   else free(p);
 }
 
@@ -31,6 +29,9 @@ static size_t fmu_layout(fmu_state *s) {
   s->trial = at, at += MODEL->settings;
   s->inputs = at, at += TR_DOUBLES(fmu_input) * MODEL->inputs;
   s->row = at, at += 1 + MODEL->columns->nout;
+  s->ticks = at, at += MODEL->clocks ? TR_DOUBLES(fmu_tick) * MODEL->clocks->count : 0;
+  s->heard = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
+  s->given_up = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
   s->sim = at = (at + 7) & ~7;
   return sizeof(fmu_state) + sizeof(double) * at
        + tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
@@ -63,6 +64,7 @@ static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {
   return otherwise;
 }
 
+#include "ticks.c"
 #include "diagnosis.c"
 #include "warnings.c"
 
@@ -92,17 +94,17 @@ static void fmu_start_values(fmu_state *s) {
 
 /* Whether parameters that depend on each other go together; says which do not. They are judged when they take effect, not when they
  * are set, for hosts set them one after the other. Nothing is lost: the host can set others and go on. */
-static fmi2Status fmu_together(fmu_instance *m) {
+static fmu_status fmu_together(fmu_instance *m) {
   const double *value = FMU_A(m->state, settings);
   for (int i = 0; i < MODEL->settings; ++i) {
     const fmu_setting *g = MODEL->setting + i, *low = MODEL->setting + g->above;
     if (g->above >= 0 && !(g->strict ? value[g->above] < value[i] : value[g->above] <= value[i]))
-      return fmu_log(m, fmi2Discard, "%s: %s must %s %s: %g is %s %g", g->name, g->key, g->strict ? "be above" : "not be below", low->key,
+      return fmu_log(m, FMU_DISCARD, "%s: %s must %s %s: %g is %s %g", g->name, g->key, g->strict ? "be above" : "not be below", low->key,
                      value[i], g->strict ? "not above" : "below", value[g->above]);
     if (g->rotation && value[i] == 0.0 && value[i + 1] == 0.0 && value[i + 2] == 0.0 && value[i + 3] == 0.0)
-      return fmu_log(m, fmi2Discard, "%s: a quaternion of four zeros is no rotation", g->name);
+      return fmu_log(m, FMU_DISCARD, "%s: a quaternion of four zeros is no rotation", g->name);
   }
-  return fmi2OK;
+  return FMU_OK;
 }
 
 /* The relative tolerance of the run: that of its parameter or the host's. Says which, where they differ. */
@@ -112,16 +114,16 @@ static double fmu_tolerance(const fmu_instance *m) {
   const int rule = (int)fmu_setting_of(s, FMU_HOST_TOLERANCE, FMU_HOST_TIGHTER);
   if (!s->has_tolerance || s->tolerance == own) return own;
   const int taken = rule == FMU_HOST_COUNTS || (rule == FMU_HOST_TIGHTER && s->tolerance < own);
-  fmu_log(m, fmi2OK, "the tolerance that counts is %g, of %s; %s gives %g, which solver.host_tolerance = %d leaves aside", taken ? s->tolerance : own,
+  fmu_log(m, FMU_OK, "the tolerance that counts is %g, of %s; %s gives %g, which solver.host_tolerance = %d leaves aside", taken ? s->tolerance : own,
           taken ? "the host" : "solver.tolerance", taken ? "solver.tolerance" : "the host", taken ? own : s->tolerance, rule);
   return taken ? s->tolerance : own;
 }
 
 /* Assemble and start the run at the start time, from the values as they are set. */
-static fmi2Status fmu_begin(fmu_instance *m) {
+static fmu_status fmu_begin(fmu_instance *m) {
   fmu_state *s = m->state;
-  fmi2Status together = fmu_together(m);
-  if (together != fmi2OK) return together;
+  fmu_status together = fmu_together(m);
+  if (together != FMU_OK) return together;
   tr_sim *sim = FMU_SIM(s);
   memset(sim, 0, s->bytes - ((char *)sim - (char *)s));
   tr_init(sim, MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
@@ -136,78 +138,94 @@ static fmi2Status fmu_begin(fmu_instance *m) {
   tr_configure(sim, &set);
   fmu_start_values(s);
   s->time = s->reached = s->point = s->start, s->failed = s->why = s->told = s->tenths = 0;
+  fmu_forget_events(s);
   fmu_hand_inputs(m, s->start, 1);
   int closed = tr_assemble(sim, s->start, MODEL->q_given, MODEL->v_given);
   if (closed != 1) {
     s->failed = TR_FAIL_CLOSURE;
-    return fmu_log(m, fmi2Error, "open_loop: the start %s cannot be made to close the loops: check lengths and start values",
+    return fmu_log(m, FMU_ERROR, "open_loop: the start %s cannot be made to close the loops: check lengths and start values",
                    closed ? "velocities" : "positions");
   }
   int status = tr_start(sim, s->start, s->start, INFINITY, FMU_A(s, row));
   if (status == TR_NEED_REDUNDANT) {
     s->failed = status;
-    return fmu_log(m, fmi2Error, "with these values the loops become redundant and friction depends on it: export the scene with them");
+    return fmu_log(m, FMU_ERROR, "with these values the loops become redundant and friction depends on it: export the scene with them");
   }
-  if (status != TR_OK) return fmu_failed(m, status, fmi2Error);
+  if (status != TR_OK) return fmu_failed(m, status, FMU_ERROR);
   s->ready = 1, s->changed = 0;
-  return fmi2OK;
+  return FMU_OK;
 }
 
 /* Let what the host changed take effect at the present time. */
-static fmi2Status fmu_take_over(fmu_instance *m) {
+static fmu_status fmu_take_over(fmu_instance *m) {
   fmu_state *s = m->state;
   tr_sim *sim = FMU_SIM(s);
-  if (!s->changed) return fmi2OK;
-  fmi2Status together = fmu_together(m);
-  if (together != fmi2OK) return together;
+  if (!s->changed) return FMU_OK;
+  fmu_status together = fmu_together(m);
+  if (together != FMU_OK) return together;
   int status = tr_cut(sim, s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
   if (status == TR_OK && anew) fmu_numbers(s);
   fmu_hand_inputs(m, s->time, 0);
   if (status == TR_OK) status = tr_resume(sim, anew);
-  if (status != TR_OK) return fmu_failed(m, status, fmi2Discard);
-  s->changed = 0, s->ready = 0, s->moved = 1;
-  return fmi2OK;
+  if (status != TR_OK) return fmu_failed(m, status, FMU_DISCARD);
+  s->changed = 0, s->ready = 0, s->moved = 1, s->event = 0, s->seen = s->time;
+  return FMU_OK;
 }
 
 /* Make the row of outputs belong to everything that is set now. */
-static fmi2Status fmu_refresh(fmu_instance *m) {
+static fmu_status fmu_refresh(fmu_instance *m) {
   fmu_state *s = m->state;
-  if (s->ready && !s->changed) return fmi2OK;
+  if (s->ready && !s->changed) return FMU_OK;
   if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
-  if (s->failed) return fmi2OK; /* the outputs stay at the last row of the run */
-  fmi2Status status = fmu_take_over(m);
-  if (status != fmi2OK) return status;
+  if (s->failed) return FMU_OK; /* the outputs stay at the last row of the run */
+  fmu_status status = fmu_take_over(m);
+  if (status != FMU_OK) return status;
   int code = tr_row(FMU_SIM(s), FMU_A(s, row));
-  if (code != TR_OK) return fmu_failed(m, code, fmi2Discard);
+  if (code != TR_OK) return fmu_failed(m, code, FMU_DISCARD);
   s->ready = 1;
-  return fmi2OK;
+  return FMU_OK;
 }
 
 static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= SAME_POINT * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
 
-/* One communication step of length h from t. */
-static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
+/* Whether a communication step of length h from t can be made; says why not. */
+static fmu_status fmu_may_step(fmu_instance *m, double t, double h) {
   fmu_state *s = m->state;
   double target = t + h;
   if (s->failed) {
     const char *name = fmu_outcome_of(s->failed, s->why)->name;
-    return fmu_log(m, fmi2Discard, "the run ended at t = %.6g s (%s): go back to an earlier state, or reset", s->reached, name);
+    return fmu_log(m, FMU_DISCARD, "the run ended at t = %.6g s (%s): go back to an earlier state, or reset", s->reached, name);
   }
   if (!(h > 0.0) || !isfinite(h) || !isfinite(t))
-    return fmu_log(m, fmi2Discard, "a communication step must have a positive, finite length (%g s is refused)", h);
+    return fmu_log(m, FMU_DISCARD, "a communication step must have a positive, finite length (%g s is refused)", h);
   if (!fmu_near(t, s->time, h))
-    return fmu_log(m, fmi2Error, "the communication point is t = %.17g s, not %.17g s: steps follow one another", s->time, t);
+    return fmu_log(m, FMU_ERROR, "the communication point is t = %.17g s, not %.17g s: steps follow one another", s->time, t);
   if (s->has_stop && target > s->stop && !fmu_near(target, s->stop, h))
-    return fmu_log(m, fmi2Error, "the step would pass the stop time %.17g s that was agreed on", s->stop);
-  if (!(target > s->time)) return fmu_log(m, fmi2Discard, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
+    return fmu_log(m, FMU_ERROR, "the step would pass the stop time %.17g s that was agreed on", s->stop);
+  if (!(target > s->time)) return fmu_log(m, FMU_DISCARD, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
+  return FMU_OK;
+}
+
+/* What the host changed takes effect before a step. */
+static fmu_status fmu_set_off(fmu_instance *m) {
+  fmu_state *s = m->state;
   if (fmu_input_stopped(s)) s->changed |= FMU_NEW_INPUTS;
-  fmi2Status taken = fmu_take_over(m);
-  if (taken != fmi2OK) return taken;
-  /* Steps may reach beyond the communication point. After a change another is likely, which would make such work useless. */
-  double limit = s->moved ? target : target + FAR * h;
-  double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
-  int status = tr_reach(FMU_SIM(s), target, limit, most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS, FMU_A(s, row));
-  s->moved = 0;
+  return fmu_take_over(m);
+}
+
+/* How far the run's own steps may reach on the way to `target`: beyond it. After a change another is likely, which would make such work useless. */
+static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + FAR * h; }
+
+/* How many steps of its own a communication step may take. */
+static long fmu_most_steps(const fmu_state *s) {
+  const double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
+  return most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS;
+}
+
+/* What the host is told of a step up to `target` that ended as `status`. */
+static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
+  fmu_state *s = m->state;
+  s->moved = 0, s->event = 0;
   if (status == TR_DONE) {
     s->point = s->time, s->time = s->reached = target, s->ready = 1;
     fmu_tell_events(m);
@@ -218,6 +236,16 @@ static fmi2Status fmu_step(fmu_instance *m, double t, double h) {
   s->time = s->reached;
   s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK;
   if (status == TR_MORE)
-    return fmu_log(m, fmi2Discard, "solver.max_steps = %g steps reach t = %.17g s only", most, s->reached);
-  return fmu_failed(m, status, fmi2Discard);
+    return fmu_log(m, FMU_DISCARD, "solver.max_steps = %ld steps reach t = %.17g s only", fmu_most_steps(s), s->reached);
+  return fmu_failed(m, status, FMU_DISCARD);
+}
+
+/* One communication step of length h from t. */
+static fmu_status fmu_step(fmu_instance *m, double t, double h) {
+  fmu_status status = fmu_may_step(m, t, h);
+  if (status == FMU_OK) status = fmu_set_off(m);
+  if (status != FMU_OK) return status;
+  fmu_state *s = m->state;
+  const double target = t + h;
+  return fmu_arrived(m, tr_reach(FMU_SIM(s), target, fmu_limit(s, target, h), fmu_most_steps(s), FMU_A(s, row)), target);
 }

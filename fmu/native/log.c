@@ -7,20 +7,18 @@ static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWar
 #define FMU_EVERYTHING ((1 << FMU_CATEGORIES) - 1)
 
 /* Whether messages of a category are wanted. */
-static int fmu_wants(const fmu_instance *m, int category) { return m->host.logger && m->logging & (1 << category | 1 << FMU_SAYS_ALL); }
+static int fmu_wants(const fmu_instance *m, int category) { return m->host.say && m->logging & (1 << category | 1 << FMU_SAYS_ALL); }
 
 /* Send a message of a category; what went wrong is sent even where no log is wanted. */
-static void fmu_say(const fmu_instance *m, fmi2Status status, int category, const char *form, va_list a) {
+static void fmu_say(const fmu_instance *m, fmu_status status, int category, const char *form, va_list a) {
   char text[2048];
-  if (!m->host.logger || (status == fmi2OK && !fmu_wants(m, category))) return;
+  if (!m->host.say || (status == FMU_OK && !fmu_wants(m, category))) return;
   vsnprintf(text, sizeof text, form, a);
-  for (char *c = text; *c; ++c)
-    if (*c == '%') *c = ' '; /* the host would take it for a format */
-  m->host.logger(m->host.componentEnvironment, m->name, status, fmu_category[category], text);
+  m->host.say(&m->host, m->name, status, fmu_category[category], text);
 }
 
 /* Send a message to the host and return the status. */
-static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *form, ...) {
+static fmu_status fmu_log(const fmu_instance *m, fmu_status status, const char *form, ...) {
   va_list a;
   va_start(a, form);
   fmu_say(m, status, (int)status, form, a);
@@ -32,12 +30,12 @@ static fmi2Status fmu_log(const fmu_instance *m, fmi2Status status, const char *
 static void fmu_tell(const fmu_instance *m, int category, const char *form, ...) {
   va_list a;
   va_start(a, form);
-  fmu_say(m, fmi2OK, category, form, a);
+  fmu_say(m, FMU_OK, category, form, a);
   va_end(a);
 }
 
 /* Categories by name, n of them, switched on or off; without names all. Whether all names are known. */
-static int fmu_choose_log(fmu_instance *m, int on, size_t n, const fmi2String *name) {
+static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *name) {
   int chosen = n ? 0 : FMU_EVERYTHING, known = 1;
   for (size_t i = 0; i < n; ++i) {
     int c = 0;
@@ -49,11 +47,14 @@ static int fmu_choose_log(fmu_instance *m, int on, size_t n, const fmi2String *n
   return known;
 }
 
+static void fmu_tick_of(const fmu_instance *m, const tr_event *e);
+
 /* Tell of the events since the last time, at their own times. */
 static void fmu_tell_events(const fmu_instance *m) {
   tr_sim *sim = FMU_SIM(m->state);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
   const int n = tr_events_take(sim);
+  for (int i = 0; MODEL->clocks && i < n; ++i) fmu_tick_of(m, e + i);
   if (!fmu_wants(m, FMU_SAYS_EVENTS)) return;
   for (int i = 0; i < n; ++i) {
     const int kind = (int)e[i].kind, of_stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;

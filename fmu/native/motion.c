@@ -58,7 +58,7 @@ static void fmu_say_slower(fmu_instance *m, const fmu_input *in, double asked, c
   const double used = fmu_bandwidth(in, asked);
   if (used >= asked || m->state->slower) return;
   m->state->slower = 1;
-  fmu_log(m, fmi2OK, "%s = %g rad/s is more than samples %g s apart carry: the motion follows with %g rad/s; give its rate and acceleration too, "
+  fmu_log(m, FMU_OK, "%s = %g rad/s is more than samples %g s apart carry: the motion follows with %g rad/s; give its rate and acceleration too, "
           "or couple by torque", name, asked, in->last_t - in->before_t, used);
 }
 

@@ -50,8 +50,9 @@ static int fmu_in_range(fmu_state *s) {
   fmu_state layout = {0};
   fmu_layout(&layout);
   s->settings = layout.settings, s->trial = layout.trial, s->inputs = layout.inputs, s->row = layout.row, s->sim = layout.sim;
-  const int flags = s->ready | s->has_stop | s->has_tolerance | s->moved;
-  return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode <= FMU_TERMINATED && (s->changed & ~FMU_NEW) == 0
+  s->ticks = layout.ticks, s->heard = layout.heard, s->given_up = layout.given_up;
+  const int flags = s->ready | s->has_stop | s->has_tolerance | s->moved | s->ticking | s->event;
+  return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode < FMU_MODES && (s->changed & ~FMU_NEW) == 0
       && isfinite(s->start) && isfinite(s->time) && isfinite(s->reached) && isfinite(s->point) && s->failed >= 0 && s->failed < TR_CASE_FAILED
       && tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
 }
@@ -66,4 +67,54 @@ static const char *fmu_unseal_state(fmu_state *s, size_t room, const char *in, s
   memcpy(s, in + sizeof seal, room);
   if (!fmu_is_state(s, room)) return "these bytes are a state of another FMU, or of another version of it";
   return fmu_in_range(s) ? NULL : "these bytes are no state that a run can have: numbers in it are out of range";
+}
+
+/* Copy the state of an instance; *out: room for it, or NULL. */
+static fmu_status fmu_keep(fmu_instance *m, void **out) {
+  FMU_NEED(out, "a NULL state was passed");
+  if (!*out) *out = fmu_allocate(&m->host, m->state->bytes);
+  FMU_NEED(*out, "out of memory");
+  memcpy(*out, m->state, m->state->bytes);
+  return FMU_OK;
+}
+
+/* Go back to a state that was kept. */
+static fmu_status fmu_go_back(fmu_instance *m, const void *in) {
+  FMU_NEED(in && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
+  memcpy(m->state, in, m->state->bytes);
+  fmu_adopt(m->state);
+  return FMU_OK;
+}
+
+static fmu_status fmu_forget(fmu_instance *m, void **in) {
+  if (!in) return FMU_OK;
+  fmu_free(&m->host, *in);
+  *in = NULL;
+  return FMU_OK;
+}
+
+static fmu_status fmu_bytes_of(fmu_instance *m, const void *in, size_t *bytes) {
+  FMU_NEED(in && bytes, "a NULL argument was passed");
+  *bytes = fmu_sealed_size(m);
+  return FMU_OK;
+}
+
+static fmu_status fmu_write(fmu_instance *m, const void *in, void *out, size_t bytes) {
+  FMU_NEED(in && out && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
+  FMU_NEED(bytes >= fmu_sealed_size(m), "%zu bytes are too few for a state of %zu", bytes, fmu_sealed_size(m));
+  fmu_seal_state(in, out);
+  return FMU_OK;
+}
+
+static fmu_status fmu_read(fmu_instance *m, const void *in, size_t bytes, void **out) {
+  FMU_NEED(in && out, "a NULL argument was passed");
+  fmu_state *s = fmu_allocate(&m->host, m->state->bytes);
+  FMU_NEED(s, "out of memory");
+  const char *wrong = fmu_unseal_state(s, m->state->bytes, in, bytes);
+  if (wrong) {
+    fmu_free(&m->host, s);
+    return fmu_log(m, FMU_ERROR, "%s", wrong);
+  }
+  *out = s;
+  return FMU_OK;
 }
