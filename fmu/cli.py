@@ -17,6 +17,7 @@ KERNEL = typer.Option(
 OUTPUTS = typer.Option(
     metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
 )
+PLATFORM = "host (default), all, linux64, win64, darwin64, aarch64-darwin; of FMI 3.0 also aarch64-linux."
 SCENE = typer.Argument(
     metavar="SCENE",
     help="A scene file, a folder with a scene.yaml, or a bundled model.",
@@ -30,9 +31,8 @@ def command(
     scene: Annotated[str | None, SCENE] = None,
     save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="The .fmu to write (NAME.fmu).")] = None,
     flavour: Annotated[str, typer.Option(metavar="F", help="native: needs nothing on the host; python: pythonfmu.")] = "native",
-    platform: Annotated[
-        list[str] | None, typer.Option(metavar="P", help="host (default), all, linux64, win64, darwin64, aarch64-darwin.")
-    ] = None,
+    fmi: Annotated[int, typer.Option(metavar="N", help="2: FMI 2.0; 3: FMI 3.0, with arrays, event mode and clocks.")] = 2,
+    platform: Annotated[list[str] | None, typer.Option(metavar="P", help=PLATFORM)] = None,
     changes: Annotated[
         list[str] | None,
         typer.Option(
@@ -45,12 +45,12 @@ def command(
     whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help="Components written as 0 are parameters too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
-    """Export the scene as an FMU (FMI 2.0, co-simulation)."""
+    """Export the scene as an FMU (co-simulation; FMI 2.0, or 3.0 with --fmi 3)."""
     from engine.cli import options
     from engine.cli.options import Findings
     from engine.scene import load_scene
     from engine.simulation.settings import KERNELS
-    from fmu.export import FLAVOURS
+    from fmu.export import FLAVOURS, STANDARDS
     from fmu.platforms import chosen
 
     found = Findings()
@@ -59,13 +59,14 @@ def command(
     made_of = options.choice(kernel, KERNELS, "--kernel", found)
     values = options.assignments(changes or [], found)
     length = options.time(step, "--step", found, zero=True)
-    names = found.attempt(lambda: chosen(platform or ["host"]))
+    standard = STANDARDS[int(options.choice(str(fmi), tuple(map(str, STANDARDS)), "--fmi", found) or 2)]
+    names = found.attempt(lambda: chosen(platform or ["host"], standard))
     loaded = found.attempt(lambda: load_scene(source)) if source is not None else None
     file = save or (f"{loaded.name}.fmu" if loaded is not None else "scene.fmu")
     target = options.destination(file, (".fmu",), "-o", found)
     found.end()
     assert loaded is not None
-    how = {"flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs, "step": length or 0.0}
+    how = {"fmi": fmi, "flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs, "step": length or 0.0}
     _write(loaded, str(target), {**how, "kernel": made_of, "whole_vectors": whole_vectors}, as_json)
 
 
@@ -88,7 +89,7 @@ def _write(
         print_json({"exit_code": 0, **asdict(made), "file": str(made.file)})
         return
     v = made.variables
-    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, flavour {how['flavour']}, {', '.join(made.platforms)}")
+    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, FMI {how['fmi']}.0, flavour {how['flavour']}, {', '.join(made.platforms)}")
     count = f"{v['output']} outputs, {v['local']} local variables, {v['input']} inputs, {v['parameter']} parameters"
     typer.echo(f"  {count}, GUID {made.guid}")
     for note in made.notes:

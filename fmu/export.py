@@ -25,13 +25,19 @@ from engine.simulation.result import Result
 from engine.simulation.run import Model, run
 from engine.simulation.settings import KERNELS
 from fmu import archive, pages, platforms, python_flavour
+from fmu.arrays import face_tables, faces
+from fmu.clocks import LAST, clock_table, clocks
 from fmu.dependencies import dependencies
 from fmu.description import Variable, variables
 from fmu.following import Arrangement, arranged
 from fmu.tables import model_text
+from fmu.terminals import icons, terminals
 from fmu.xml import model_description
+from fmu.xml3 import Described, model_description3
 
 FLAVOURS = ("native", "python")
+STANDARDS = {2: "2.0", 3: "3.0"}
+"""Versions of FMI by what a user calls them."""
 EVERYTHING = ("*",)
 """Outputs of a scene that says nothing of them."""
 WHOLE = ("gravity*", "bodies.*", "forces.*")
@@ -63,20 +69,21 @@ def export(
     kernel: str = KERNELS[0],
     progress: Progress | None = None,
     whole_vectors: bool = False,
+    fmi: int = 2,
 ) -> Export:
-    """Write an FMI 2.0 co-simulation FMU.
+    """Write a co-simulation FMU.
 
     scene: as for ``engine.simulate``. flavour: native or python. platform: host, all, or names (linux64, win64,
     darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``; where
     neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
-    equations, are parameters too. SceneError for wrong input, SimulationError when the scene cannot start.
+    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. SceneError for wrong input, SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")
-    _check(flavour, kernel, target, step, read.problems)
-    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform))
+    _check(flavour, kernel, target, step, fmi, read.problems)
+    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), STANDARDS[fmi])
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
     loaded = scene_given(scene, overrides)
     if whole_vectors:
@@ -85,11 +92,11 @@ def export(
     total = 2 + len(names)
     tell("deriving the equations", 0, total)
     model, first = started(loaded, outputs, kernel)
-    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING)
+    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi])
     libraries: dict[str, bytes] = {}
     for i, name in enumerate(names):
         tell(f"compiling for {name}", 1 + i, total)
-        libraries[name] = platforms.library(name, made.identifier, made.sources)
+        libraries[name] = platforms.library(name, made.identifier, made.sources, made.standard)
     tell("writing", 1 + len(names), total)
     archive.write(target, made.documents(flavour) | _binaries(made, flavour, libraries))
     count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "local", "input", "parameter")}
@@ -109,15 +116,20 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
     """What hosts load, and what that needs, by path in the archive. libraries: the model compiled, by platform."""
     if flavour == "python":
         return python_flavour.contents(made.identifier, made.guid, libraries)
-    return {f"binaries/{n}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
+    folders = platforms.NAMES[made.standard]
+    return {f"binaries/{folders[n]}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
 
 
-def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
+def _check(flavour: str, kernel: str, target: Path, step: float, fmi: int, before: Sequence[Problem]) -> None:
     problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
     if flavour not in FLAVOURS:
         problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
     if kernel not in KERNELS:
         problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(KERNELS)}"))
+    if fmi not in STANDARDS:
+        problems.append(Problem("--fmi", f"{fmi!r} is no version of FMI that FMUs are made for", "2 or 3"))
+    if flavour == "python" and fmi == 3:
+        problems.append(Problem("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2"))
     if not 0.0 <= step < float("inf"):
         problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
     if problems:
@@ -140,8 +152,8 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
 class Made:
     """Everything about an exported model that does not depend on the platform."""
 
-    def __init__(self, model: Model, first: Result, step: float, brief: bool = False):
-        self.model, self.first = model, first
+    def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0"):
+        self.model, self.first, self.standard = model, first, standard
         self.scene = model.built.scene
         sim = self.scene.simulation
         self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief))
@@ -153,10 +165,20 @@ class Made:
         self.known: list[Dependence] | None = None
         units = self._units()
         self.depends = dependencies(model, self.listed, self.known)
-        text = model_text(model, self.all, "", "linear" in units)
-        plain = model_description(self.scene, self.listed, self.depends, self.identifier, "", self.step, "native")
+        self.faces, self.clocks = faces(self.listed), clocks(model)
+        tables = face_tables(self.faces) + clock_table(model, self.clocks) if standard == "3.0" else ""
+        text = model_text(model, self.all, "", "linear" in units, tables)
+        plain = self.described("", "native")
         self.guid = uuid(cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair)))
-        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units)}
+        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units, tables)}
+
+    def described(self, guid: str, flavour: str) -> bytes:
+        """``modelDescription.xml``."""
+        if self.standard == "2.0":
+            return model_description(self.scene, self.listed, self.depends, self.identifier, guid, self.step, flavour)
+        named = any(c.key == LAST for c in self.model.columns)
+        given = Described(self.faces, self.depends, self.clocks, named)
+        return model_description3(self.scene, given, self.identifier, guid, self.step)
 
     def _units(self) -> dict[str, str]:
         """C text of the generated units."""
@@ -192,9 +214,13 @@ class Made:
 
     def documents(self, flavour: str) -> dict[str, bytes]:
         """Files by path in the archive: model description, picture, documentation page, licences."""
-        xml = model_description(self.scene, self.listed, self.depends, self.identifier, self.guid, self.step, flavour)
+        picture = pages.picture(self.first)
+        pictures = {"model.png": picture} if self.standard == "2.0" else {
+            "documentation/diagram.png": picture, **icons(picture),
+            "terminalsAndIcons/terminalsAndIcons.xml": terminals(self.model, self.faces),
+        }  # fmt: skip
         return {
-            "modelDescription.xml": xml, "model.png": pages.picture(self.first),
+            "modelDescription.xml": self.described(self.guid, flavour), **pictures,
             "documentation/index.html": pages.page(self.first, self.listed, flavour, self.guid), **pages.licences(flavour),
         }
 

@@ -35,32 +35,46 @@ PLATFORMS = {
     "win64": Platform(".dll", (("x86_64-windows-gnu", "x86_64"),)),
     "darwin64": Platform(".dylib", (("x86_64-macos.10.15", "x86_64"), ("aarch64-macos.11.0", "apple_m1"))),
     "aarch64-darwin": Platform(".dylib", (("aarch64-macos.11.0", "apple_m1"),)),
+    "aarch64-linux": Platform(".so", (("aarch64-linux-gnu.2.17", "generic"),)),
 }
+NAMES = {
+    "2.0": {n: n for n in ("linux64", "win64", "darwin64", "aarch64-darwin")},
+    "3.0": {"linux64": "x86_64-linux", "win64": "x86_64-windows", "darwin64": "x86_64-darwin", "aarch64-darwin": "aarch64-darwin",
+            "aarch64-linux": "aarch64-linux"},
+}
+"""Folders of ``binaries`` of the platforms that each standard has a name for."""
 SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
 """How the system's C library is linked, by system: without the compiler's own start files and libraries, which it would build first
 (for Windows from some 800 files, more than a minute). What they hold that is needed is in ``native/windows.c``."""
-HOSTS = {("Linux", "x86_64"): "linux64", ("Windows", "AMD64"): "win64", ("Darwin", "x86_64"): "darwin64",
+SHELLS = {"2.0": "fmi2", "3.0": "fmi3"}
+"""The file of ``native`` with a standard's functions."""
+HOSTS = {("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64", ("Darwin", "x86_64"): "darwin64",
          ("Darwin", "arm64"): "darwin64"}
 
 
-def chosen(names: Sequence[str]) -> list[str]:
-    """Platforms meant by the words given ("host", "all", names); SceneError for others."""
+def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
+    """Platforms meant by the words given ("host", "all", names of either standard); SceneError for others."""
     out: list[str] = []
+    folders = NAMES[standard]
+    also = {folder: name for name, folder in NAMES["3.0"].items()}
     for name in names or ("host",):
         if name == "host":
             name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
-        if name != "all" and name not in PLATFORMS:
-            known = f"all, host, {', '.join(PLATFORMS)}"
+        name = also.get(name, name)
+        if name in PLATFORMS and name not in folders:
+            raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "--fmi 3 has")])
+        if name != "all" and name not in folders:
+            known = f"all, host, {', '.join(folders)}"
             raise SceneError([Problem("--platform", f"{name!r} is no platform FMUs are made for", known)])
-        out += list(PLATFORMS) if name == "all" else [name]
-    return [p for p in PLATFORMS if p in out]
+        out += list(folders) if name == "all" else [name]
+    return [p for p in folders if p in out]
 
 
 def headers() -> Path:
-    """The FMI 2.0 headers, which come with fmpy."""
+    """The FMI headers, which come with fmpy."""
     found = importlib.util.find_spec("fmpy")
     if found is None or found.origin is None:
         missing = "fmpy, which brings the FMI headers, is not installed"
@@ -68,10 +82,10 @@ def headers() -> Path:
     return Path(found.origin).parent / "c-code"
 
 
-def library(name: str, identifier: str, sources: dict[str, str]) -> bytes:
-    """The library of a platform, from the cache or built: the shell, the runtime, and the generated files ``sources``."""
+def library(name: str, identifier: str, sources: dict[str, str], standard: str = "2.0") -> bytes:
+    """The library of a platform, from the cache or built: the shell of a standard, the runtime, and the generated files ``sources``."""
     place = PLATFORMS[name]
-    parts = [_part(target, cpu, identifier, sources, place.suffix) for target, cpu in place.targets]
+    parts = [_part(target, cpu, identifier, sources, place.suffix, standard) for target, cpu in place.targets]
     return parts[0] if len(parts) == 1 else fat(parts)
 
 
@@ -80,23 +94,23 @@ def shell_key() -> str:
     return cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.glob("*.[ch]"))), *FLAGS)
 
 
-def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str) -> bytes:
+def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str, standard: str) -> bytes:
     flags = {file: compiler.optimised_flags(file, text) for file, text in sources.items()}
     machine = [f.read_bytes() for f in MACHINE] if "parts" in sources else []
     texts = [x for f in sorted(sources) for x in (f, sources[f], *flags[f])]
-    key = cache.digest(shell_key(), *machine, target, cpu, identifier, *texts)
+    key = cache.digest(shell_key(), standard, *machine, target, cpu, identifier, *texts)
 
     def make(folder: Path) -> None:
-        constant = _constant(target, cpu)
+        constant, shell = _constant(target, cpu), _shell(target, cpu, standard)
         for file, text in sources.items():
-            (folder / f"{file}.c").write_text(text)
             if file in PARTS:
                 shutil.copyfile(_parts(target, cpu, file, text), folder / f"{file}.o")
-                continue
-            unit = ["-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")]
-            _compile(target, cpu, constant, [*flags[file], *unit])
+            elif file == "model":
+                _unit(target, cpu, folder, file, text, flags[file])
+            else:
+                shutil.copyfile(_kept(target, cpu, file, text, flags[file]), folder / f"{file}.o")
         machine = [] if "parts" not in sources else sorted(_machine(target, cpu).glob("*.o"))
-        objects = [*sorted(constant.glob("*.o")), *machine, *(folder / f"{file}.o" for file in sources)]
+        objects = [*sorted(constant.glob("*.o")), *shell.glob("*.o"), *machine, *(folder / f"{file}.o" for file in sources)]
         link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
         if _system(target) == "macos":
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
@@ -106,17 +120,41 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
     return (folder / f"library{suffix}").read_bytes()
 
 
+def _unit(target: str, cpu: str, folder: Path, file: str, text: str, flags: Sequence[str]) -> None:
+    """Compile a generated file in a folder."""
+    (folder / f"{file}.c").write_text(text)
+    _compile(target, cpu, _constant(target, cpu), [*flags, "-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")])
+
+
+def _kept(target: str, cpu: str, file: str, text: str, flags: Sequence[str]) -> Path:
+    """The object of a generated file that is the same in the FMUs of both standards."""
+
+    def make(folder: Path) -> None:
+        _unit(target, cpu, folder, file, text, flags)
+
+    return cache.entry(f"unit-{cache.digest(shell_key(), target, cpu, file, text, *flags)}", make)[0] / f"{file}.o"
+
+
 def _constant(target: str, cpu: str) -> Path:
-    """Folder of the generated headers and of the runtime's and the shell's objects, which are the same in every FMU of a target:
-    compiled once."""
+    """Folder of the generated headers and of the runtime's objects, which are the same in every FMU of a target: compiled once."""
 
     def make(folder: Path) -> None:
         write_headers(folder)
         own = [NATIVE / "windows.c"] if _system(target) == "windows" else []
-        for source in (RUNTIME / "api.c", NATIVE / "fmi2.c", *own):
+        for source in (RUNTIME / "api.c", *own):
             _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
 
-    return cache.entry(f"shell-{cache.digest(shell_key(), target, cpu)}", make)[0]
+    return cache.entry(f"runtime-{cache.digest(shell_key(), target, cpu)}", make)[0]
+
+
+def _shell(target: str, cpu: str, standard: str) -> Path:
+    """Folder of the object of a standard's shell, which is the same in every FMU of a target: compiled once."""
+    name = SHELLS[standard]
+
+    def make(folder: Path) -> None:
+        _compile(target, cpu, _constant(target, cpu), ["-c", str(NATIVE / f"{name}.c"), "-o", str(folder / f"{name}.o")])
+
+    return cache.entry(f"shell-{cache.digest(shell_key(), name, target, cpu)}", make)[0]
 
 
 def loader(name: str) -> bytes:

@@ -17,16 +17,16 @@ from fmu.following import Arrangement, depth
 from fmu.literals import doubles, integers, number, string, strings
 from fmu.types import derivatives as column_rates
 
-FACES_OF_SCALARS = ("0", "0", "0")
-"""What FMI 2.0 has no use for: arrays, types beyond three, clocks."""
+FACES, FACES_OF_SCALARS = ("m_width", "m_type", "&m_clocks"), ("0", "0", "0")
+"""Tables of FMI 3.0: arrays, types, clocks; FMI 2.0 has no use for them."""
 STACK = 256
 """Values an expression may keep (``FMU_STACK``)."""
 HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_kernel;\nextern const tr_outputs trunnion_outputs;\n' \
        "extern const tr_jacobian trunnion_jacobian;\nextern const tr_linear trunnion_linear;\n"
 
 
-def model_text(model: Model, all_: Arrangement, guid: str, linear: bool) -> str:
-    """The C source that defines ``fmu_the_model``."""
+def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: str = "") -> str:
+    """The C source that defines ``fmu_the_model``. faces: the tables that FMI 3.0 needs besides; "" for FMI 2.0."""
     n, sizes, sim = model.built.numbers, model.kernel.sizes, model.built.scene.simulation
     listed = all_.listed
     settings = [*(v for v in listed if v.causality == "parameter"), *all_.followers]
@@ -52,9 +52,9 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool) -> str:
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
         METHODS[sim.method], int(sim.jams == "impact"), 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
-        *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law", *FACES_OF_SCALARS,
+        *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law", *(FACES if faces else FACES_OF_SCALARS),
     ]
-    return HEAD + "".join(arrays) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
+    return HEAD + "".join([*arrays, faces]) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 
 
 def _code(programs: list[list[str]]) -> str:

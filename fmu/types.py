@@ -16,8 +16,8 @@ ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
         2: ("turns in its cone", "of a ball: turns without sliding"),
     },
     CONTACT: {0: ("open", "no contact force"), 1: ("touches", "a contact force acts")},
-    EVENT: {0: ("none", "none yet")} | {e.value: (e.name.lower().replace("_", " "), e.__doc__ or "") for e in EventKind},
-    VERDICT: {v.value: (v.name.lower(), v.__doc__ or "") for v in Verdict},
+    EVENT: {0: ("none", "none yet")} | {e.value: (e.name.lower().replace("_", " "), e.about) for e in EventKind},
+    VERDICT: {v.value: (v.name.lower(), v.about) for v in Verdict},
     HOST: {
         0: ("left aside", "solver.tolerance counts"),
         1: ("tighter counts", "the tighter of solver.tolerance and the host's counts"),

@@ -23,10 +23,10 @@ DISPLAY = {
 """Display units: value shown = factor · SI value; the first one is asked for where it is an angle."""
 CATEGORIES = {
     "logAll": "All messages.",
-    "logStatusWarning": "Messages with fmi2Warning status.",
-    "logStatusDiscard": "Messages with fmi2Discard status: a step or a run that cannot go on, and why.",
-    "logStatusError": "Messages with fmi2Error status.",
-    "logStatusFatal": "Messages with fmi2Fatal status.",
+    "logStatusWarning": "Messages with {fmi}Warning status.",
+    "logStatusDiscard": "Messages with {fmi}Discard status: a step or a run that cannot go on, and why.",
+    "logStatusError": "Messages with {fmi}Error status.",
+    "logStatusFatal": "Messages with {fmi}Fatal status.",
     "logEvents": "Events at their own times: stick, slip, reversal, separation, impact, stops.",
     "logProgress": "How the run begins, how far it has come, how it ends.",
 }
@@ -45,13 +45,7 @@ def model_description(
     scene: Scene, listed: list[Variable], depends: list[Depends], identifier: str, guid: str, step: float, flavour: str
 ) -> bytes:
     """``modelDescription.xml`` as bytes. depends: of the outputs, in their order."""
-    root = Element("fmiModelDescription", {
-        "fmiVersion": "2.0", "modelName": scene.name, "guid": guid, "description": scene.title or f"Mechanism {scene.name}",
-        "author": scene.author or "Trunnion", "version": scene.version or version(),
-        "copyright": "The scene: its author. The runtime: the Trunnion authors",
-        "license": "Apache-2.0 (runtime; see documentation/licenses)", "generationTool": f"Trunnion {version()}",
-        "generationDateAndTime": date(scene), "variableNamingConvention": "structured",
-    })  # fmt: skip
+    root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": scene.name, "guid": guid, **about(scene)})
     options = {
         "modelIdentifier": identifier, "needsExecutionTool": "false", "canHandleVariableCommunicationStepSize": "true",
         "canBeInstantiatedOnlyOncePerProcess": "false", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
@@ -59,23 +53,45 @@ def model_description(
         "canNotUseMemoryManagementFunctions": "false" if flavour == "native" else "true",
     }
     SubElement(root, "CoSimulation", options)
-    _units(root, listed)
+    add_units(root, listed)
     _types(root, listed)
-    categories = SubElement(root, "LogCategories")
-    for name, text in CATEGORIES.items():
-        SubElement(categories, "Category", {"name": name, "description": text})
-    sim = scene.simulation
-    SubElement(root, "DefaultExperiment", {
-        "startTime": "0", "stopTime": repr(float(sim.until)), "tolerance": repr(float(sim.rtol)), "stepSize": repr(step)})
+    categories(root, "fmi2")
+    experiment(root, scene, step)
     _variables(root, listed)
     _structure(root, listed, depends)
     indent(root, " ")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
 
 
-def _units(root: Element, listed: list[Variable]) -> None:
+def about(scene: Scene) -> dict[str, str]:
+    """What the description says of the whole, in both standards."""
+    return {
+        "description": scene.title or f"Mechanism {scene.name}",
+        "author": scene.author or "Trunnion", "version": scene.version or version(),
+        "copyright": "The scene: its author. The runtime: the Trunnion authors",
+        "license": "Apache-2.0 (runtime; see documentation/licenses)", "generationTool": f"Trunnion {version()}",
+        "generationDateAndTime": date(scene), "variableNamingConvention": "structured",
+    }  # fmt: skip
+
+
+def categories(root: Element, fmi: str) -> None:
+    """Write LogCategories. fmi: how names of the standard begin."""
+    parent = SubElement(root, "LogCategories")
+    for name, text in CATEGORIES.items():
+        SubElement(parent, "Category", {"name": name, "description": text.format(fmi=fmi)})
+
+
+def experiment(root: Element, scene: Scene, step: float) -> None:
+    """Write DefaultExperiment."""
+    sim = scene.simulation
+    SubElement(root, "DefaultExperiment", {
+        "startTime": "0", "stopTime": repr(float(sim.until)), "tolerance": repr(float(sim.rtol)), "stepSize": repr(step)})
+
+
+def add_units(root: Element, listed: list[Variable], extra: tuple[str, ...] = ()) -> None:
+    """Write UnitDefinitions. extra: units of what is not listed."""
     units = SubElement(root, "UnitDefinitions")
-    for unit in sorted({v.unit for v in listed if not v.type}):
+    for unit in sorted({v.unit for v in listed if not v.type} | set(extra)):
         node = SubElement(units, "Unit", {"name": unit})
         dimension = parse_unit("" if unit == "1" else unit).dimension
         exponents = dict(zip(("kg", "m", "s", "rad"), dimension, strict=False))
@@ -108,7 +124,7 @@ def _variables(root: Element, listed: list[Variable]) -> None:
         if v.type:
             _whole(node, v)
         else:
-            SubElement(node, "Real", _real(v) | ({"derivative": str(place[v.rate_of])} if v.rate_of else {}))
+            SubElement(node, "Real", real(v) | ({"derivative": str(place[v.rate_of])} if v.rate_of else {}))
 
 
 def _whole(node: Element, v: Variable) -> None:
@@ -123,7 +139,7 @@ def _whole(node: Element, v: Variable) -> None:
     SubElement(node, "Enumeration" if v.type in ENUMERATIONS else v.type, given)
 
 
-def _real(v: Variable) -> dict[str, str]:
+def real(v: Variable) -> dict[str, str]:
     """Attributes of a real variable."""
     real = {"declaredType": QUANTITIES[v.unit]} if v.unit in QUANTITIES else {}
     real["unit"] = v.unit

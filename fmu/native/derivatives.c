@@ -17,31 +17,40 @@ static fmu_status fmu_along(fmu_instance *m, const tr_signal *direction, double 
   return ok ? FMU_OK : fmu_log(m, FMU_ERROR, "there are no derivatives at this state");
 }
 
-/* out = Σ seed · ∂unknown/∂known. */
-static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known,
-                                  size_t nk, const double *seed, double *out) {
-  int no = MODEL->outputs, ni = fmu_all_inputs();
-  tr_signal direction[MODEL->inputs + 1];
-  double all[no + 1];
+/* Whether derivatives of these unknowns with these knowns can be asked for, now; says why not. */
+static fmu_status fmu_derivable(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known, size_t nk) {
+  const int no = MODEL->outputs, ni = fmu_all_inputs();
   for (size_t i = 0; i < nu; ++i)
     if (unknown[i] >= (unsigned)no) return fmu_log(m, FMU_ERROR, "derivatives are of outputs; %u is none", unknown[i]);
   for (size_t i = 0; i < nk; ++i)
     if (known[i] < (unsigned)no || known[i] >= (unsigned)(no + ni))
       return fmu_log(m, FMU_ERROR, "derivatives are with inputs; %u is none", known[i]);
-  fmu_status status = fmu_refresh(m);
+  return fmu_refresh(m);
+}
+
+/* Add a seed of an input to the direction. */
+static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, tr_signal *direction) {
+  const int at = (int)known - MODEL->outputs, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
+  const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
+  const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
+  if (in->followed == 0.0) direction[which / 2].value += seed;
+  else direction[which / 2].second += answer * seed; /* a motion that follows an input answers with its acceleration at once */
+}
+
+/* out = Σ seed · ∂unknown/∂known. */
+static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known,
+                                  size_t nk, const double *seed, double *out) {
+  tr_signal direction[MODEL->inputs + 1];
+  double all[MODEL->outputs + 1];
+  fmu_status status = fmu_derivable(m, unknown, nu, known, nk);
   if (status > FMU_WARNING) return status;
   memset(direction, 0, sizeof direction);
-  for (size_t i = 0; i < nk; ++i) {
-    const int at = (int)known[i] - no, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
-    const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
-    const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
-    if (in->followed == 0.0) direction[which / 2].value += seed[i];
-    else direction[which / 2].second += answer * seed[i]; /* a motion that follows an input answers with its acceleration at once */
-  }
+  for (size_t i = 0; i < nk; ++i) fmu_seed(m, known[i], seed[i], direction);
   memset(all, 0, sizeof all);
   if (nk) status = fmu_along(m, direction, all);
   if (status > FMU_WARNING) return status;
-  for (size_t i = 0; i < nu; ++i) out[i] = all[unknown[i]];
+  for (size_t i = 0; i < nu; ++i)
+    for (int r = (int)unknown[i], end = r + fmu_width(unknown[i]); r < end; ++r) *out++ = all[r];
   return FMU_OK;
 }
 
@@ -69,10 +78,11 @@ static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *v
   fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;
   const double *now = FMU_A(m->state, row) + 1;
-  for (size_t i = 0; i < n; ++i) {
-    const int rate = MODEL->slope[vr[i]];
-    if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, FMU_DISCARD, "there are no derivatives at this state");
-    value[i] = rate >= 0 ? now[rate] : rate == -1 ? (later[1 + vr[i]] - now[vr[i]]) / ahead : 0.0;
-  }
+  for (size_t i = 0; i < n; ++i)
+    for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end; ++r) {
+      const int rate = MODEL->slope[r];
+      if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, FMU_DISCARD, "there are no derivatives at this state");
+      *value++ = rate >= 0 ? now[rate] : rate == -1 ? (later[1 + r] - now[r]) / ahead : 0.0;
+    }
   return FMU_OK;
 }

@@ -55,10 +55,10 @@ typedef struct fmu_rate {
   const char *joint;
 } fmu_rate;
 
-/* What there is to tell of events apart (FMI 3.0): clocks, one a joint and kind. of: for each pair, then each stop, the clock of each kind of
- * event by its number; -1: none. */
+/* What there is to tell of events apart (FMI 3.0): clocks, one a joint and kind. last: the column that names the joint of the last event by its
+ * number, -1: there is none. of: for each pair, then each stop, the clock of each kind of event by its number; -1: none. */
 typedef struct fmu_clocks {
-  int count, kinds;
+  int count, kinds, last;
   const int *of;
 } fmu_clocks;
 
@@ -138,6 +138,7 @@ typedef struct fmu_state {
   double point; /* the communication point before `time` */
   int slower;   /* whether it has been said that a motion follows its input more slowly than asked */
   int ticking;    /* a clock has ticked since the host last handled events */
+  int midway;     /* the last step ended before its communication point: at an event, or between */
   int event;      /* an event is at hand: the row of outputs is as it was up to there */
   double seen;    /* up to this time it is known that nothing happens, if nothing is changed; */
   double stride;  /* the longest communication step so far: the run's own steps may reach so many times further than the present one */
@@ -158,7 +159,8 @@ typedef struct fmu_instance {
   fmu_state *state;
   char *name;
   int logging;
-  fmu_state *ahead; /* room for a look ahead; 0: the host does not stop at events */
+  fmu_state *ahead; /* room for a look ahead, */
+  double *before;   /* and for the row up to an event; 0: the host does not stop at events */
   int events, early; /* whether the host handles events, and lets steps return early */
   void (*between)(void); /* what it is told between communication points; 0: nothing */
 } fmu_instance;

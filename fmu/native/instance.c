@@ -209,7 +209,7 @@ static fmu_status fmu_may_step(fmu_instance *m, double t, double h) {
 /* What the host changed takes effect before a step. */
 static fmu_status fmu_set_off(fmu_instance *m) {
   fmu_state *s = m->state;
-  if (fmu_input_stopped(s)) s->changed |= FMU_NEW_INPUTS;
+  if (!s->midway && fmu_input_stopped(s)) s->changed |= FMU_NEW_INPUTS;
   return fmu_take_over(m);
 }
 
@@ -227,7 +227,8 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   fmu_state *s = m->state;
   s->moved = 0, s->event = 0;
   if (status == TR_DONE) {
-    s->point = s->time, s->time = s->reached = target, s->ready = 1;
+    s->point = s->midway ? s->point : s->time;
+    s->time = s->reached = target, s->ready = 1;
     fmu_tell_events(m);
     fmu_tell_progress(m);
     return fmu_audit(m);

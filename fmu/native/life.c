@@ -28,6 +28,7 @@ static fmu_instance *fmu_create(const fmu_host *host, const char *name, const ch
 static void fmu_destroy(fmu_instance *m) {
   if (!m) return;
   const fmu_host host = m->host;
+  fmu_free(&host, m->before);
   fmu_free(&host, m->ahead);
   fmu_free(&host, m->state);
   fmu_free(&host, m->name);

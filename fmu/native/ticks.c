@@ -7,7 +7,7 @@ static int fmu_same_event(double a, double b) { return fabs(a - b) <= SAME_EVENT
 
 /* No event has happened, and none is foreseen. */
 static void fmu_forget_events(fmu_state *s) {
-  s->ticking = s->event = 0, s->seen = s->start;
+  s->ticking = s->event = s->midway = 0, s->seen = s->start, s->stride = 0.0;
   if (!MODEL->clocks) return;
   memset(FMU_TICKS(s), 0, sizeof(fmu_tick) * MODEL->clocks->count);
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) FMU_A(s, heard)[i] = FMU_A(s, given_up)[i] = -INFINITY;
@@ -37,10 +37,4 @@ static void fmu_tick_now(fmu_state *s, const tr_event *e) {
 /* The clock of an event that has been recorded ticks, unless it did so ahead of that. */
 static void fmu_tick_of(const fmu_instance *m, const tr_event *e) {
   if (!fmu_is_heard(m->state, e)) fmu_tick_now(m->state, e);
-}
-
-/* The host has handled what has happened so far. */
-static void fmu_handled(fmu_state *s) {
-  s->ticking = 0;
-  for (int i = 0; i < MODEL->clocks->count; ++i) FMU_TICKS(s)[i].active = 0.0;
 }

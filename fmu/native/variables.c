@@ -18,19 +18,26 @@ static double *fmu_input_at(const fmu_state *s, int r) {
   return FMU_INPUTS(s)[which / 2].given + which % 2;
 }
 
+/* Have the row of outputs belong to everything that is set now, if one of them is asked for. */
+static fmu_status fmu_fresh(fmu_instance *m, fmu_reference r) {
+  const fmu_state *s = m->state;
+  return (int)r >= MODEL->outputs || (s->ready && !s->changed) ? FMU_OK : fmu_refresh(m);
+}
+
+/* The number at a reference. */
+static double fmu_value(const fmu_state *s, int r) {
+  const int no = MODEL->outputs, ni = fmu_all_inputs();
+  return r < no ? FMU_A(s, row)[1 + r] : r < no + ni ? *fmu_input_at(s, r - no) : FMU_A(s, settings)[r - no - ni];
+}
+
 static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, double *value) {
-  fmu_state *s = m->state;
-  const double *row = FMU_A(s, row) + 1, *settings = FMU_A(s, settings);
-  int no = MODEL->outputs, ni = fmu_all_inputs(), all = fmu_count(), fresh = s->ready && !s->changed;
+  const int all = fmu_count();
   for (size_t i = 0; i < n; ++i) {
     if (vr[i] >= (unsigned)all) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", vr[i]);
-    if ((int)vr[i] < no && !fresh) {
-      fmu_status status = fmu_refresh(m);
-      if (status > FMU_WARNING) return status;
-      fresh = 1;
-    }
+    fmu_status status = fmu_fresh(m, vr[i]);
+    if (status > FMU_WARNING) return status;
     const int end = (int)vr[i] + fmu_width(vr[i]);
-    for (int r = (int)vr[i]; r < end; ++r) *value++ = r < no ? row[r] : r < no + ni ? *fmu_input_at(s, r - no) : settings[r - no - ni];
+    for (int r = (int)vr[i]; r < end; ++r) *value++ = fmu_value(m->state, r);
   }
   return FMU_OK;
 }

@@ -1,0 +1,80 @@
+"""The variables of an FMI 3.0 FMU: scalars that are the components of one thing become an array, whose reference is that of its first
+component; whole numbers get the type that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fmu.description import Variable
+from fmu.literals import integers
+from fmu.types import ENUMERATIONS, INTEGER
+
+INT32, UINT64, BOOLEAN = "Int32", "UInt64", "Boolean"
+FLOAT64, ENUMERATION = "Float64", "Enumeration"
+CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
+"""Names of ``fmu_type`` (``native/fmu.h``) by type."""
+COUNTS, FLAGS = ("events.count", "solver.max_steps"), ("events.last.marginal",)
+"""Whole numbers that count, and those that say yes or no; others name something by its number."""
+
+
+@dataclass(frozen=True)
+class Face:
+    """A variable of FMI 3.0: its name, and the scalars it is made of; reference: that of the first."""
+
+    name: str
+    reference: int
+    parts: tuple[Variable, ...]
+
+    @property
+    def first(self) -> Variable:
+        """Its first component, in which all agree but the name and the start."""
+        return self.parts[0]
+
+    @property
+    def type(self) -> str:
+        """Its type in FMI 3.0."""
+        kind = self.first.type
+        if kind in ENUMERATIONS:
+            return ENUMERATION
+        if kind != INTEGER:
+            return FLOAT64
+        return UINT64 if self.name in COUNTS else BOOLEAN if self.name in FLAGS else INT32
+
+
+def faces(listed: Sequence[Variable]) -> list[Face]:
+    """The variables of FMI 3.0 in the order of their references, from the scalars of FMI 2.0."""
+    out: list[Face] = []
+    at = 0
+    while at < len(listed):
+        name, count = _array(listed, at)
+        out.append(Face(name, at, tuple(listed[at : at + count])))
+        at += count
+    return out
+
+
+def _array(listed: Sequence[Variable], at: int) -> tuple[str, int]:
+    """The name of the variable that begins at a place, and how many scalars it is made of."""
+    first = listed[at]
+    base = first.name.removesuffix("[1]")
+    if base == first.name or first.causality == "input":
+        return first.name, 1
+    count = 1
+    while at + count < len(listed) and _continues(first, listed[at + count], f"{base}[{count + 1}]"):
+        count += 1
+    return (base, count) if count > 1 else (first.name, 1)
+
+
+def _continues(first: Variable, other: Variable, name: str) -> bool:
+    """Whether a scalar is the component ``name`` of the array that begins with another."""
+    if other.name != name:
+        return False
+    same = ("unit", "causality", "variability", "initial", "type", "minimum", "maximum", "nominal")
+    return all(getattr(first, s) == getattr(other, s) for s in same)
+
+
+def face_tables(made: Sequence[Face]) -> str:
+    """C arrays by reference: how many numbers begin there, and their type."""
+    widths = [len(f.parts) if i == 0 else 0 for f in made for i in range(len(f.parts))]
+    kinds = ",".join(CODES[f.type] for f in made for _ in f.parts)
+    return integers("m_width", widths) + f"static const int m_type[]={{{kinds or '0'}}};\n"

@@ -1,0 +1,175 @@
+"""``modelDescription.xml`` of FMI 3.0 from the list of variables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from engine.scene.model import Scene
+from fmu.arrays import ENUMERATION, FLOAT64, UINT64, Face
+from fmu.clocks import NAME, Clock
+from fmu.dependencies import Depends
+from fmu.description import HUGE
+from fmu.types import ENUMERATIONS, QUANTITIES
+from fmu.xml import about, add_units, categories, experiment, real
+
+CAN = (
+    "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives",
+    "providesAdjointDerivatives", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate",
+    "hasEventMode",
+)  # fmt: skip
+"""What it can do."""
+CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies", "providesEvaluateDiscreteStates")
+"""What it cannot, or need not."""
+TIME = "time"
+
+
+@dataclass(frozen=True)
+class Described:
+    """What there is to describe: variables; of the scalars that are columns, what they depend on; clocks; whether there is a column
+    that gives the joint of the last event."""
+
+    faces: list[Face]
+    depends: list[Depends]
+    clocks: list[Clock]
+    named: bool
+
+    @property
+    def own(self) -> int:
+        """The reference of the time, behind which those of clocks and of what goes with them follow."""
+        return sum(len(f.parts) for f in self.faces)
+
+    def of_place(self) -> dict[int, int]:
+        """Reference of the variable by the place, from 1, of a scalar in the list."""
+        return {f.reference + i + 1: f.reference for f in self.faces for i in range(len(f.parts))}
+
+
+def model_description3(scene: Scene, given: Described, identifier: str, token: str, step: float) -> bytes:
+    """``modelDescription.xml`` as bytes."""
+    root = Element("fmiModelDescription", {"fmiVersion": "3.0", "modelName": scene.name, "instantiationToken": token, **about(scene)})
+    flags = dict.fromkeys(CAN, "true") | dict.fromkeys(CANNOT, "false")
+    SubElement(root, "CoSimulation", {"modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **flags})
+    scalars = [f.first for f in given.faces]
+    add_units(root, scalars, extra=("s",))
+    _types(root, given)
+    categories(root, "fmi3")
+    experiment(root, scene, step)
+    parent = SubElement(root, "ModelVariables")
+    for f in given.faces:
+        _variable(parent, f, given)
+    _own_variables(parent, given)
+    _structure(root, given)
+    indent(root, " ")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+
+
+def _types(root: Element, given: Described) -> None:
+    """Write TypeDefinitions: quantities of real variables, words for the values of enumerations."""
+    definitions = SubElement(root, "TypeDefinitions")
+    scalars = [f.first for f in given.faces]
+    for unit in sorted({v.unit for v in scalars if not v.type and v.unit in QUANTITIES} | {"s"}):
+        SubElement(definitions, "Float64Type", {"name": QUANTITIES[unit], "quantity": QUANTITIES[unit], "unit": unit})
+    for name in sorted({v.type for v in scalars} & set(ENUMERATIONS)):
+        node = SubElement(definitions, "EnumerationType", {"name": name})
+        for value, (word, text) in ENUMERATIONS[name].items():
+            SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
+
+
+def _variable(parent: Element, f: Face, given: Described) -> None:
+    """Write a variable that FMI 2.0 has, too."""
+    v = f.first
+    node = SubElement(parent, f.type, {
+        "name": f.name, "valueReference": str(f.reference), "description": _described(f), "causality": v.causality,
+        "variability": v.variability,
+    })  # fmt: skip
+    if v.causality in ("input", "output") and v.variability == "continuous":
+        node.set("intermediateUpdate", "true")
+    node.attrib.update({"initial": v.initial} if v.initial else {})
+    node.attrib.update(real(v) if f.type == FLOAT64 else _whole(f))
+    node.attrib.pop("start", None)
+    if v.start is not None:
+        node.set("start", " ".join(_number(f, p.start) for p in f.parts))
+    if (base := _rate_of(f, given)) is not None:
+        node.set("derivative", str(base.reference))
+    if len(f.parts) > 1:
+        SubElement(node, "Dimension", {"start": str(len(f.parts))})
+
+
+def _described(f: Face) -> str:
+    """The description of a variable: that of its first component, without what is said of that alone."""
+    text = f.first.description
+    others = [p.description for p in f.parts[1:]]
+    same = len(text)
+    for other in others:
+        while not other.startswith(text[:same]):
+            same -= 1
+    return text if same == len(text) else text[:same].strip(" ,(") or text
+
+
+def _number(f: Face, x: float | None) -> str:
+    return repr(float(x or 0.0)) if f.type == FLOAT64 else str(int(x or 0))
+
+
+def _whole(f: Face) -> dict[str, str]:
+    """Attributes of a variable that is a whole number."""
+    v = f.first
+    if f.type == ENUMERATION:
+        return {"declaredType": v.type}
+    least = {"min": str(int(v.minimum))} if v.minimum > -HUGE and f.type == UINT64 else {}
+    return least | ({"max": str(int(v.maximum))} if v.maximum < HUGE and f.type == UINT64 else {})
+
+
+def _rate_of(f: Face, given: Described) -> Face | None:
+    """The variable whose time derivative a variable is, component by component."""
+    for other in given.faces if f.first.rate_of else ():
+        if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
+            return other
+    return None
+
+
+def _own_variables(parent: Element, given: Described) -> None:
+    """Write the variables that FMI 2.0 does not have: the time, clocks and what goes with them, the joint of the last event."""
+    at, n = given.own, len(given.clocks)
+    SubElement(parent, FLOAT64, {
+        "name": TIME, "valueReference": str(at), "description": "time", "causality": "independent", "variability": "continuous",
+        "declaredType": QUANTITIES["s"], "unit": "s"})  # fmt: skip
+    for i, c in enumerate(given.clocks):
+        SubElement(parent, "Clock", {
+            "name": c.name, "valueReference": str(at + 1 + i), "description": c.description, "causality": "output",
+            "variability": "discrete", "intervalVariability": "triggered"})  # fmt: skip
+    for k, (name, kind, text) in enumerate((("time", FLOAT64, "when it last was, s"), ("count", UINT64, "how many there were"))):
+        for i, c in enumerate(given.clocks):
+            node = SubElement(parent, kind, {
+                "name": f"{c.name}.{name}", "valueReference": str(at + 1 + n * (1 + k) + i), "description": f"{c.description}: {text}",
+                "causality": "output", "variability": "discrete", "clocks": str(at + 1 + i), "initial": "calculated"})  # fmt: skip
+            if kind == FLOAT64:
+                node.attrib.update({"declaredType": QUANTITIES["s"], "unit": "s"})
+    if given.named:
+        SubElement(parent, "String", {
+            "name": NAME, "valueReference": str(at + 1 + 3 * n), "description": "joint of the last event", "causality": "local",
+            "variability": "discrete", "initial": "calculated"})  # fmt: skip
+
+
+def _structure(root: Element, given: Described) -> None:
+    """Write ModelStructure: the outputs, and what they depend on during the run and at its start."""
+    structure, place = SubElement(root, "ModelStructure"), given.of_place()
+    outputs = [f for f in given.faces if f.first.causality == "output"]
+    for name in ("Output", "InitialUnknown"):
+        for f in outputs:
+            SubElement(structure, name, {"valueReference": str(f.reference)} | _said(_of_parts(f, given, name == "Output"), place))
+        for i in range((3 if name == "Output" else 1) * len(given.clocks)):
+            SubElement(structure, name, {"valueReference": str(given.own + 1 + i), "dependencies": "", "dependenciesKind": ""})
+
+
+def _of_parts(f: Face, given: Described, now: bool) -> Iterator[int]:
+    """Places of what the components of an output depend on."""
+    for i in range(len(f.parts)):
+        d = given.depends[f.reference + i]
+        yield from d.now if now else d.start
+
+
+def _said(places: Iterator[int], of_place: dict[int, int]) -> dict[str, str]:
+    """Attributes that say what an unknown depends on."""
+    found: Sequence[int] = sorted({of_place[p] for p in places})
+    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}
