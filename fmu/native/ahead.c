@@ -80,8 +80,10 @@ static void fmu_look_into_zones(fmu_instance *m, double until, double limit, dou
   sight->same = 0;
   if (tr_time(sim) < until) fmu_go_past(m, tr_next_end(sim, limit), limit, from, sight);
   const double end = until + LOOK_AHEAD / MODEL->rate;
-  while (fmu_unsure(m, until, 0) && tr_time(sim) < end)
-    if (!fmu_go_past(m, fmin(end, tr_next_end(sim, fmax(end, limit))), limit, from, sight)) break;
+  for (double t = tr_time(sim); t < end && fmu_unsure(m, until, 0);) {
+    t = fmin(end, tr_next_end(sim, fmax(end, limit)));
+    if (!fmu_go_past(m, t, limit, from, sight)) break;
+  }
   fmu_unsure(m, until, 1);
 }
 
