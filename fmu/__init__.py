@@ -1,4 +1,4 @@
-"""Scenes as FMI 2.0 co-simulation FMUs, in two flavours: ``fmu.export(scene, file, flavour=…, platforms=…)``.
+"""Scenes as co-simulation FMUs: ``fmu.export(scene, file, flavour=…, platform=…, fmi=…)``. FMI 2.0 in two flavours, or 3.0.
 
 ``native`` needs nothing on the host but libc and libm; ``python`` (built with pythonfmu) runs the same compiled library from a
 Python slave. Same variables, same numbers, bit for bit. The scene is compiled, or (``kernel="parts"``) made of parts, which are

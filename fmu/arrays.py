@@ -1,5 +1,5 @@
-"""The variables of an FMI 3.0 FMU: scalars that are the components of one thing become an array, whose reference is that of its first
-component; whole numbers get the type that holds them."""
+"""The variables of an FMI 3.0 FMU: scalars that are the components of one thing become an array, whose reference is that of its
+first component; whole numbers get the type that holds them."""
 
 from __future__ import annotations
 

@@ -58,6 +58,8 @@ def command(
     kind = options.choice(flavour, FLAVOURS, "--flavour", found)
     made_of = options.choice(kernel, KERNELS, "--kernel", found)
     values = options.assignments(changes or [], found)
+    if kind == "python" and fmi == 3:
+        found.add("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2")
     length = options.time(step, "--step", found, zero=True)
     standard = STANDARDS[int(options.choice(str(fmi), tuple(map(str, STANDARDS)), "--fmi", found) or 2)]
     names = found.attempt(lambda: chosen(platform or ["host"], standard))
@@ -89,7 +91,8 @@ def _write(
         print_json({"exit_code": 0, **asdict(made), "file": str(made.file)})
         return
     v = made.variables
-    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, FMI {how['fmi']}.0, flavour {how['flavour']}, {', '.join(made.platforms)}")
+    kind = f"FMI {how['fmi']}.0, flavour {how['flavour']}"
+    typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, {kind}, {', '.join(made.platforms)}")
     count = f"{v['output']} outputs, {v['local']} local variables, {v['input']} inputs, {v['parameter']} parameters"
     typer.echo(f"  {count}, GUID {made.guid}")
     for note in made.notes:

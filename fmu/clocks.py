@@ -11,7 +11,9 @@ from engine.simulation.pairs import slider_names, stop_names
 from engine.simulation.run import Model
 from fmu.literals import integers
 
-SLIDES = (EventKind.REVERSAL, EventKind.STOP, EventKind.SLIP, EventKind.SEPARATION, EventKind.TURN, EventKind.IMPACT, EventKind.FOLD)
+SLIDES = (
+    EventKind.REVERSAL, EventKind.STOP, EventKind.SLIP, EventKind.SEPARATION, EventKind.TURN, EventKind.IMPACT, EventKind.FOLD,
+)  # fmt: skip
 STOPS = (EventKind.STOP_ON, EventKind.STOP_OFF)
 LAST, NAME = ("last", "element"), "events.last.joint_name"
 """Key of the column that gives the joint of the last event by its number, and the variable that gives its name."""

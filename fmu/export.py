@@ -78,7 +78,8 @@ def export(
     neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
-    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. SceneError for wrong input, SimulationError when the scene cannot start.
+    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. SceneError for wrong
+    input, SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")

@@ -51,8 +51,10 @@ SYSTEM_LIBRARIES = {
 (for Windows from some 800 files, more than a minute). What they hold that is needed is in ``native/windows.c``."""
 SHELLS = {"2.0": "fmi2", "3.0": "fmi3"}
 """The file of ``native`` with a standard's functions."""
-HOSTS = {("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64", ("Darwin", "x86_64"): "darwin64",
-         ("Darwin", "arm64"): "darwin64"}
+HOSTS = {
+    ("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64",
+    ("Darwin", "x86_64"): "darwin64", ("Darwin", "arm64"): "darwin64",
+}  # fmt: skip
 
 
 def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
@@ -83,7 +85,7 @@ def headers() -> Path:
 
 
 def library(name: str, identifier: str, sources: dict[str, str], standard: str = "2.0") -> bytes:
-    """The library of a platform, from the cache or built: the shell of a standard, the runtime, and the generated files ``sources``."""
+    """The library of a platform, from the cache or built: the shell of a standard, the runtime, and the files ``sources``."""
     place = PLATFORMS[name]
     parts = [_part(target, cpu, identifier, sources, place.suffix, standard) for target, cpu in place.targets]
     return parts[0] if len(parts) == 1 else fat(parts)

@@ -1,10 +1,11 @@
-"""``terminalsAndIcons`` of an FMI 3.0 FMU: one terminal a joint, with what moves it and how it moves, so that tools connect mechanisms
-in one piece; the picture of the mechanism as icon."""
+"""``terminalsAndIcons`` of an FMI 3.0 FMU: one terminal a joint, with what moves it and how it moves, so that tools connect
+mechanisms in one piece; the picture of the mechanism as icon."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from engine.simulation.run import Model
@@ -23,7 +24,8 @@ EDGE, HALF = 100.0, 8.0
 def terminals(model: Model, made: list[Face]) -> bytes:
     """``terminalsAndIcons.xml`` as bytes. made: the variables of the FMU."""
     root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
-    picture, square = SubElement(root, "GraphicalRepresentation"), {"x1": f"{-EDGE}", "y1": f"{-EDGE}", "x2": f"{EDGE}", "y2": f"{EDGE}"}
+    square = {"x1": f"{-EDGE}", "y1": f"{-EDGE}", "x2": f"{EDGE}", "y2": f"{EDGE}"}
+    picture = SubElement(root, "GraphicalRepresentation")
     SubElement(picture, "CoordinateSystem", square | {"suggestedScalingFactorTo_mm": "0.1"})
     SubElement(picture, "Icon", square)
     names = {f.name for f in made}
@@ -37,8 +39,8 @@ def terminals(model: Model, made: list[Face]) -> bytes:
 
 def _terminal(parent: Element, j: Joint, members: list[tuple[str, str, str]], height: float) -> None:
     """Write a terminal. members: (variable, its name in the terminal, its kind); height: of its place on the icon's right side."""
-    node = SubElement(parent, "Terminal", {
-        "name": j.name, "matchingRule": "plug", "terminalKind": f"trunnion.{kind_of(j)}", "description": f"{j.kind_name} joint {j.name}"})
+    about = {"terminalKind": f"trunnion.{kind_of(j)}", "description": f"{j.kind_name} joint {j.name}"}
+    node = SubElement(parent, "Terminal", {"name": j.name, "matchingRule": "plug", **about})
     for variable, name, kind in members:
         SubElement(node, "TerminalMemberVariable", {"variableName": variable, "memberName": name, "variableKind": kind})
     middle = -height * EDGE
@@ -53,13 +55,13 @@ def kind_of(j: Joint) -> str:
 
 
 def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """(variable, name in the terminal, kind) of motion, rate and effort, as far as the FMU has them. What an input sets is taken from
-    it; an effort flows into the mechanism, whichever side sets it."""
+    """(variable, name in the terminal, kind) of motion, rate and effort, as far as the FMU has them. What an input sets is taken
+    from it; an effort flows into the mechanism, whichever side sets it."""
     motion, rate, effort = MEMBERS[kind_of(j)]
     driven = [_input_of(model, d.drive) for d in j.devices]
     loaded = [_input_of(model, d.effort) for d in j.devices]
     one = j.kind.nv == 1
-    yield from _of((driven[0],) if one else (), motion, SIGNAL, names) if one and driven[0] else _of((f"{j.name}.q", f"{j.name}.q[1]"), motion, SIGNAL, names)
+    yield from _of((driven[0] if one else "", f"{j.name}.q", f"{j.name}.q[1]"), motion, SIGNAL, names)
     yield from _of((f"{j.name}.qd", f"{j.name}.qd[1]"), rate, SIGNAL, names)
     for k in range(j.kind.nv):
         name = effort if one else f"{effort}_{k + 1}"
@@ -97,7 +99,7 @@ def _drawn(kind: str) -> bytes:
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal")
     axes.axis("off")
-    look = {"facecolor": "0.85", "edgecolor": "0.2", "linewidth": 1.5}
+    look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "0.2", "linewidth": 1.5}
     axes.plot((-0.9, 0.9), (-0.8, -0.8), color="0.2", linewidth=2)
     if kind == SLIDES:
         axes.add_patch(Rectangle((-0.6, -0.7), 1.2, 0.8, **look))

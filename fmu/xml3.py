@@ -16,11 +16,13 @@ from fmu.xml import about, add_units, categories, experiment, real
 
 CAN = (
     "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives",
-    "providesAdjointDerivatives", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate",
-    "hasEventMode",
+    "providesAdjointDerivatives", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
+    "canReturnEarlyAfterIntermediateUpdate", "hasEventMode",
 )  # fmt: skip
 """What it can do."""
-CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies", "providesEvaluateDiscreteStates")
+CANNOT = (
+    "needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies", "providesEvaluateDiscreteStates",
+)  # fmt: skip
 """What it cannot, or need not."""
 TIME = "time"
 
@@ -47,7 +49,8 @@ class Described:
 
 def model_description3(scene: Scene, given: Described, identifier: str, token: str, step: float) -> bytes:
     """``modelDescription.xml`` as bytes."""
-    root = Element("fmiModelDescription", {"fmiVersion": "3.0", "modelName": scene.name, "instantiationToken": token, **about(scene)})
+    given_by = {"modelName": scene.name, "instantiationToken": token, **about(scene)}
+    root = Element("fmiModelDescription", {"fmiVersion": "3.0", **given_by})
     flags = dict.fromkeys(CAN, "true") | dict.fromkeys(CANNOT, "false")
     SubElement(root, "CoSimulation", {"modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **flags})
     scalars = [f.first for f in given.faces]
@@ -141,8 +144,9 @@ def _own_variables(parent: Element, given: Described) -> None:
     for k, (name, kind, text) in enumerate((("time", FLOAT64, "when it last was, s"), ("count", UINT64, "how many there were"))):
         for i, c in enumerate(given.clocks):
             node = SubElement(parent, kind, {
-                "name": f"{c.name}.{name}", "valueReference": str(at + 1 + n * (1 + k) + i), "description": f"{c.description}: {text}",
-                "causality": "output", "variability": "discrete", "clocks": str(at + 1 + i), "initial": "calculated"})  # fmt: skip
+                "name": f"{c.name}.{name}", "valueReference": str(at + 1 + n * (1 + k) + i),
+                "description": f"{c.description}: {text}", "causality": "output",
+                "variability": "discrete", "clocks": str(at + 1 + i), "initial": "calculated"})  # fmt: skip
             if kind == FLOAT64:
                 node.attrib.update({"declaredType": QUANTITIES["s"], "unit": "s"})
     if given.named:

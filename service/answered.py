@@ -31,7 +31,8 @@ class FmuRequest(SceneSource):
     """What to export as an FMU: the scene, and how."""
 
     flavour: Literal["native", "python"] = "native"
-    platform: Literal["host", "linux64", "win64", "darwin64", "aarch64-darwin", "all"] = "host"
+    platform: Literal["host", "linux64", "win64", "darwin64", "aarch64-darwin", "aarch64-linux", "all"] = "host"
+    fmi: Literal[2, 3] = Field(2, description="2: FMI 2.0; 3: FMI 3.0, native only, with event mode and clocks.")
 
 
 def plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], float]:

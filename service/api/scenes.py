@@ -121,7 +121,7 @@ async def check(request: Request, caller: Reader, s: Here) -> Response:
     openapi_extra=asks(FmuRequest, FMUS),
 )
 async def fmus(request: Request, caller: Submitter, s: Here) -> Response:
-    """Export a scene as an FMU (FMI 2.0) and download it; compiling it gets the server's ``answer_seconds`` and ``memory``."""
+    """Export a scene as an FMU and download it; compiling it gets the server's ``answer_seconds`` and ``memory``."""
     body, seconds = await body_of(request), s.settings.limits.answer_seconds
     with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"

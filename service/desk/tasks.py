@@ -126,5 +126,5 @@ def export_fmu(body: bytes, media: str, limits: Limits, file: str) -> str:
         export = import_module("fmu.export").export
     except (ImportError, AttributeError) as e:
         raise ImportError(f"cannot be loaded: {e}") from None
-    export(scene, Path(file), flavour=request.flavour, platform=request.platform)
+    export(scene, Path(file), flavour=request.flavour, platform=request.platform, fmi=request.fmi)
     return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in scene.name)[:60] or "model"

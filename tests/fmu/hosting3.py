@@ -34,8 +34,8 @@ def exported3(model: str) -> Path:
 
 
 class Host3:
-    """An instance in fmpy with names instead of references. events: it handles events; early: steps may return early; between: what is
-    called between communication points; begin: until the step mode."""
+    """An instance in fmpy with names instead of references. events: it handles events; early: steps may return early; between: what
+    is called between communication points; begin: until the step mode."""
 
     def __init__(self, file: Path, events: bool = True, early: bool = True, between: Callable | None = None, begin: bool = True,
                  stop: float | None = None, tolerance: float | None = None, logging: bool = False, wanted: Iterable[str] = (),
@@ -51,7 +51,8 @@ class Host3:
         self.fmu = FMU3Slave(guid=self.md.instantiationToken, unzipDirectory=folder, instanceName="i",
                              modelIdentifier=self.md.coSimulation.modelIdentifier)  # fmt: skip
         self.fmu.instantiate(loggingOn=logging, eventModeUsed=events, earlyReturnAllowed=early, logMessage=self._hear,
-                             intermediateUpdate=between, requiredIntermediateVariables=[self.reference[n] for n in wanted])  # fmt: skip
+                             intermediateUpdate=between,
+                             requiredIntermediateVariables=[self.reference[n] for n in wanted])  # fmt: skip
         self.time = 0.0
         if begin:
             self.begin(stop, tolerance, **settings)
@@ -89,7 +90,8 @@ class Host3:
     def ticking(self) -> list[str]:
         """Names of the clocks that tick now."""
         names = [n for n, v in self.of.items() if v.type == "Clock"]
-        return [n for n, on in zip(names, self.fmu.getClock([self.reference[n] for n in names]), strict=True) if on] if names else []
+        on = self.fmu.getClock([self.reference[n] for n in names])
+        return [n for n, ticks in zip(names, on, strict=True) if ticks]
 
     def step(self, until: float) -> tuple[bool, bool, bool, float]:
         """One step towards a time: (events to handle, terminated, early, reached)."""
@@ -108,7 +110,8 @@ class Host3:
         return ticking, before, after
 
     def run(self, until: float, h: float, *names: str) -> tuple[list[tuple], list[list]]:
-        """Steps of h up to a time, events handled: ([(time, clocks, values before, values after)], [values at communication points])."""
+        """Steps of h up to a time, events handled: ([(time, clocks, values before, values after)], [values at points of
+        communication])."""
         events, rows, begin = [], [], self.time
         for k in range(round((until - begin) / h)):
             end = begin + (k + 1) * h

@@ -1,4 +1,4 @@
-"""FMI 3.0: every stick, slip, reversal, separation and impact is an event at its own instant, and stopping there changes nothing."""
+"""FMI 3.0: every stick, slip, reversal, separation and impact is an event at its own instant; stopping there changes nothing."""
 
 from __future__ import annotations
 

@@ -20,6 +20,18 @@ def test_an_fmu_is_exported_and_downloaded(server: InProcess) -> None:
     assert not list(server.service.settings.data.glob("fmu-*"))
 
 
+def test_fmi_3_can_be_asked_for_and_what_it_does_not_have_is_told(server: InProcess) -> None:
+    answer = server.post("/v1/fmus", {"scene": "spherical_pendulum", "fmi": 3})
+    assert answer.status_code == 200, answer.text
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as z:
+        assert b'fmiVersion="3.0"' in z.read("modelDescription.xml")
+        assert any(n.startswith("binaries/x86_64-linux/") for n in z.namelist()) or not any("linux" in n for n in z.namelist())
+    refused = server.post("/v1/fmus", {"scene": "spherical_pendulum", "fmi": 3, "flavour": "python"})
+    assert refused.status_code == 422
+    assert "pythonfmu writes FMI 2.0 only" in refused.text
+    assert server.post("/v1/fmus", {"scene": "spherical_pendulum", "fmi": 4}).status_code == 422
+
+
 def test_a_server_without_the_fmu_package_says_so(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     async def gone(*given: Any, **more: Any) -> Any:
         raise ImportError("fmu.export")
