@@ -17,6 +17,7 @@ from fmu.export import export
 
 from .hosting import FOLDER, LAWS, arm
 
+ERROR, DISCARD = 3, 2
 GETTERS = {"Float64": "getFloat64", "Enumeration": "getInt64", "UInt64": "getUInt64", "Int32": "getInt32", "Boolean": "getBoolean",
            "String": "getString"}  # fmt: skip
 
