@@ -18,6 +18,7 @@ from fmu.export import export
 from fmu.platforms import NATIVE, SYSTEM_LIBRARIES, headers, loader
 
 from .hosting import FOLDER, Host, exported
+from .hosting3 import Host3, exported3
 
 HOST = Path(__file__).with_name("host.c")
 
@@ -56,6 +57,20 @@ def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_beh
     assert int(grown) < 100, "kB; the first hundredth of the instances may warm the allocator up"
     python = Host(exported(model))
     assert float(value) == python.run(0.0, 10000, 1e-4, python.all_outputs()[0])[-1][0], "the same bits as in fmpy"
+
+
+@pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the x86_64-linux library")
+def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_leave_nothing_behind(tmp_path: Path) -> None:
+    host = built("x86_64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("host3.c"))
+    file, _ = library(exported3("spherical_pendulum"), "x86_64-linux", tmp_path)
+    token = read_model_description(exported3("spherical_pendulum")).instantiationToken
+    done = subprocess.run([host, file, token, "1000", "10"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    grown, *times = done.stdout.split()
+    assert int(grown) < 100, "kB"
+    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    assert [float(t) for t in times] == [e[0] for e in events]
+    assert len(times) == 11
 
 
 def wine() -> str | None:
