@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fmu.description import Variable
+from fmu.description import START_Q, START_QD, Variable
 from fmu.literals import integers
 from fmu.types import ENUMERATIONS, INTEGER
 
@@ -14,6 +14,8 @@ INT32, UINT64, BOOLEAN = "Int32", "UInt64", "Boolean"
 FLOAT64, ENUMERATION = "Float64", "Enumeration"
 CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
 """Names of ``fmu_type`` (``native/fmu.h``) by type."""
+SPACE = 3
+"""Components of a vector: of parameters, those that are left out (zeros) leave scalars."""
 COUNTS, FLAGS = ("events.count", "solver.max_steps"), ("events.last.marginal",)
 """Whole numbers that count, and those that say yes or no; others name something by its number."""
 
@@ -30,6 +32,22 @@ class Face:
     def first(self) -> Variable:
         """Its first component, in which all agree but the name and the start."""
         return self.parts[0]
+
+    @property
+    def description(self) -> str:
+        """What is said of all its components: where they are told by their numbers, of all of these."""
+        texts, numbers = [p.description for p in self.parts], f"1 … {len(self.parts)}"
+        if len(set(texts)) == 1:
+            return texts[0]
+        head, one, tail = texts[0].partition("1")
+        if one and all(t == f"{head}{k + 1}{tail}" for k, t in enumerate(texts)):
+            return f"{head}{numbers}{tail}"
+        return f"{self.name.replace('_', ' ')}: {numbers}"
+
+    @property
+    def title(self) -> str:
+        """Its name with what is in it, for readers."""
+        return self.name if len(self.parts) == 1 else f"{self.name} [1 … {len(self.parts)}]"
 
     @property
     def type(self) -> str:
@@ -62,7 +80,8 @@ def _array(listed: Sequence[Variable], at: int) -> tuple[str, int]:
     count = 1
     while at + count < len(listed) and _continues(first, listed[at + count], f"{base}[{count + 1}]"):
         count += 1
-    return (base, count) if count > 1 else (first.name, 1)
+    vector = count >= SPACE or (count > 1 and (first.causality != "parameter" or first.role in (START_Q, START_QD)))
+    return (base, count) if vector else (first.name, 1)
 
 
 def _continues(first: Variable, other: Variable, name: str) -> bool:

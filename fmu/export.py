@@ -100,7 +100,7 @@ def export(
         libraries[name] = platforms.library(name, made.identifier, made.sources, made.standard)
     tell("writing", 1 + len(names), total)
     archive.write(target, made.documents(flavour) | _binaries(made, flavour, libraries))
-    count = {c: sum(v.causality == c for v in made.listed) for c in ("output", "local", "input", "parameter")}
+    count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
 
 
@@ -222,8 +222,17 @@ class Made:
         }  # fmt: skip
         return {
             "modelDescription.xml": self.described(self.guid, flavour), **pictures,
-            "documentation/index.html": pages.page(self.first, self.listed, flavour, self.guid), **pages.licences(flavour),
+            "documentation/index.html": pages.page(self.first, self.titled(), flavour, self.guid, self.standard),
+            **pages.licences(flavour),
         }
+
+    def titled(self) -> list[tuple[str, Variable]]:
+        """The variables by the names that readers see."""
+        if self.standard == "2.0":
+            return [(v.name, v) for v in self.listed]
+        whole = [replace(f.first, description=f.description) for f in self.faces]
+        ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
+        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks)]
 
 
 def uuid(digest: str) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -29,28 +30,53 @@ def picture(result: Result) -> bytes:
     return out.getvalue()
 
 
-def page(result: Result, listed: list[Variable], flavour: str, guid: str) -> bytes:
-    """documentation/index.html: the picture, the equations, the variables, the limits, the scene."""
-    scene = result.scene
+@dataclass(frozen=True)
+class Page:
+    """What differs between the standards. picture: its place beside the page; ends: what a run that cannot go on does; events: what
+    becomes of events, as items of the list."""
+
+    standard: str
+    picture: str
+    ends: str
+    events: str = ""
+
+
+PAGES = {
+    "2.0": Page(
+        "2.0", "../model.png", "returns fmi2Discard with the\ntime reached as fmi2LastSuccessfulTime and fmi2Terminated true"
+    ),
+    "3.0": Page(
+        "3.0", "diagram.png", "returns fmi3Discard with\nterminateSimulation and lastSuccessfulTime",
+        "<li>Hosts that handle events and let steps return early stop at each stick, slip, reversal, separation and impact: the\n"
+        "clock of its joint and kind ticks, outputs are as up to the event, and after fmi3UpdateDiscreteStates as just after\n"
+        "it.</li>",
+    ),
+}  # fmt: skip
+
+
+def page(result: Result, listed: Sequence[tuple[str, Variable]], flavour: str, guid: str, standard: str) -> bytes:
+    """documentation/index.html: the picture, the equations, the variables, the limits, the scene. listed: variables by the names
+    the page has for them."""
+    scene, about = result.scene, PAGES[standard]
     groups = {"outputs": "output", "locals": "local", "inputs": "input", "parameters": "parameter"}
-    tables = {name: _table([v for v in listed if v.causality == c]) for name, c in groups.items()}
+    tables = {name: _table([(n, v) for n, v in listed if v.causality == c]) for name, c in groups.items()}
     notes = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
     text = Template(PAGE.read_text(encoding="utf-8")).substitute(
-        name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes,
+        name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes, **asdict(about),
         law=escape(", ".join(sorted({scene.law_of(f) for j in scene.joints.values() if (f := j.friction)})) or "none"),
         scene=escape(scene_to_yaml(scene)), **tables,
     )
     return text.encode()
 
 
-def _table(rows: Iterable[Variable]) -> str:
+def _table(rows: Iterable[tuple[str, Variable]]) -> str:
     """The variables as rows of an HTML table."""
     out = ""
-    for v in rows:
+    for name, v in rows:
         start = "" if v.start is None else f"{v.start:.9g}"
         low, high = (f"{x:g}" if abs(x) < HUGE else "" for x in (v.minimum, v.maximum))
         bounds = f"{low} … {high}" if low or high else ""
-        cells = (v.name, v.unit, v.variability, start, bounds, v.description)
+        cells = (name, v.unit, v.variability, start, bounds, v.description)
         out += "<tr>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>\n"
     return out or '<tr><td colspan="6">none</td></tr>\n'
 

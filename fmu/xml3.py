@@ -83,7 +83,7 @@ def _variable(parent: Element, f: Face, given: Described) -> None:
     """Write a variable that FMI 2.0 has, too."""
     v = f.first
     node = SubElement(parent, f.type, {
-        "name": f.name, "valueReference": str(f.reference), "description": _described(f), "causality": v.causality,
+        "name": f.name, "valueReference": str(f.reference), "description": f.description, "causality": v.causality,
         "variability": v.variability,
     })  # fmt: skip
     if v.causality in ("input", "output") and v.variability == "continuous":
@@ -97,17 +97,6 @@ def _variable(parent: Element, f: Face, given: Described) -> None:
         node.set("derivative", str(base.reference))
     if len(f.parts) > 1:
         SubElement(node, "Dimension", {"start": str(len(f.parts))})
-
-
-def _described(f: Face) -> str:
-    """The description of a variable: that of its first component, without what is said of that alone."""
-    text = f.first.description
-    others = [p.description for p in f.parts[1:]]
-    same = len(text)
-    for other in others:
-        while not other.startswith(text[:same]):
-            same -= 1
-    return text if same == len(text) else text[:same].strip(" ,(") or text
 
 
 def _number(f: Face, x: float | None) -> str:

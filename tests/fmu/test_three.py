@@ -42,9 +42,16 @@ def test_fmpy_finds_no_problem_in_any_bundled_model_and_terminals_follow_their_s
     with zipfile.ZipFile(exported3(model)) as z:
         names = set(z.namelist())
         found = etree.fromstring(z.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        page = z.read("documentation/index.html").decode()
     etree.XMLSchema(etree.parse(str(SCHEMAS / "fmi3TerminalsAndIcons.xsd"))).assertValid(found)
-    assert {"documentation/diagram.png", "terminalsAndIcons/icon.png", "documentation/index.html"} <= names
+    assert {"documentation/diagram.png", "terminalsAndIcons/icon.png"} <= names
+    shown = re.search(r'<img src="(.*?)"', page)
+    assert shown is not None
+    assert f"documentation/{shown[1]}" in names
+    assert "fmi2" not in page
     variables = {v.name for v in read_model_description(exported3(model)).modelVariables}
+    told = {v for v in variables if not v.endswith((".time", ".count", ".joint_name")) and v != "time"}
+    assert not [v for v in told if f"<td>{v}" not in page]
     assert {m.get("variableName") for m in found.iter("TerminalMemberVariable")} <= variables
     assert {f"terminalsAndIcons/{g.get('iconBaseName')}.png" for g in found.iter("TerminalGraphicalRepresentation")} <= names
 
