@@ -73,6 +73,27 @@ def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_l
     assert len(times) == 11
 
 
+ARM = Path("/usr/aarch64-linux-gnu")
+"""Where Debian puts the C library of 64-bit ARM (libc6-arm64-cross)."""
+
+
+def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
+    """Under qemu, where it is installed; to 1e-9 s: other processors round otherwise."""
+    program = shutil.which("qemu-aarch64")
+    if program is None or not ARM.is_dir():
+        reason = "qemu-user or libc6-arm64-cross is not installed (apt-get install qemu-user libc6-arm64-cross)"
+        pytest.fail(reason) if "qemu" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
+    file = FOLDER / "arm64.fmu"
+    export("spherical_pendulum", file, platform="aarch64-linux", fmi=3)
+    host = built("aarch64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("host3.c"))
+    made, _ = library(file, "aarch64-linux", tmp_path)
+    token = read_model_description(file).instantiationToken
+    done = subprocess.run([str(program), "-L", str(ARM), host, made, token, "2", "10"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    assert [float(t) for t in done.stdout.split()[1:]] == pytest.approx([e[0] for e in events], abs=1e-9)
+
+
 def wine() -> str | None:
     """wine64, also where Debian keeps it off the PATH."""
     found = shutil.which("wine64") or shutil.which("wine")
