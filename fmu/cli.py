@@ -17,6 +17,10 @@ KERNEL = typer.Option(
 OUTPUTS = typer.Option(
     metavar="PATTERN", help="Columns wanted as outputs, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
 )
+CHANGES = typer.Option(
+    "--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).", autocompletion=helping.assignments
+)
+PARAMETERS = typer.Option("--parameters-file", metavar="FILE", help="Write the parameters' values there, too (.ssv).")
 PLATFORM = "host (default), all, linux64, win64, darwin64, aarch64-darwin; of FMI 3.0 also aarch64-linux."
 SCENE = typer.Argument(
     metavar="SCENE",
@@ -33,16 +37,12 @@ def command(
     flavour: Annotated[str, typer.Option(metavar="F", help="native: needs nothing on the host; python: pythonfmu.")] = "native",
     fmi: Annotated[int, typer.Option(metavar="N", help="2: FMI 2.0; 3: FMI 3.0, with arrays, event mode and clocks.")] = 2,
     platform: Annotated[list[str] | None, typer.Option(metavar="P", help=PLATFORM)] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="PATH=VALUE", help="Change a number of the scene (repeatable).", autocompletion=helping.assignments
-        ),
-    ] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
     outputs: Annotated[list[str] | None, OUTPUTS] = None,
     step: Annotated[str | None, typer.Option(metavar="H", help="Fixed internal step, for real time.")] = None,
     kernel: Annotated[str, KERNEL] = "auto",
     whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help="Components written as 0 are parameters too.")] = False,
+    parameters: Annotated[str | None, PARAMETERS] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
     """Export the scene as an FMU (co-simulation; FMI 2.0, or 3.0 with --fmi 3)."""
@@ -50,7 +50,7 @@ def command(
     from engine.cli.options import Findings
     from engine.scene import load_scene
     from engine.simulation.settings import KERNELS
-    from fmu.export import FLAVOURS, STANDARDS
+    from fmu.export import FLAVOURS, STANDARDS, apart
     from fmu.platforms import chosen
 
     found = Findings()
@@ -58,18 +58,16 @@ def command(
     kind = options.choice(flavour, FLAVOURS, "--flavour", found)
     made_of = options.choice(kernel, KERNELS, "--kernel", found)
     values = options.assignments(changes or [], found)
-    if kind == "python" and fmi == 3:
-        found.add("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2")
+    found.problems += apart(kind, fmi, parameters)
     length = options.time(step, "--step", found, zero=True)
-    standard = STANDARDS[int(options.choice(str(fmi), tuple(map(str, STANDARDS)), "--fmi", found) or 2)]
-    names = found.attempt(lambda: chosen(platform or ["host"], standard))
+    names = found.attempt(lambda: chosen(platform or ["host"], STANDARDS.get(fmi, "2.0")))
     loaded = found.attempt(lambda: load_scene(source)) if source is not None else None
     file = save or (f"{loaded.name}.fmu" if loaded is not None else "scene.fmu")
     target = options.destination(file, (".fmu",), "-o", found)
     found.end()
     assert loaded is not None
     how = {"fmi": fmi, "flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs, "step": length or 0.0}
-    _write(loaded, str(target), {**how, "kernel": made_of, "whole_vectors": whole_vectors}, as_json)
+    _write(loaded, str(target), {**how, "kernel": made_of, "whole_vectors": whole_vectors, "parameters": parameters}, as_json)
 
 
 def _write(

@@ -30,6 +30,7 @@ from fmu.clocks import LAST, clock_table, clocks
 from fmu.dependencies import dependencies
 from fmu.description import Variable, variables
 from fmu.following import Arrangement, arranged
+from fmu.ssv import of_scene, parameter_set
 from fmu.tables import model_text
 from fmu.terminals import icons, terminals
 from fmu.xml import model_description
@@ -70,6 +71,7 @@ def export(
     progress: Progress | None = None,
     whole_vectors: bool = False,
     fmi: int = 2,
+    parameters: str | Path | None = None,
 ) -> Export:
     """Write a co-simulation FMU.
 
@@ -78,12 +80,13 @@ def export(
     neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
-    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. SceneError for wrong
-    input, SimulationError when the scene cannot start.
+    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their
+    values are written as an SSV file (FMI 2.0 only; None: nowhere). SceneError for wrong input, SimulationError when the scene
+    cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")
-    _check(flavour, kernel, target, step, fmi, read.problems)
+    _check(flavour, kernel, target, step, [*read.problems, *apart(flavour, fmi, parameters)])
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), STANDARDS[fmi])
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
     loaded = scene_given(scene, overrides)
@@ -94,14 +97,22 @@ def export(
     tell("deriving the equations", 0, total)
     model, first = started(loaded, outputs, kernel)
     made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi])
-    libraries: dict[str, bytes] = {}
-    for i, name in enumerate(names):
-        tell(f"compiling for {name}", 1 + i, total)
-        libraries[name] = platforms.library(name, made.identifier, made.sources, made.standard)
+    libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), total)
     archive.write(target, made.documents(flavour) | _binaries(made, flavour, libraries))
+    if parameters is not None:
+        Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
+
+
+def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
+    """The model compiled, by platform."""
+    libraries: dict[str, bytes] = {}
+    for i, name in enumerate(names):
+        tell(f"compiling for {name}", 1 + i, 2 + len(names))
+        libraries[name] = platforms.library(name, made.identifier, made.sources, made.standard)
+    return libraries
 
 
 def left_out(made: Arrangement) -> tuple[str, ...]:
@@ -121,16 +132,24 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
     return {f"binaries/{folders[n]}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
 
 
-def _check(flavour: str, kernel: str, target: Path, step: float, fmi: int, before: Sequence[Problem]) -> None:
+def apart(flavour: str | None, fmi: int, parameters: str | Path | None) -> list[Problem]:
+    """What is wrong with the standard that is asked for, and does not go with it."""
+    wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
+    if fmi not in STANDARDS:
+        wrong.append(Problem("--fmi", f"{fmi!r} is no version of FMI that FMUs are made for", "2 or 3"))
+    if flavour == "python" and fmi == 3:
+        wrong.append(Problem("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2"))
+    if parameters is not None and fmi == 3:
+        wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--fmi 2"))
+    return wrong
+
+
+def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
     problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
     if flavour not in FLAVOURS:
         problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
     if kernel not in KERNELS:
         problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(KERNELS)}"))
-    if fmi not in STANDARDS:
-        problems.append(Problem("--fmi", f"{fmi!r} is no version of FMI that FMUs are made for", "2 or 3"))
-    if flavour == "python" and fmi == 3:
-        problems.append(Problem("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2"))
     if not 0.0 <= step < float("inf"):
         problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
     if problems:

@@ -15,6 +15,7 @@ from engine.basics.problems import Problem, SceneError
 GROUP = "trunnion.commands"
 EXTRAS = {
     "fmu": ("fmu", "export the scene as an FMU"),
+    "ssp": ("fmu", "write a system of FMUs as an SSP file"),
     "serve": ("service", "serve simulations over HTTP"),
     "jobs": ("service", "submit and follow jobs on a server"),
 }

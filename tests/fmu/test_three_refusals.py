@@ -94,7 +94,7 @@ def test_the_command_writes_fmi_3_and_tells_what_does_not_go_with_it(tmp_path: P
     assert float(next(v.start for v in read_model_description(file).modelVariables if v.name == "solver.step")) == 1e-3
     for words, where, what in [
         (["--fmi", "3", "--flavour", "python"], "--flavour", "pythonfmu writes FMI 2.0 only"),
-        (["--fmi", "4"], "--fmi", "'4' is unknown"),
+        (["--fmi", "4"], "--fmi", "4 is no version of FMI that FMUs are made for"),
         (["--fmi", "2", "--platform", "aarch64-linux"], "--platform", "FMI 2.0 has no folder for aarch64-linux"),
         (["--fmi", "3", "--platform", "amiga"], "--platform", "'amiga' is no platform FMUs are made for"),
     ]:
