@@ -15,6 +15,7 @@ from fmu import platforms
 from fmu.export import export
 
 from .hosting import FOLDER, Host, arm, engine_run, exported, fmu_run
+from .hosting3 import Host3
 
 MODELS = ("spherical_pendulum", "crank_slider")
 UNTIL = 0.5
@@ -47,6 +48,21 @@ def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     here.fmu.freeInstance()  # and its library
     there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
     assert there.run(0.2, 20, 0.01, *columns) == expected
+
+
+def test_of_fmi_3_it_stops_at_the_same_events_and_goes_on_as_in_fmi_2(tmp_path: Path) -> None:
+    file = tmp_path / "three.fmu"
+    export("spherical_pendulum", file, kernel="parts", fmi=3)
+    three, two = Host3(file), Host(of_parts("spherical_pendulum"))
+    events, rows = three.run(3.0, 0.1, "ball.qd")
+    assert [clocks for _, clocks, *_ in events] == 3 * [["ball.events.reversal"]]
+    found, now = [], 0.0
+    for k in range(30):
+        end = (k + 1) * 0.1
+        two.fmu.doStep(now, end - now)
+        found.append(two.get("ball.qd[1]", "ball.qd[2]", "ball.qd[3]"))
+        now = end
+    assert found == rows
 
 
 def test_directional_derivatives_are_those_of_compiled_code() -> None:
