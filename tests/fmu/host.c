@@ -1,46 +1,14 @@
 /* A host without Python: loads the library, misuses it politely, then makes, steps and frees many instances; prints the growth of
  * the process in kB and the microseconds a step takes. host LIBRARY GUID INSTANCES */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 #include "fmi2Functions.h"
-#ifdef _WIN32
-#include <windows.h>
-#define OPEN(f) LoadLibraryA(f)
-#define FIND(h, n) ((void *)GetProcAddress(h, n))
-int main(int argc, char **argv);
-int _configure_narrow_argv(int mode);
-int *__p___argc(void);
-char ***__p___argv(void);
-void __main(void) {}
-/* Where Windows enters, as the compiler's start files would have it, which take a minute to build. */
-void mainCRTStartup(void) {
-  _configure_narrow_argv(1);
-  exit(main(*__p___argc(), *__p___argv()));
-}
-static long resident(void) { return 0; }
-#else
-#include <dlfcn.h>
-#define OPEN(f) dlopen(f, RTLD_NOW | RTLD_LOCAL)
-#define FIND(h, n) dlsym(h, n)
-static long resident(void) {
-  long all = 0, here = 0;
-  FILE *f = fopen("/proc/self/statm", "r");
-  if (f && fscanf(f, "%ld %ld", &all, &here) != 2) here = 0;
-  if (f) fclose(f);
-  return here * 4;
-}
-#endif
+#include "hosting.h"
 
 static int told;
 static void hear(void *e, fmi2String n, fmi2Status s, fmi2String c, fmi2String m, ...) {
   (void)e, (void)n, (void)s, (void)c, (void)m;
   told++;
 }
-
-#define NEED(condition) \
-  if (!(condition)) return fputs("failed: " #condition "\n", stderr), 1
 
 int main(int argc, char **argv) {
   NEED(argc == 4);

@@ -1,12 +1,8 @@
 /* A host without Python for FMI 3.0: misuses the library politely, makes and frees many instances, each through an event; then a run in
  * event mode, whose instants it prints behind the growth of the process in kB. host LIBRARY TOKEN INSTANCES UNTIL */
-#include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include "fmi3Functions.h"
-#define NEED(condition) \
-  if (!(condition)) return fputs("failed: " #condition "\n", stderr), 1
-#define FIND(name) name##TYPE *p##name = (name##TYPE *)dlsym(h, #name)
+#include "hosting.h"
+#define HAVE(name) name##TYPE *p##name = (name##TYPE *)FIND(h, #name)
 
 static int told;
 static void hear(fmi3InstanceEnvironment e, fmi3Status s, fmi3String c, fmi3String m) {
@@ -14,28 +10,21 @@ static void hear(fmi3InstanceEnvironment e, fmi3Status s, fmi3String c, fmi3Stri
   told++;
 }
 
-static long resident(void) {
-  long all = 0, here = 0;
-  FILE *f = fopen("/proc/self/statm", "r");
-  if (f && fscanf(f, "%ld %ld", &all, &here) != 2) here = 0;
-  if (f) fclose(f);
-  return here * 4;
-}
-
 int main(int argc, char **argv) {
   NEED(argc == 5);
-  void *h = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
+  void *h = (void *)OPEN(argv[1]);
+  char text[40];
   NEED(h);
-  FIND(fmi3InstantiateCoSimulation);
-  FIND(fmi3InstantiateModelExchange);
-  FIND(fmi3EnterInitializationMode);
-  FIND(fmi3ExitInitializationMode);
-  FIND(fmi3EnterEventMode);
-  FIND(fmi3EnterStepMode);
-  FIND(fmi3UpdateDiscreteStates);
-  FIND(fmi3DoStep);
-  FIND(fmi3GetFloat64);
-  FIND(fmi3FreeInstance);
+  HAVE(fmi3InstantiateCoSimulation);
+  HAVE(fmi3InstantiateModelExchange);
+  HAVE(fmi3EnterInitializationMode);
+  HAVE(fmi3ExitInitializationMode);
+  HAVE(fmi3EnterEventMode);
+  HAVE(fmi3EnterStepMode);
+  HAVE(fmi3UpdateDiscreteStates);
+  HAVE(fmi3DoStep);
+  HAVE(fmi3GetFloat64);
+  HAVE(fmi3FreeInstance);
   fmi3ValueReference first = 0, none = 4000000000u;
   fmi3Float64 value[8], reached = 0.0, next;
   fmi3Boolean event, ended, early, a, b, c, d, e;
@@ -49,7 +38,7 @@ int main(int argc, char **argv) {
   double until = atof(argv[4]);
   for (long i = 0; i <= count; ++i) {
     if (i == count / 10) before = resident();
-    if (i == count) printf("%ld", resident() - before);
+    if (i == count) snprintf(text, sizeof text, "%ld", resident() - before), fputs(text, stdout);
     fmi3Instance m = pfmi3InstantiateCoSimulation("a", argv[2], NULL, 0, 0, 1, 1, NULL, 0, NULL, hear, NULL);
     NEED(m && pfmi3DoStep(m, 0, 1, 1, &event, &ended, &early, &reached) == fmi3Error);
     NEED(pfmi3DoStep(m, 0, 1, 1, NULL, NULL, NULL, NULL) == fmi3Error && pfmi3GetFloat64(m, &none, 1, value, 1) == fmi3Error);
@@ -58,13 +47,13 @@ int main(int argc, char **argv) {
     for (double t = 0.0; t < (i == count ? until : 1.0); t = reached) {
       NEED(!pfmi3DoStep(m, t, (i == count ? until : 1.0) - t, 1, &event, &ended, &early, &reached) && reached > t);
       if (!event) continue;
-      if (i == count) printf(" %.17g", reached);
+      if (i == count) snprintf(text, sizeof text, " %.17g", reached), fputs(text, stdout);
       NEED(!pfmi3EnterEventMode(m) && !pfmi3UpdateDiscreteStates(m, &a, &b, &c, &d, &e, &next) && !a && !pfmi3EnterStepMode(m));
     }
     NEED(!pfmi3GetFloat64(m, &first, 1, value, 3));
     pfmi3FreeInstance(m);
   }
   pfmi3FreeInstance(NULL);
-  puts("");
+  fputs("\n", stdout);
   return 0;
 }

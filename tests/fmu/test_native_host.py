@@ -100,23 +100,29 @@ def wine() -> str | None:
     return found or next((str(p) for p in Path("/usr/lib/wine").glob("wine64")), None)
 
 
-def under_wine(host: Path, library: Path, guid: str, folder: Path) -> float:
-    """What the C host prints last of a library for Windows."""
+def wanted() -> None:
+    """Skip where wine is not installed, or fail where it has to be."""
+    if wine() is None:
+        reason = "wine64 is not installed (Debian: apt-get install wine64)"
+        pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
+
+
+def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -> list[float]:
+    """What a C host prints of a library for Windows."""
     program = wine()
     assert program is not None
     env = dict(os.environ, WINEPREFIX=str(folder / "wine"), WINEDEBUG="-all", HOME=str(folder))
-    done = subprocess.run([program, host, library, guid, "20"], capture_output=True, text=True, check=False, env=env, timeout=300)
+    words = [program, host, library, guid, "20", *more]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, env=env, timeout=300)
     assert done.returncode == 0, done.stderr
-    return float(done.stdout.split()[-1])
+    return [float(word) for word in done.stdout.split()]
 
 
 def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     """Same motion to 1e-9 m: the C libraries' sines differ in the last bit. It needs nothing but the system's own C library, so
     that nothing else is built for it. The loader of the python flavour stands before it the same: wine has no Python, so a
     library that plays the slave stands for pythonfmu's."""
-    if wine() is None:
-        reason = "wine64 is not installed (Debian: apt-get install wine64)"
-        pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
+    wanted()
     host = built("x86_64-windows-gnu", tmp_path / "host.exe")
     file = FOLDER / "windows.fmu"
     export("spherical_pendulum", file, platform="win64")
@@ -124,7 +130,7 @@ def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     imports = {name.decode() for name in re.findall(rb"[\w.-]+\.dll", dll.read_bytes())} - {"library.dll"}
     assert imports == {f"api-ms-win-crt-{part}-l1-1-0.dll" for part in ("heap", "math", "private", "stdio", "string")}
     expected = Host(exported("spherical_pendulum")).run(0.0, 10000, 1e-4, "pendulum.position[1]")[-1][0]
-    assert under_wine(host, dll, guid, tmp_path) == pytest.approx(expected, abs=1e-9)
+    assert under_wine(host, dll, guid, tmp_path)[-1] == pytest.approx(expected, abs=1e-9)
     folder = tmp_path / "un packed #"
     places = {n: folder / n for n in ("binaries/win64", "resources")}
     for place in places.values():
@@ -134,4 +140,16 @@ def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     built("x86_64-windows-gnu", places["binaries/win64"] / "pythonfmu-export.dll", HOST.with_name("standin.c"))
     front = places["binaries/win64"] / "model.dll"
     front.write_bytes(loader("win64"))
-    assert under_wine(host, front, guid, tmp_path) == pytest.approx(expected, abs=1e-9)
+    assert under_wine(host, front, guid, tmp_path)[-1] == pytest.approx(expected, abs=1e-9)
+    claim_that_of_fmi_3_finds_the_same_events(tmp_path)
+
+
+def claim_that_of_fmi_3_finds_the_same_events(tmp_path: Path) -> None:
+    """In the same folder, in which wine is set up already."""
+    file = FOLDER / "windows-3.fmu"
+    export("spherical_pendulum", file, platform="win64", fmi=3)
+    host = built("x86_64-windows-gnu", tmp_path / "host3.exe", HOST.with_name("host3.c"))
+    dll, _ = library(file, "x86_64-windows", tmp_path)
+    found = under_wine(host, dll, read_model_description(file).instantiationToken, tmp_path, "10")[1:]
+    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    assert found == pytest.approx([e[0] for e in events], abs=1e-9)

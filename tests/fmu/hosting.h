@@ -1,0 +1,34 @@
+/* What plain C hosts have in common: loading a library, on Linux and on Windows, where there is no start file; memory in use. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef _WIN32
+#include <windows.h>
+#define OPEN(f) LoadLibraryA(f)
+#define FIND(h, n) ((void *)GetProcAddress(h, n))
+int main(int argc, char **argv);
+int _configure_narrow_argv(int mode);
+int *__p___argc(void);
+char ***__p___argv(void);
+void __main(void) {}
+/* Where Windows enters, as the compiler's start files would have it, which take a minute to build. */
+void mainCRTStartup(void) {
+  _configure_narrow_argv(1);
+  exit(main(*__p___argc(), *__p___argv()));
+}
+static long resident(void) { return 0; }
+#else
+#include <dlfcn.h>
+#define OPEN(f) dlopen(f, RTLD_NOW | RTLD_LOCAL)
+#define FIND(h, n) dlsym(h, n)
+static long resident(void) {
+  long all = 0, here = 0;
+  FILE *f = fopen("/proc/self/statm", "r");
+  if (f && fscanf(f, "%ld %ld", &all, &here) != 2) here = 0;
+  if (f) fclose(f);
+  return here * 4;
+}
+#endif
+
+#define NEED(condition) \
+  if (!(condition)) return fputs("failed: " #condition "\n", stderr), 1
