@@ -1,0 +1,29 @@
+"""Which door a file goes through: by its root element, or its suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from engine.basics.problems import Problem, SceneError
+from engine.doors.mjcf import scene_of_mjcf
+from engine.doors.urdf import scene_of_urdf
+from engine.doors.xml import read_xml
+from engine.scene.model import Scene
+
+SUFFIXES = (".urdf", ".xml", ".mjcf")
+"""Of files that hold whole mechanisms."""
+DOORS: dict[str, Callable[[str | Path], tuple[Scene, list[str]]]] = {"robot": scene_of_urdf, "mujoco": scene_of_mjcf}
+"""By root element."""
+
+
+def scene_of(file: str | Path) -> tuple[Scene, list[str]]:
+    """(scene, notes on what was left out) of another program's file. SceneError with all that is wrong with it."""
+    path = Path(file)
+    if not path.is_file():
+        raise SceneError([Problem(str(file), "there is no such file")])
+    root = read_xml(path)
+    if root.tag not in DOORS:
+        known = ", ".join(f"<{tag}>" for tag in DOORS)
+        raise SceneError([Problem("file", f"begins with <{root.tag}>", f"known are {known}", str(file), root.line)])
+    return DOORS[root.tag](path)
