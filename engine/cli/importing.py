@@ -1,4 +1,4 @@
-"""``trunnion import``: a scene from URDF or MJCF, a body from a mesh."""
+"""``trunnion import``: a scene from URDF, MJCF or SDF, a body from a mesh."""
 
 from __future__ import annotations
 

@@ -7,13 +7,16 @@ from pathlib import Path
 
 from engine.basics.problems import Problem, SceneError
 from engine.doors.mjcf import scene_of_mjcf
+from engine.doors.sdf import scene_of_sdf
 from engine.doors.urdf import scene_of_urdf
 from engine.doors.xml import read_xml
 from engine.scene.model import Scene
 
-SUFFIXES = (".urdf", ".xml", ".mjcf")
+SUFFIXES = (".urdf", ".xml", ".mjcf", ".sdf", ".world")
 """Of files that hold whole mechanisms."""
-DOORS: dict[str, Callable[[str | Path], tuple[Scene, list[str]]]] = {"robot": scene_of_urdf, "mujoco": scene_of_mjcf}
+DOORS: dict[str, Callable[[str | Path], tuple[Scene, list[str]]]] = {
+    "robot": scene_of_urdf, "mujoco": scene_of_mjcf, "sdf": scene_of_sdf,
+}  # fmt: skip
 """By root element."""
 
 

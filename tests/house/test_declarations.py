@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OWN = {"engine/friction", "engine/contact", "engine/joints"}
 PRODUCT = [p for top in ("engine", "fmu", "service") for p in sorted((ROOT / top).rglob("*"))
            if p.suffix in (".py", ".js", ".html", ".txt", ".h", ".c") and "_models" not in p.parts]  # fmt: skip
-OF_OTHERS = {("engine/doors/mjcf/joints.py", "ball")}
+OF_OTHERS = {("engine/doors/mjcf/joints.py", "ball"), ("engine/doors/sdf/joints.py", "ball")}
 """Words of other programs that are names here, where they are translated."""
 LAW = re.compile(rf"\b({'|'.join(friction.REGISTRY)})\b")
 

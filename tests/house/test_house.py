@@ -212,6 +212,8 @@ TYPES_BY_NAME = {
     "engine/scene/generate.py": "writes two scenes",
     "engine/doors/urdf.py": "translates the words of another format",
     "engine/doors/mjcf/joints.py": "translates the words of another format",
+    "engine/doors/sdf/joints.py": "translates the words of another format",
+    "engine/doors/sdf/door.py": "translates the words of another format",
     "engine/chart/peers/pinocchio.py": "says what another program has",
     "engine/chart/peers/mujoco.py": "says what another program has",
     "engine/chart/peers/exudyn.py": "says what another program has",
