@@ -1,4 +1,4 @@
-"""``trunnion import``: a scene from URDF, MJCF or SDF, a body from a mesh."""
+"""``trunnion import``: a scene from URDF, MJCF, SDF or ASMT, a body from a mesh."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def import_command(file: str, save: str | None, density: str, unit: str, as_json
     found.end()
     notes: list[str] = []
     if suffix in SUFFIXES:
-        scene, notes = scene_of(file)
+        scene, notes = scene_of(file, unit)
         data = scene_to_dict(scene)
     else:
         data = {"bodies": {Path(file).stem: body_of_mesh(file, kilograms, unit)}}
