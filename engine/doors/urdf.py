@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.doors.linkage import GROUND, Link, Linkage, Names, Tie, floats
+from engine.doors.pictures import Pictures
 from engine.doors.placing import Pose, along, pose, rpy
 from engine.doors.shapes import Solid, drawn
 from engine.doors.xml import Element, Findings, read_xml
@@ -35,13 +36,15 @@ def scene_of_urdf(file: str | Path) -> tuple[Scene, list[str]]:
     if root.tag != "robot":
         found.add(root, root.tag, "the file begins with no <robot>", "URDF does; xacro writes it: xacro robot.xacro > robot.urdf")
         found.end()
-    reader = _Reader(root, found)
-    return reader.linkage(path.stem).scene(), found.notes
+    reader = _Reader(root, found, Pictures(path.resolve().parent, found))
+    scene = reader.linkage(path.stem).scene()
+    reader.meshes.tell()
+    return scene, found.notes
 
 
 class _Reader:
-    def __init__(self, root: Element, found: Findings):
-        self.root, self.found, self.names = root, found, Names()
+    def __init__(self, root: Element, found: Findings, meshes: Pictures):
+        self.root, self.found, self.names, self.meshes = root, found, Names(), meshes
         self.links = {e.get("name"): e for e in root.all("link")}
         self.joints = [e for e in root.all("joint") if self._known(e)]
         self.name = root.get("name")
@@ -117,17 +120,20 @@ class _Reader:
         R = frame[:3, :3]
         inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
         weight = self.found.number(mass, "value", mass.attributes.get("value"), 0.0) if mass is not None else 0.0
-        return Link(weight, frame[:3, 3], inertia, drawn([s for v in link.all("visual") for s in self._solids(v)][:1]))
+        return Link(weight, frame[:3, 3], inertia, drawn([s for v in link.all("visual") for s in self._solids(v)], frame[:3, 3]))
 
     def _solids(self, visual: Element) -> list[Solid]:
-        """The first simple solid that a visual is made of; a mesh is none."""
-        geometry, R = visual.first("geometry"), self._origin(visual)[:3, :3]
+        """What a visual is made of."""
+        geometry, at = visual.first("geometry"), self._origin(visual)
         for e in geometry.children if geometry is not None else ():
             if e.tag in GEOMETRY:
                 key, count = GEOMETRY[e.tag]
                 sizes = self.found.numbers(e, key, e.get(key), (count,)) or []
                 sizes += [self.found.number(e, "length", e.attributes.get("length"), 0.0)] if e.tag == "cylinder" else []
-                return [Solid(e.tag, tuple(sizes), R)]
+                return [Solid(e.tag, tuple(sizes), at)]
+            if e.tag == "mesh":
+                scale = self.found.numbers(e, "scale", e.get("scale", "1 1 1"), (3,)) or [1.0] * 3
+                return self.meshes.solids(e.get("filename"), at, scale)
         return []
 
     # -- joints -------------------------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -110,12 +110,13 @@ class Bodies:
         if g is None or np.array_equal(at, np.eye(4)):
             return g
         R = at[:3, :3]
-        return Geom(g.kind, g.size, at @ g.at, Mass(g.mass.mass, R @ g.mass.center + at[:3, 3], R @ g.mass.inertia @ R.T))
+        mass = Mass(g.mass.mass, R @ g.mass.center + at[:3, 3], R @ g.mass.inertia @ R.T)
+        return replace(g, at=at @ g.at, mass=mass)
 
     def _link(self, name: str, kind: str, mass: Mass, geoms: list[Geom], carrier: str, at: Pose) -> str:
         """A new link; at: where it is in the one that carries it, at the start."""
         made = self.names.new(name, kind)
-        self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms))
+        self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms, mass.center))
         self.world[made] = self.world[carrier] @ at
         return made
 

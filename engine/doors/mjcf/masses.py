@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 
 from engine.doors import shapes
-from engine.doors.mjcf.meshes import WAYS, Solid, Unreadable, hull, solid, triangles
+from engine.doors.mjcf.meshes import WAYS, Solid, hull, solid
 from engine.doors.mjcf.model import Attributes, Model
 from engine.doors.placing import Pose, least_turn, of_quaternion, pose
+from engine.doors.triangles import Unreadable, triangles
 from engine.doors.xml import Element
 
 WATER = 1000.0
 """Density of geoms that say none, kg/m³."""
 FLAT = ("plane", "hfield")
+HIDDEN = 3
+"""Groups of geoms from which on MuJoCo does not show them."""
 STRETCHED = ("capsule", "cylinder", "box", "ellipsoid")
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 
@@ -31,12 +34,15 @@ class Mass:
 
 @dataclass
 class Geom:
-    """A geom in its body: its kind, half sizes, m, and where it is; its mass there."""
+    """A geom in its body: its kind, half sizes, m, and where it is; its mass there; triangles of a mesh (n×3×3), in its own frame;
+    whether MuJoCo shows it."""
 
     kind: str
     size: list[float]
     at: Pose
     mass: Mass
+    corners: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    shown: bool = True
 
 
 def together(parts: list[Mass]) -> Mass:
@@ -82,6 +88,7 @@ class Masses:
                 name = said.get("name") or said.get("file", "").replace("\\", "/").rpartition("/")[2].rpartition(".")[0]
                 self.meshes[name] = (e, said)
         self._solids: dict[str, Solid | None] = {}
+        self._drawn: dict[str, np.ndarray] = {}
 
     # -- geoms --------------------------------------------------------------------------------------------------------------
 
@@ -97,9 +104,10 @@ class Masses:
         density = self.found.number(e, "density", said.get("density"), WATER)
         low, high = self.model.settings.groups
         weighs = weighs and low <= group <= high and (given > 0 if "mass" in said else density > 0)
-        name = e.get("name") or e.get("mesh") or kind
+        name, shown = e.get("name") or e.get("mesh") or kind, group < HIDDEN
+        corners = self._seen(e, said) if shown and kind == "mesh" else np.zeros((0, 3, 3))
         if not weighs:
-            return Geom(kind, size, at, Mass())
+            return Geom(kind, size, at, Mass(), corners, shown)
         if said.get("shellinertia") == "true" or (kind != "mesh" and "mesh" in said):
             what = "is a shell" if kind == "mesh" or "mesh" not in said else f"is a {kind} fitted to a mesh"
             self.found.add(e, name, f"{what}, whose mass is not computed", "give the body an <inertial>")
@@ -113,7 +121,16 @@ class Masses:
         mass = given if given > 0 else density * shape.volume
         R = at[:3, :3]
         inertia = R @ (shape.inertia * (mass / shape.volume)) @ R.T
-        return Geom(kind, size, at, Mass(mass, at[:3, 3] + R @ shape.center, inertia))
+        return Geom(kind, size, at, Mass(mass, at[:3, 3] + R @ shape.center, inertia), corners, shown)
+
+    def _seen(self, e: Element, said: Attributes) -> np.ndarray:
+        """Triangles of a mesh for drawing, which goes on without where they cannot be had."""
+        known, name = len(self.found.problems), said.get("mesh", "")
+        if name not in self._drawn:
+            found = self.corners(e, said)
+            self._drawn[name] = np.zeros((0, 3, 3)) if found is None else found
+        del self.found.problems[known:]
+        return self._drawn[name]
 
     def _placed(self, e: Element, said: Attributes, kind: str) -> tuple[Pose, list[float]]:
         size = self.found.numbers(e, "size", said.get("size", ""), (0, 1, 2, 3)) or []
@@ -202,16 +219,15 @@ class Masses:
         return Mass(max(m.mass, s.least_mass), m.center, inertia)
 
 
-def drawn(geoms: list[Geom]) -> dict[str, Any]:
+def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:
     """What a scene draws of a body."""
-    return shapes.drawn([s for g in geoms for s in _solids(g)])
+    return shapes.drawn([s for g in geoms if g.shown for s in _solids(g)], center)
 
 
 def _solids(g: Geom) -> list[shapes.Solid]:
+    if len(g.corners):
+        return [shapes.Solid("mesh", (), g.at, g.corners)]
     if len(g.size) != SIZES.get(g.kind, -1):
         return []
-    if g.kind in ("capsule", "cylinder"):
-        sizes: tuple[float, ...] = (g.size[0], 2 * (g.size[1] + (g.size[0] if g.kind == "capsule" else 0.0)))
-        return [shapes.Solid("cylinder", sizes, g.at[:3, :3])]
-    kind = "sphere" if g.kind == "sphere" else "box"
-    return [shapes.Solid(kind, tuple(g.size) if kind == "sphere" else tuple(2 * x for x in g.size), g.at[:3, :3])]
+    whole = {"sphere": g.size, "ellipsoid": g.size, "box": [2 * x for x in g.size]}.get(g.kind) or [g.size[0], 2 * g.size[1]]
+    return [shapes.Solid(g.kind, tuple(whole), g.at)]

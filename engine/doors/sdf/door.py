@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.doors.linkage import GROUND, LIGHT, Link, Linkage, Names, Tie, floats
+from engine.doors.pictures import Pictures
 from engine.doors.placing import Pose, along, inverse, pose, to_quaternion
 from engine.doors.sdf.frames import WORLD
 from engine.doors.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
@@ -32,13 +33,16 @@ def scene_of_sdf(file: str | Path) -> tuple[Scene, list[str]]:
     if root.tag != "sdf":
         found.add(root, root.tag, "the file begins with no <sdf>", "SDF does")
         found.end()
-    reader = _Reader(root, Models(root, path.resolve().parent, found))
-    return reader.linkage(path.stem).scene(), found.notes
+    folder = path.resolve().parent
+    reader = _Reader(root, Models(root, folder, found), Pictures(folder, found))
+    scene = reader.linkage(path.stem).scene()
+    reader.meshes.tell()
+    return scene, found.notes
 
 
 class _Reader:
-    def __init__(self, root: Element, models: Models):
-        self.root, self.models, self.found, self.frames = root, models, models.found, models.frames
+    def __init__(self, root: Element, models: Models, meshes: Pictures):
+        self.root, self.models, self.meshes, self.found, self.frames = root, models, meshes, models.found, models.frames
         self.links, self.joints = models.links, models.joints
         self.names, self.place = Names(), {WORLD: GROUND}
 
@@ -80,7 +84,7 @@ class _Reader:
         given = e.first("inertial")
         if given is None:
             self.found.notes.append(f"{e.get('name')}: no <inertial>, so SDF's own 1 kg and 1 kg m²")
-            return Link(1.0, np.zeros(3), np.eye(3), drawn(self._solids(e)))
+            return Link(1.0, np.zeros(3), np.eye(3), drawn(self._solids(e), np.zeros(3)))
         if given.get("auto") == "true" or given.first("fluid_added_mass") is not None:
             what = "inertial is computed from collisions" if given.get("auto") == "true" else "a fluid adds to its mass"
             self.found.add(given, e.get("name"), what, "give mass and inertia")
@@ -91,14 +95,14 @@ class _Reader:
         R = at[:3, :3]
         inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
         weight = self.found.number(mass, "text", mass.text, 1.0) if mass is not None else 1.0
-        return Link(weight, at[:3, 3], inertia, drawn(self._solids(e)))
+        return Link(weight, at[:3, 3], inertia, drawn(self._solids(e), at[:3, 3]))
 
     def _entry(self, moments: Element | None, key: str, default: float) -> float:
         e = moments.first(key) if moments is not None else None
         return self.found.number(e, "text", e.text, default) if e is not None else default
 
     def _solids(self, link: Element) -> list[Solid]:
-        """Simple solids among the visuals of a link."""
+        """What the visuals of a link are made of."""
         out = []
         for v in link.all("visual"):
             geometry = v.first("geometry")
@@ -106,7 +110,10 @@ class _Reader:
                 parts = [g.first(k) for k in SOLIDS.get(g.tag, ())]
                 if parts and None not in parts:
                     sizes = [x for p in parts if p is not None for x in self.found.numbers(p, "text", p.text, (1, 3)) or []]
-                    out.append(Solid(g.tag, tuple(sizes), self.frames.read(v)[:3, :3]))
+                    out.append(Solid(g.tag, tuple(sizes), self.frames.read(v)))
+                if g.tag == "mesh":
+                    scale = self.found.numbers(g, "scale", said(g, "scale") or "1 1 1", (3,)) or [1.0] * 3
+                    out += self.meshes.solids(said(g, "uri"), self.frames.read(v), scale)
         return out
 
     # -- joints -------------------------------------------------------------------------------------------------------------
