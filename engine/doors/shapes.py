@@ -70,9 +70,11 @@ def drawn(solids: Sequence[Solid], center: np.ndarray) -> dict[str, Any]:
     able = [s for s in solids if len(s.corners) or (s.sizes and all(x > 0 for x in s.sizes))]
     if len(able) == 1 and (shape := _shape(able[0], center)):
         return shape
-    if not able:
+    corners = np.concatenate([np.zeros((0, 3, 3)), *(s.triangles() for s in able)])
+    corners = corners[np.isfinite(corners).all(axis=(1, 2))]
+    if not len(corners):
         return {}
-    points, faces = coarse(np.concatenate([s.triangles() for s in able]))
+    points, faces = coarse(corners)
     return {"surface": packed(points.tolist(), faces.tolist())} if len(faces) else {}
 
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.doors.xml import is_file
+
 LARGEST = 200_000_000
 """Bytes in a mesh, at most."""
 ABOVE = 4
@@ -70,4 +72,4 @@ def found(folder: Path, name: str) -> Path | None:
     _, _, inside = plain.partition("/")
     around = [folder, *list(folder.parents)[:ABOVE]] if "://" in name else [folder]
     tries = [base / part for base in around for part in (plain, inside) if part]
-    return next((p for p in tries if p.suffix.lower() in READERS and p.is_file()), None)
+    return next((p for p in tries if p.suffix.lower() in READERS and is_file(p)), None)

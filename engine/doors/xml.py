@@ -14,6 +14,8 @@ LARGEST = 20_000_000
 """Bytes in a file, at most."""
 MOST = 400_000
 """Elements in a file, at most."""
+HUGE = 1e30
+"""Numbers are less: what is computed from them then has room."""
 DEEPEST = 300
 """Levels of elements, at most."""
 
@@ -70,7 +72,10 @@ class Findings:
             found = [float(x) for x in given.split()]
         except ValueError:
             found = []
-        if len(found) not in counts or not all(abs(x) < float("inf") for x in found):
+        if len(found) in counts and not all(abs(x) <= HUGE for x in found):
+            self.add(at, f"{at.tag}.{name}", f"{given[:60]!r}: beyond {HUGE:g}, or no number", "no mechanism has such numbers")
+            return None
+        if len(found) not in counts:
             wanted = " or ".join(map(str, counts)) + (" numbers are" if tuple(counts) != (1,) else " number is")
             self.add(at, f"{at.tag}.{name}", f"{given[:60]!r}: {wanted} wanted")
             return None
@@ -80,6 +85,14 @@ class Findings:
         """A number, or what stands for it where there is none."""
         found = self.numbers(at, name, given, (1,)) if given is not None else None
         return default if found is None else found[0]
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; there is none of a name that no file system takes."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 class _Builder:

@@ -112,10 +112,12 @@ class Masses:
             what = "is a shell" if kind == "mesh" or "mesh" not in said else f"is a {kind} fitted to a mesh"
             self.found.add(e, name, f"{what}, whose mass is not computed", "give the body an <inertial>")
             return None
-        shape = self.solid(e, said) if kind == "mesh" else unit_solid(kind, size) if len(size) == SIZES.get(kind) else None
-        if shape is None:
-            if kind != "mesh":
-                what = f"a {kind} of {len(size)} sizes" if kind in SIZES else f"a geom of type {kind}, whose mass is not known"
+        known = len(size) == SIZES.get(kind) and min(size) > 0
+        shape = self.solid(e, said) if kind == "mesh" else unit_solid(kind, size) if known else None
+        if shape is None or not shape.volume > 0:
+            if kind != "mesh" or shape is not None:
+                sized = f"a {kind} of size {' '.join(f'{s:g}' for s in size) or 'nothing'}"
+                what = sized if kind in SIZES else f"a geom of type {kind}, whose mass is not known"
                 self.found.add(e, name, what, "give the body an <inertial>")
             return None
         mass = given if given > 0 else density * shape.volume
@@ -211,6 +213,9 @@ class Masses:
     def _bounded(self, body: Element, m: Mass) -> Mass:
         """With masses and moments no less than the compiler's bounds, and moments that a body can have where it evens them out."""
         s = self.model.settings
+        if not np.isfinite(m.inertia).all():
+            self.found.add(body, body.get("name") or "body", "its inertia is no number", "look at sizes and densities of its geoms")
+            return Mass(1.0)
         moments, axes = np.linalg.eigh(m.inertia)
         bounded = np.maximum(moments, s.least_moment)
         if bounded[0] + bounded[1] < bounded[2] * (1 - 1e-12) and s.balance:

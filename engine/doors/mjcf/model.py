@@ -9,7 +9,7 @@ import numpy as np
 
 from engine.basics.problems import SceneError
 from engine.doors.placing import Pose, about, least_turn, of_quaternion, pose
-from engine.doors.xml import DEEPEST, Element, Findings, read_xml
+from engine.doors.xml import DEEPEST, Element, Findings, is_file, read_xml
 
 FILES = 200
 """Files that are included, at most."""
@@ -73,7 +73,7 @@ class Model:
                 out.append(c)
                 continue
             name = c.get("file")
-            path = next((p for p in ((f / name).resolve() for f in (self.folder, folder)) if p.is_file()), None)
+            path = next((p.resolve() for p in (f / name for f in (self.folder, folder)) if is_file(p)), None)
             self.count += 1
             wrong = self._refused(name, path, files)
             if wrong or path is None:
@@ -102,9 +102,9 @@ class Model:
     def asset(self, at: Element, name: str) -> Path | None:
         """The file of a mesh; None, and a problem, where there is none that may be read."""
         plain = Path(name).name if self.settings.strip else name
-        path = (self.folder / self.settings.meshes / plain).resolve()
-        if path.is_file():
-            return path
+        path = self.folder / self.settings.meshes / plain
+        if is_file(path):
+            return path.resolve()
         what = "there is no such mesh, and bodies take their masses from it"
         self.found.add(at, name, what, "meshdir says in which folder they are")
         return None
@@ -174,7 +174,11 @@ class Model:
         x = self.found.numbers(e, how, said[how], (count,))
         if x is None or (how != "euler" and not np.any(x[:3] if how == "axisangle" else x)):
             return np.eye(3)
-        return self._turned(how, np.array(x))
+        turned = self._turned(how, np.array(x))
+        if not np.isfinite(turned).all():
+            self.found.add(e, e.get("name") or e.tag, f"{how}={said[how]!r} is no turn", "its axes are parallel, or have no length")
+            return np.eye(3)
+        return turned
 
     def _turned(self, how: str, x: np.ndarray) -> np.ndarray:
         if how == "quat":
@@ -184,9 +188,10 @@ class Model:
         if how == "zaxis":
             return least_turn(x)
         if how == "xyaxes":
-            e1 = x[:3] / np.linalg.norm(x[:3])
-            e2 = x[3:] - (x[3:] @ e1) * e1
-            e2 /= np.linalg.norm(e2)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                e1 = x[:3] / np.linalg.norm(x[:3])
+                e2 = x[3:] - (x[3:] @ e1) * e1
+                e2 /= np.linalg.norm(e2)
             return np.column_stack([e1, e2, np.cross(e1, e2)])
         out = np.eye(3)
         for letter, angle in zip(self.settings.sequence, x, strict=True):

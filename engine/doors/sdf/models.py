@@ -7,7 +7,7 @@ from pathlib import Path
 
 from engine.basics.problems import SceneError
 from engine.doors.sdf.frames import OWN, WORLD, Frames
-from engine.doors.xml import Element, Findings, read_xml
+from engine.doors.xml import Element, Findings, is_file, read_xml
 
 FILES = 100
 """Files that are included, at most."""
@@ -84,7 +84,7 @@ class Models:
         uri = said(e, "uri")
         name = uri.removeprefix("model://").removeprefix("file://")
         tries = [self.folder / name / "model.sdf", self.folder / name, self.folder / Path(name).name / "model.sdf"]
-        path = next((p.resolve() for p in tries if p.is_file()), None)
+        path = next((p.resolve() for p in tries if is_file(p)), None)
         self.count += 1
         if path is None or not path.is_relative_to(self.folder) or self.count > FILES or e.get("merge") == "true":
             what = f"{uri!r} is merged, which is not known" if e.get("merge") == "true" else f"there is no model {uri!r} here"
