@@ -33,6 +33,7 @@ MuJoCo {mujoco} with constraints, contacts, actuators and fluid switched off (fr
 largest difference of an acceleration, relative to the largest, as MuJoCo has the model, and with its inertias given as they are in
 the file (MuJoCo turns those of meshes and composed bodies into principal axes to 1e-8 or so, the next column). Files that are
 refused are told why; {none} files hold no mechanism (settings, materials, props that do not move, parts to be included).
+{menagerie}
 
 """
 
@@ -61,8 +62,6 @@ def menagerie() -> Iterator[tuple[str, str, Path]]:
     import mujoco_menagerie
 
     cache = mujoco_menagerie.Cache()
-    there = sum(cache.is_cached(robot) for robot in mujoco_menagerie.robots())
-    print(f"mujoco_menagerie: {there} of {len(mujoco_menagerie.robots())} robots in its cache")
     for robot in mujoco_menagerie.robots():
         if cache.is_cached(robot):
             root = Path(robot.path(cache))
@@ -70,10 +69,22 @@ def menagerie() -> Iterator[tuple[str, str, Path]]:
             yield from ((name, f"{root.name}/{f.relative_to(root)}", f) for f in sorted(root.rglob("*.xml")))
 
 
+def cached() -> str:
+    """What of mujoco_menagerie could be tried."""
+    if find_spec("mujoco_menagerie") is None:
+        return ""
+    import mujoco_menagerie
+
+    cache, robots = mujoco_menagerie.Cache(), mujoco_menagerie.robots()
+    there = sum(cache.is_cached(robot) for robot in robots)
+    where = f"mujoco_menagerie {version('mujoco-menagerie')} is a list of robots that are fetched from the web when asked for"
+    return f"\n{where}: {there} of {len(robots)} were there.\n"
+
+
 @contextlib.contextmanager
 def silent() -> Iterator[None]:
-    """Without what MuJoCo prints."""
-    with tempfile.TemporaryFile() as sink:
+    """Without what MuJoCo prints, and away from where it keeps a log."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), tempfile.TemporaryFile() as sink:
         kept = os.dup(2)
         os.dup2(sink.fileno(), 2)
         try:
@@ -118,7 +129,7 @@ def main() -> None:
         rows.append(f"| {name} {found}")
         print(rows[-1], flush=True)
     if "--write" in sys.argv:
-        head = HEAD.format(mujoco=version("mujoco"), none=none).rstrip()
+        head = HEAD.format(mujoco=version("mujoco"), none=none, menagerie=cached()).rstrip()
         PAGE.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
 
 
