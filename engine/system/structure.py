@@ -147,11 +147,6 @@ class Joint:
         return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
 
     @property
-    def rotors(self) -> bool:
-        """Whether any of its freedoms turns an inertia beside the bodies."""
-        return any(d.inertia is not None for d in self.devices)
-
-    @property
     def driven(self) -> tuple[int, ...]:
         """Indices of the freedoms whose motion is prescribed."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is not None)

@@ -9,7 +9,7 @@ import numpy as np
 from engine.doors.linkage import Linkage
 from engine.doors.mjcf.bodies import Bodies
 from engine.doors.mjcf.closing import Closing
-from engine.doors.mjcf.joints import Freedom
+from engine.doors.mjcf.joints import RATIO, Freedom
 from engine.doors.mjcf.model import Model
 from engine.scene.model import Scene
 
@@ -79,12 +79,12 @@ def _actuators(model: Model, bodies: Bodies) -> None:
     for e in every:
         said = model.attributes(e, "")
         f = by_name.get(said.get("joint") or said.get("jointinparent") or "")
-        gear = (model.found.numbers(e, "gear", said.get("gear", "1"), range(1, 7)) or [1.0])[0]
+        ratio = (model.found.numbers(e, RATIO, said.get(RATIO, "1"), range(1, 7)) or [1.0])[0]
         for key, name in (("armature", "rotor_inertia"), ("damping", "damping")):
             if key in said and f is not None and f.kind.nv == 1:
                 value = (model.found.numbers(e, key, said[key], (1, 2, 3)) or [0.0])[0]
                 tie = bodies.linkage.ties[f.name]
-                tie.more[name] = tie.more.get(name, 0.0) + gear * gear * value
+                tie.more[name] = tie.more.get(name, 0.0) + ratio * ratio * value
     if every:
         names = [e.get("name") or e.get("joint") or e.tag for e in every]
         model.found.notes.append(f"{len(every)} actuators left out (give joints an effort or a drive): {_listed(names)}")

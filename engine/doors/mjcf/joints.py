@@ -13,6 +13,8 @@ from engine.doors.xml import Element
 from engine.joints import REGISTRY, JointKind
 
 JOINTS = ("joint", "freejoint")
+RATIO = "gear"
+"""What an actuator's ratio is called."""
 KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "free"}
 CLOSING = {"connect": "spherical", "weld": "fixed"}
 """Types of joints by MJCF's words, and of what closes loops."""
