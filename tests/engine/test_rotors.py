@@ -180,3 +180,19 @@ def test_every_method_steps_rotors() -> None:
     for method, found in runs.items():
         close = 3e-5 if method == "moreau" else 1e-6  # of order 2, its error follows the tolerance
         assert found == pytest.approx(runs["rk8"], abs=close), method
+
+
+def test_rotors_turn_behind_gears() -> None:
+    """Two wheels of 20 and 50 teeth: q̈ = τ/(I₁ + J₁ + (20/50)² (I₂ + J₂))."""
+    wheel = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
+    hinge = {"type": "revolute", "axis": "z", "inboard": "ground"}
+    joints = {
+        "one": hinge | {"outboard": "a", "effort": 3.0, "rotor_inertia": 0.2},
+        "two": hinge | {"inboard": {"body": "ground", "point": [0.07, 0, 0]}, "outboard": "b", "rotor_inertia": 0.7},
+        "mesh": {"type": "gear", "axis": "z", "inboard": "a", "outboard": "b", "teeth": [20, 50], "module": 0.002},
+    }
+    scene = scene_from_dict({"schema": 1, "gravity": [0, 0, 0], "bodies": {"a": wheel, "b": dict(wheel)}, "joints": joints})
+    found = engine.simulate(scene, 0.1, 0.1, outputs=["*.qdd[1]"])
+    expected = 3.0 / (0.3 + 0.16 * 0.8)
+    assert found["one.qdd[1]"][-1] == pytest.approx(expected, rel=1e-12)
+    assert found["two.qdd[1]"][-1] == pytest.approx(-0.4 * expected, rel=1e-12)
