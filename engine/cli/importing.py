@@ -1,4 +1,4 @@
-"""``trunnion import``: a scene from a URDF, a body from a mesh."""
+"""``trunnion import``: a scene from URDF, MJCF, SDF or ASMT, a body from a mesh."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ MESHES = (".stl", ".obj", ".ply")
 def import_command(file: str, save: str | None, density: str, unit: str, as_json: bool) -> int:
     """Read the file, then write the scene or print it; the exit code."""
     from engine.basics.files import writing
-    from engine.doors import body_of_mesh, scene_of_urdf
+    from engine.doors import body_of_mesh, scene_of
+    from engine.doors.opening import SUFFIXES
     from engine.scene.dump import scene_to_dict, yaml_text
 
     found = Findings()
     path = options.destination(save, (".yaml", ".yml"), "-o", found)
     kilograms = options.quantity(density, "kg/m^3", "--density", found) or 0.0
     suffix = Path(file).suffix.lower()
-    if suffix not in (".urdf", *MESHES):
-        found.add("FILE", f"{file!r} is neither a URDF nor a mesh", f"one of .urdf, {', '.join(MESHES)}")
+    if suffix not in (*SUFFIXES, *MESHES):
+        found.add("FILE", f"{file!r} is neither a mechanism nor a mesh", f"one of {', '.join((*SUFFIXES, *MESHES))}")
     found.end()
     notes: list[str] = []
-    if suffix == ".urdf":
-        scene, notes = scene_of_urdf(file)
+    if suffix in SUFFIXES:
+        scene, notes = scene_of(file, unit)
         data = scene_to_dict(scene)
     else:
         data = {"bodies": {Path(file).stem: body_of_mesh(file, kilograms, unit)}}

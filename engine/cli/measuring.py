@@ -114,14 +114,14 @@ def advise(
 
 @app.command(name="import")
 def import_(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A URDF (a whole scene) or a closed mesh: STL, OBJ, PLY (a body).")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A mechanism (URDF, MJCF, SDF, ASMT) or a mesh (STL, OBJ, PLY).")],
     save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write .yaml instead of printing.")] = None,
     old_file: Annotated[str | None, OLD_FILE] = None,
     density: Annotated[str, typer.Option(metavar="D", help="Density of a mesh's solid.")] = "7800 kg/m^3",
-    unit: Annotated[str, typer.Option(metavar="U", help="Unit of a mesh's numbers: m, cm, mm, in.")] = "mm",
+    unit: Annotated[str, typer.Option(metavar="U", help="Unit of lengths in a mesh or ASMT: m, cm, mm, in.")] = "mm",
     as_json: Annotated[bool, JSON] = False,
 ) -> None:
-    """Take over a URDF as a scene, or a mesh as a body with its mass properties."""
+    """Take over another program's mechanism as a scene, or a mesh as a body with its mass properties."""
     from engine.cli.importing import import_command
 
     raise typer.Exit(import_command(file, save or old_file, density, unit, as_json))

@@ -8,147 +8,169 @@ from typing import Any
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError
+from engine.doors.linkage import GROUND, Link, Linkage, Names, Tie, floats
+from engine.doors.pictures import Pictures
+from engine.doors.placing import Pose, along, pose, rpy
+from engine.doors.shapes import Solid, drawn
+from engine.doors.xml import Element, Findings, read_xml
 from engine.joints import REGISTRY
-from engine.scene.load import scene_from_dict
 from engine.scene.model import Scene
 
 TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
     "planar": "planar",
 }  # fmt: skip
+GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 1)}
 
 
 def scene_of_urdf(file: str | Path) -> tuple[Scene, list[str]]:
     """(scene, notes on what was left out). The root link is the ground when it has no inertia, else fixed to it; gravity along −z.
 
-    SceneError with every joint or link that cannot be represented.
+    SceneError with every joint or link that cannot be represented, each with its line.
     """
-    robot = _read(Path(file))
-    reader = _Reader(robot)
-    return reader.scene(Path(file).stem), reader.notes
+    path = Path(file)
+    if not path.is_file():
+        raise SceneError([Problem(str(file), "there is no such file")])
+    root = read_xml(path)
+    found = Findings()
+    if root.tag != "robot":
+        found.add(root, root.tag, "the file begins with no <robot>", "URDF does; xacro writes it: xacro robot.xacro > robot.urdf")
+        found.end()
+    reader = _Reader(root, found, Pictures(path.resolve().parent, found))
+    scene = reader.linkage(path.stem).scene()
+    reader.meshes.tell()
+    return scene, found.notes
 
 
 class _Reader:
-    def __init__(self, robot: Any):
-        self.links = {link.name: link for link in robot.links}
-        self.joints = list(robot.joints)
-        self.name = robot.name
-        children = {j.child for j in self.joints}
+    def __init__(self, root: Element, found: Findings, meshes: Pictures):
+        self.root, self.found, self.names, self.meshes = root, found, Names(), meshes
+        self.links = {e.get("name"): e for e in root.all("link")}
+        self.joints = [e for e in root.all("joint") if self._known(e)]
+        self.name = root.get("name")
+        children = {_end(j, "child") for j in self.joints}
         self.roots = [n for n in self.links if n not in children]
-        self.notes: list[str] = []
-        self.problems: list[Problem] = []
+        for e in root.inside():
+            if e.tag.startswith("xacro:"):
+                found.add(e, e.tag, "a macro that is not written out", "xacro robot.xacro > robot.urdf")
+                break
 
-    def scene(self, name: str) -> Scene:
+    def _known(self, j: Element) -> bool:
+        """Whether both links of a joint are there."""
+        missing = [(side, _end(j, side)) for side in ("parent", "child") if _end(j, side) not in self.links]
+        for side, name in missing:
+            self.found.add(j, j.get("name"), f"its {side} {name!r} is no link", "name a link of the file")
+        return not missing
+
+    def linkage(self, name: str) -> Linkage:
+        """All links and joints; what is wrong is among ``found``."""
         if len(self.roots) != 1:
-            self.problems.append(Problem("links", f"{len(self.roots)} roots instead of one: {', '.join(self.roots)}"))
-            raise SceneError(self.problems)
+            self.found.add(self.root, "links", f"{len(self.roots)} roots instead of one: {', '.join(self.roots)}")
+            self.found.end()
         root = self.roots[0]
-        ground = self._massless(root)
-        self.place = {n: n for n in self.links} | ({root: "ground"} if ground else {})
-        points = self._points()
-        bodies = {n: self._body(n, points.get(n, {})) for n in self.links if self.place[n] == n and n not in self.merged}
-        joints = {j.name: self._joint(j) for j in self.joints if j.child not in self.merged}
-        if not ground:
-            joints = {"base": {"type": "fixed", "inboard": "ground", "outboard": root}} | joints
-        if self.problems:
-            raise SceneError(self.problems)
-        data: dict[str, Any] = {
-            "schema": 1, "name": _identifier(self.name or name), "gravity": [0, 0, -9.81], "bodies": bodies, "joints": joints,
-        }  # fmt: skip
-        if ground and points.get(root):
-            data["ground"] = {"points": points[root]}
-        return scene_from_dict(data)
+        grounded = self._massless(root)
+        ends = self._ends()
+        bodies = [n for n in self.links if n not in ends and not (grounded and n == root)]
+        self.place = {n: self.names.new(n, "link") for n in bodies} | ({root: GROUND} if grounded else {})
+        out = Linkage("".join(c if c.isalnum() or c == "_" else "_" for c in self.name or name), self.found)
+        for n in bodies:
+            out.links[self.place[n]] = self._link(n)
+        if not grounded:
+            out.ties[self.names.new("base", "joint")] = Tie("fixed", GROUND, self.place[root], np.eye(4), np.eye(4))
+        for j in self.joints:
+            if _end(j, "child") in ends:
+                holder = self.place[_end(j, "parent")]
+                points = out.ground if holder == GROUND else out.links[holder].points
+                points[Names().new(_end(j, "child"), "point")] = floats(self._origin(j)[:3, 3])
+            else:
+                self._joint(j, out)
+        return out
 
     def _massless(self, link: str) -> bool:
-        inertial = self.links[link].inertial
-        return inertial is None or not inertial.mass
+        inertial = self.links[link].first("inertial")
+        mass = inertial.first("mass") if inertial is not None else None
+        return mass is None or not self.found.number(mass, "value", mass.attributes.get("value"), 0.0)
 
-    def _points(self) -> dict[str, dict[str, list[float]]]:
-        """Massless links at the end of fixed joints are named points of what they are fixed to."""
-        parents = {j.parent for j in self.joints}
-        ends = [j for j in self.joints if j.type == "fixed" and self._massless(j.child) and j.child not in parents]
-        self.merged = {j.child for j in ends}
-        out: dict[str, dict[str, list[float]]] = {}
-        for j in ends:
-            out.setdefault(j.parent, {})[_identifier(j.child)] = _floats(_origin(j)[:3, 3])
-        return out
+    def _ends(self) -> set[str]:
+        """Massless links at the end of fixed joints, which are named points of what they are fixed to."""
+        parents = {_end(j, "parent") for j in self.joints}
+        fixed = {_end(j, "child") for j in self.joints if j.get("type") == "fixed"}
+        return {n for n in fixed - parents if self._massless(n)}
 
-    def _body(self, name: str, points: dict[str, list[float]]) -> dict[str, Any]:
+    # -- links --------------------------------------------------------------------------------------------------------------
+
+    def _origin(self, e: Element | None) -> Pose:
+        """Where an element's <origin> puts it."""
+        at = e.first("origin") if e is not None else None
+        if at is None:
+            return np.eye(4)
+        xyz = self.found.numbers(at, "xyz", at.get("xyz", "0 0 0"), (3,)) or [0.0] * 3
+        angles = self.found.numbers(at, "rpy", at.get("rpy", "0 0 0"), (3,)) or [0.0] * 3
+        return pose(xyz, rpy(*angles))
+
+    def _link(self, name: str) -> Link:
         link = self.links[name]
-        if self._massless(name):
-            self.problems.append(Problem(name, "moves and has no mass", "give the link an <inertial>"))
-            return {}
-        frame = np.eye(4) if link.inertial.origin is None else np.asarray(link.inertial.origin)
-        inertia = frame[:3, :3] @ np.asarray(link.inertial.inertia, float) @ frame[:3, :3].T
-        body: dict[str, Any] = {"mass": float(link.inertial.mass), "center": _floats(frame[:3, 3])}
-        body["inertia"] = _floats(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
-        shapes = [v.geometry for v in link.visuals if v.geometry is not None]
-        if shapes and shapes[0].box is not None:
-            body["box"] = _floats(shapes[0].box.size)
-        elif shapes and shapes[0].sphere is not None:
-            body["sphere"] = float(shapes[0].sphere.radius)
-        elif shapes and shapes[0].cylinder is not None:
-            body["cylinder"] = {"radius": float(shapes[0].cylinder.radius), "length": float(shapes[0].cylinder.length), "axis": "z"}
-        return body | ({"points": points} if points else {})
+        inertial = link.first("inertial")
+        if inertial is None or self._massless(name):
+            self.found.add(link, name, "moves and has no mass", "give the link an <inertial>")
+            return Link(1.0, np.zeros(3), np.zeros((3, 3)))
+        frame, mass, moments = self._origin(inertial), inertial.first("mass"), inertial.first("inertia")
+        get = lambda key: self.found.number(moments or inertial, key, (moments or inertial).attributes.get(key), 0.0)  # noqa: E731
+        xx, yy, zz, xy, xz, yz = (get(k) for k in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+        R = frame[:3, :3]
+        inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+        weight = self.found.number(mass, "value", mass.attributes.get("value"), 0.0) if mass is not None else 0.0
+        return Link(weight, frame[:3, 3], inertia, drawn([s for v in link.all("visual") for s in self._solids(v)], frame[:3, 3]))
 
-    def _joint(self, j: Any) -> dict[str, Any]:
-        """The scene's joint for joint j of the file, with the frames of both sides written out; they coincide at q = 0."""
-        if j.type not in TYPES or j.mimic is not None:
-            what = "follows another joint (mimic)" if j.mimic is not None else f"has type {j.type!r}"
-            self.problems.append(Problem(j.name, f"{what}, which a scene does not have", "take it out of the file"))
-            return {}
-        origin = _origin(j)
-        axis = np.array([1.0, 0.0, 0.0] if j.axis is None else j.axis, float)
-        axis /= np.linalg.norm(axis)
-        reference = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-        reference /= np.linalg.norm(reference)
-        R, p = origin[:3, :3], origin[:3, 3]
-        kind = TYPES[j.type]
-        inboard: dict[str, Any] = {"body": self.place[j.parent], "point": _floats(p)}
-        outboard: dict[str, Any] = {"body": j.child}
-        if not REGISTRY[kind].needs_axis and np.abs(R - np.eye(3)).max() > 1e-12:
-            self.problems.append(Problem(j.name, f"a {j.type} joint turned by rpy", "turn the child link's own numbers instead"))
-        if REGISTRY[kind].needs_axis:
-            inboard |= {"axis": _floats(R @ axis), "reference": _floats(R @ reference)}
-            outboard |= {"axis": _floats(axis), "reference": _floats(reference)}
-        out: dict[str, Any] = {"type": kind, "inboard": inboard, "outboard": outboard}
-        if j.dynamics is not None and float(j.dynamics.damping or 0):
-            out["damping"] = float(j.dynamics.damping)
-        if j.dynamics is not None and float(j.dynamics.friction or 0):
-            turns = REGISTRY[kind].freely_rubbed
-            if len(turns) == 1:
-                out["friction"] = {"torque" if turns[0] else "force": float(j.dynamics.friction)}
-            else:
-                self.notes.append(f"{j.name}: constant friction {float(j.dynamics.friction):g} left out (a {kind} joint has none)")
-        if j.type != "continuous" and j.limit is not None and REGISTRY[kind].nv == 1:
-            self.notes.append(f"{j.name}: limits left out (stops want a stiffness)")
-        return out
+    def _solids(self, visual: Element) -> list[Solid]:
+        """What a visual is made of."""
+        geometry, at = visual.first("geometry"), self._origin(visual)
+        for e in geometry.children if geometry is not None else ():
+            if e.tag in GEOMETRY:
+                key, count = GEOMETRY[e.tag]
+                sizes = self.found.numbers(e, key, e.get(key), (count,)) or []
+                sizes += [self.found.number(e, "length", e.attributes.get("length"), 0.0)] if e.tag == "cylinder" else []
+                return [Solid(e.tag, tuple(sizes), at)]
+            if e.tag == "mesh":
+                scale = self.found.numbers(e, "scale", e.get("scale", "1 1 1"), (3,)) or [1.0] * 3
+                return self.meshes.solids(e.get("filename"), at, scale)
+        return []
 
+    # -- joints -------------------------------------------------------------------------------------------------------------
 
-def _origin(j: Any) -> np.ndarray:
-    return np.eye(4) if j.origin is None else np.asarray(j.origin, float)
+    def _joint(self, j: Element, out: Linkage) -> None:
+        """Joint j of the file, with the frames of both sides written out; they coincide at q = 0."""
+        name, said = j.get("name"), j.get("type")
+        if said not in TYPES or j.first("mimic") is not None:
+            what = "follows another joint (mimic)" if j.first("mimic") is not None else f"has type {said!r}"
+            self.found.add(j, name, f"{what}, which a scene does not have", "take it out of the file")
+            return
+        kind, given = TYPES[said], j.first("axis")
+        axis = (self.found.numbers(given, "xyz", given.get("xyz"), (3,)) if given is not None else None) or [1.0, 0.0, 0.0]
+        if REGISTRY[kind].needs_axis and not any(axis):
+            self.found.add(given or j, name, "its axis has no length")
+            return
+        frame = along(axis) if REGISTRY[kind].needs_axis else np.eye(4)
+        sides = self.place[_end(j, "parent")], self.place[_end(j, "child")]
+        made = self.names.new(name, "joint")
+        out.ties[made] = Tie(kind, *sides, self._origin(j) @ frame, frame, self._acting(j, kind, out))
 
-
-def _floats(values: Any) -> list[float]:
-    """The values as plain numbers; those that rotations leave a rounding error away from zero become zero."""
-    array = np.asarray(values, float).ravel()
-    big = max(1.0, float(np.abs(array).max())) if array.size else 1.0
-    return [float(f"{x:.15g}") + 0.0 if abs(x) > 1e-16 * big else 0.0 for x in array]
-
-
-def _identifier(name: str) -> str:
-    return "".join(c if c.isalnum() or c == "_" else "_" for c in name)
+    def _acting(self, j: Element, kind: str, out: Linkage) -> dict[str, Any]:
+        more: dict[str, Any] = {}
+        dynamics = j.first("dynamics")
+        if dynamics is not None:
+            damping = self.found.number(dynamics, "damping", dynamics.attributes.get("damping"), 0.0)
+            rates = REGISTRY[kind].nv
+            if damping and rates:
+                more["damping"] = damping if rates == 1 else [damping] * rates
+            constant = self.found.number(dynamics, "friction", dynamics.attributes.get("friction"), 0.0)
+            more |= out.friction(j.get("name"), kind, constant)
+        if j.get("type") != "continuous" and j.first("limit") is not None and REGISTRY[kind].nv == 1:
+            self.found.notes.append(f"{j.get('name')}: limits left out (stops want a stiffness)")
+        return more
 
 
-def _read(file: Path) -> Any:
-    try:
-        from yourdfpy import URDF
-    except ImportError as e:
-        what = "URDF is read by yourdfpy, which is not installed"
-        raise SceneError([Problem(str(file), what, "pip install 'trunnion[cad]'")]) from e
-    if not file.is_file():
-        raise SceneError([Problem(str(file), "there is no such file")])
-    try:
-        return URDF.load(str(file), build_scene_graph=False, load_meshes=False).robot
-    except Exception as e:  # any error of the reader means that the file cannot be read
-        raise SceneError([Problem(str(file), f"cannot be read as URDF: {e}")]) from e
+def _end(j: Element, side: str) -> str:
+    """The link on one side of a joint."""
+    e = j.first(side)
+    return e.get("link") if e is not None else ""

@@ -14,7 +14,7 @@ import casadi as ca
 
 from engine.kernel.records import HANDED
 from engine.recursion.kinematics import GROUND_MOTION, Motion, Step, walk
-from engine.recursion.loads import joint_forces, mass_matrix, velocity_force, wrenches
+from engine.recursion.loads import joint_forces, mass_matrix, rotors, velocity_force, wrenches
 from engine.recursion.reduction import Articulated, absorbed, project
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, Gamma, GammaT, symmetric, zeros
@@ -146,7 +146,7 @@ def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
     art = Articulated(symmetric(mass.M11 + d11), ca.sparsify(mass.M12 + d12), symmetric(mass.M22 + d22), ca.sparsify(own + dF))
     forces = joint_forces(sym, step)
     Q = ca.sparsify(ca.vertcat(SX(0, 1), *[forces[k] for k in shape.joint.free]))
-    project(art, step, Q)
+    project(art, step, Q, rotors(sym, shape.joint))
     M11, M12, M22 = absorbed(art, step.lever)
     moved = art.F - art.MPi @ art.y - art.times(step.w[:3], step.w[3:])
     handed = pack_handed(M11, M12, M22, GammaT(step.lever, ca.sparsify(moved)))

@@ -112,11 +112,15 @@ def _all_components(m: Model, acc: Accelerations, e, pick: SX) -> SX:
 
 
 def kinetic(m: Model) -> SX:
-    """Kinetic energy Σ ½ Zᵀ M Z."""
+    """Kinetic energy Σ ½ Zᵀ M Z, and that of rotors."""
     total = SX(0)
     for mass, motion in zip(m.masses, m.motions, strict=True):
         p = mass.M11 @ motion.rdot + mass.M12 @ motion.omega
         total += 0.5 * (ca.dot(motion.rdot, p) + ca.dot(motion.omega, mass.M12.T @ motion.rdot + mass.M22 @ motion.omega))
+    for step in m.steps:
+        for d, rate in zip(step.joint.devices, step.rates, strict=True):
+            if d.inertia is not None:
+                total += 0.5 * m.sym.leaf(d.inertia) * rate**2
     return total
 
 

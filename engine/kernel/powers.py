@@ -74,7 +74,8 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
 
 
 def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
-    """Effort of the drive of freedom k on the outboard part: what the joint transmits along it, less friction and devices."""
+    """Effort of the drive of freedom k on the outboard part: what the joint transmits along it, less friction and devices, and what
+    its rotor takes."""
     from engine.recursion.loads import device_force
 
     f, t, _ = on_outboard(m, acc, j, pick)
@@ -90,7 +91,9 @@ def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX
     if j.friction:
         eta = j.friction.eta
         friction = m.sym.eta[eta[k]]
-    return total - device + friction
+    rotor = j.devices[k].inertia
+    turned = SX(0) if rotor is None else m.sym.leaf(rotor) * m.sym.driven_accelerations(j)[k]
+    return total - device + friction + turned
 
 
 def _drive(m: Model, acc: Accelerations, pick: SX) -> SX:

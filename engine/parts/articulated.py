@@ -20,10 +20,12 @@ freedoms (n×6), 1 for each that moves and 0 for each that is held, determinant 
 Functions = tuple[list[Input], list[Output]]
 
 
-def narrowed(mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int, looped: bool = False) -> list[Functions]:
+def narrowed(
+    mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int, looped: bool, spun: SX,
+) -> list[Functions]:  # fmt: skip
     """Inputs and outputs of ``narrow`` (inertias and pivots, from K and what moves), ``pull`` (forces inward) and ``push``
     (accelerations and reactions outward), which are stages from ``stage`` on; looped: and of those for loops' multipliers.
-    steady: F⁰ of the body (17)."""
+    steady: F⁰ of the body (17); spun: rotor inertias of the free freedoms (n×n)."""
     n = step.Pi.size2()
     turned, grip, moves = SX.sym("turned", 36), SX.sym("grip", n, 6), SX.sym("moves", n)
     own = ca.vertcat(ca.horzcat(mass.M11, mass.M12), ca.horzcat(mass.M12.T, mass.M22))
@@ -31,7 +33,7 @@ def narrowed(mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int,
     free, held = ca.diag(moves), ca.diag(1 - moves)
     Pi, rows = ca.sparsify(step.Pi @ free), ca.sparsify(free @ (step.Pi.T + grip))
     MPi, LM = M @ Pi, rows @ M
-    inverse, pivot = _inverse(rows @ MPi + held)
+    inverse, pivot = _inverse(rows @ MPi + free @ spun + held)
     V = inverse @ LM
     lever = ca.vertcat(ca.horzcat(SX.eye(3), -skew(step.lever)), ca.horzcat(zeros(3, 3), SX.eye(3)))
     borne = ca.sparsify(lever).T @ (M - MPi @ V) @ ca.sparsify(lever)
@@ -39,7 +41,7 @@ def narrowed(mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int,
            Input(at["moves"], moves, stage, transient=True)]  # fmt: skip
     outs = [Output(at["borne"], 0, ca.vec(borne), stage, True), Output(at["pivot"], 0, pivot, stage)]
     inward = _pull(M @ step.w, MPi, step, steady, (rows, inverse, moves), at, stage + 1)
-    found = [(ins, outs), inward, _push(M, step, Pi, V, at, stage + 2)]
+    found = [(ins, outs), inward, _push(M, step, Pi, V, spun, at, stage + 2)]
     return [*found, *(_of_loops(step, Pi, MPi, inverse @ rows, V, at, stage + 3) if looped else [])]
 
 
@@ -55,15 +57,15 @@ def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX],
     return ins, [Output(at["y"], 0, y, stage), Output(at["F"], 0, F, stage), Output(at["up"], 0, up, stage, True)]
 
 
-def _push(M: SX, step: Step, Pi: SX, V: SX, at: dict[str, str], stage: int) -> Functions:
-    """Accelerations outward: Ż of the inboard body, y and F̄ → q̈, Ż, the reaction N of its joint and Πᵀ N."""
+def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage: int) -> Functions:
+    """Accelerations outward: Ż of the inboard body, y and F̄ → q̈, Ż, the reaction N of its joint and Πᵀ N with what rotors take."""
     Z, y, F = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - V @ carried
     moved = carried + Pi @ qdd + step.w
     N = M @ moved - F
     ins = [Input(at["Z"], Z, stage), Input(at["yc"], y, stage), Input(at["fc"], F, stage)]
-    along = step.Pi.T @ N
+    along = step.Pi.T @ N + spun @ qdd
     return ins, [Output(at[name], 0, v, stage) for name, v in (("qdd", qdd), ("Zo", moved), ("N", N), ("fq", along))]
 
 

@@ -41,6 +41,7 @@ def body_part(which: Carried) -> Part:
     """Build a part from the functions by which whole scenes are compiled. Its sizes: how many numbers it has, constants it computes
     from them, values its passes keep."""
     kind, count = REGISTRY[which.kind], Numbers()
+    spun = count.some(kind.nv) if which.rotors else ()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     body = a_body(count)
     sym = PartSymbols(count.count, kind)
@@ -51,7 +52,9 @@ def body_part(which: Carried) -> Part:
     force, effort = SX.sym("force", 6), SX.sym("effort", kind.nv)
     F = velocity_force(mass, motion.omega) + force + dF
     art = Articulated(symmetric(mass.M11 + d11), ca.sparsify(mass.M12 + d12), symmetric(mass.M22 + d22), F)
-    project(art, step, ca.vertcat(SX(0, 1), *[effort[k] for k in joint.free]))
+    n = len(joint.free)
+    turned = ca.diag(ca.vertcat(SX(0, 1), *[sym.leaf(spun[k]) for k in joint.free])) if spun else zeros(n, n)
+    project(art, step, ca.vertcat(SX(0, 1), *[effort[k] for k in joint.free]), turned)
     moved = art.F - art.MPi @ art.y - art.times(step.w[:3], step.w[3:])
     up = pack_handed(*absorbed(art, step.lever), GammaT(step.lever, ca.sparsify(moved)))
     ins = [
@@ -64,7 +67,7 @@ def body_part(which: Carried) -> Part:
         Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
     ]  # fmt: skip
     more = [_column(art, step), *(_outward(art, step, stage) for stage in (4, 5, 9)), *_balance(mass, motion, step)]
-    more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, NARROWS, which.looped) if which.rubbed else []
+    more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, NARROWS, which.looped, turned) if which.rubbed else []
     code = _emitted(which, [*ins, *[i for found, _ in more for i in found]], [*outs, *[o for _, found in more for o in found]])
     text, places = _with_own_places(which, code.text)
     constants, work, kept = code.kept[:3]

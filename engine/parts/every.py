@@ -3,11 +3,12 @@
 The list follows from what joint types, contact elements and laws declare, so that a new one is in it. Left out is what hardly a
 scene has: of a planar joint two freedoms prescribed, of a free body one or two; Adams' approximation with laws that it is not
 compared with; friction in redundant loops of joints that say their stiffness; friction that is given and preloads with laws that
-are not set-valued, threads with laws that are not usual."""
+are not set-valued, threads with laws that are not usual, rotors but of hinges, guides and balls."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, combinations, product
 from typing import Any
 
@@ -87,11 +88,20 @@ def _bodies() -> Iterator[Asked]:
     for kind, forward in product([k for k in JOINTS.values() if not k.rolls], SIDES):
         for which, how in product(driven(kind), ((), (True,), (True, True))):
             yield "body", "body_part", Carried(kind.name, forward, which, *how)
+            if spun(kind):
+                yield "body", "body_part", replace(Carried(kind.name, forward, which, *how), rotors=True)
         for which in driven(kind):
             plain = Carried(kind.name, forward, which)
             yield from (("inverse", name, plain) for name in ("outward", "moved", "turned", "carry"))
             yield "tangents", "solving", plain
+            if spun(kind):
+                yield "tangents", "solving", replace(plain, rotors=True)
         yield from (("small", "along", kind.name, forward, k) for k in range(kind.nv))
+
+
+def spun(kind: JointKind) -> bool:
+    """Whether joints of this type have rotors, as motors and other programs' files have them: hinges, guides, balls."""
+    return kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
 
 
 def _cuts() -> Iterator[Asked]:

@@ -52,18 +52,19 @@ class Part:
 @dataclass(frozen=True)
 class Carried:
     """Which part: joint type, which way it is walked, freedoms whose motion is prescribed; rubbed: friction is found along the
-    recursion; looped: with multipliers of loops."""
+    recursion; looped: with multipliers of loops; rotors: its freedoms turn inertias beside the bodies."""
 
     kind: str
     forward: bool
     driven: tuple[int, ...]
     rubbed: bool = False
     looped: bool = False
+    rotors: bool = False
 
     @property
     def name(self) -> str:
         """Of its functions in C."""
-        how = f"{''.join(map(str, self.driven))}{'_rubbed' * self.rubbed}{'_looped' * self.looped}"
+        how = f"{''.join(map(str, self.driven))}{'_rubbed' * self.rubbed}{'_looped' * self.looped}{'_rotors' * self.rotors}"
         return f"p_{self.kind}_{'out' if self.forward else 'in'}{how}"
 
     @property

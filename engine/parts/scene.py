@@ -179,7 +179,7 @@ class Scene(Tables):
         return N
 
     def drive_effort(self, tape: Tape, j: Joint, k: int, m: Moving, N: Block, out: Block) -> None:
-        """What the joint transmits along a driven freedom, less its devices, friction added."""
+        """What the joint transmits along a driven freedom, less its devices, friction and what its rotor takes added."""
         devices = tape.scratch_block(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(tape, small.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
@@ -191,6 +191,8 @@ class Scene(Tables):
         tape.call(Builtin.PRODUCT, [devices, self.one, out], [1, -1])
         if j.friction:
             tape.call(Builtin.PRODUCT, [self.eta(j).part(k, 1), self.one, out], [1, 1])
+        if d.inertia is not None:
+            tape.call(Builtin.PRODUCT, [self.numbers([d.inertia]), m.known.part(k, 1), out], [1, 1])
 
     def eta(self, j: Joint) -> Block:
         """Multipliers of a joint's friction."""
@@ -216,6 +218,8 @@ class Scene(Tables):
             own = numbers.part(numbers.size - BODY, BODY)
             self.call(tape, small.energies(), numbers=own, g=self.gravity, motion=m.motion, out=out)
         potential = out.part(1, 1)
+        for j, m in zip(self.system.tree, moving, strict=True):
+            self._spun(tape, j, m, out.part(0, 1))
         joints = [(j, m.q, m.v) for j, m in zip(self.system.tree, moving, strict=True)] + [(c.joint, c.q, c.v) for c in closed]
         for j, q, v in joints:
             for _, d, own, rate in self.each_device(j, q, v):
@@ -223,6 +227,17 @@ class Scene(Tables):
         for load in self.system.loads:
             if load.kind == "spring_damper":
                 self.call(tape, small.spring("potential"), out=potential, **self.ends(load, moving))
+
+    def _spun(self, tape: Tape, j: Joint, m: Moving, kinetic: Block) -> None:
+        """Add the kinetic energy of a joint's rotors."""
+        for k, d in enumerate(j.devices):
+            if d.inertia is None:
+                continue
+            half, rate = tape.scratch_block(1), m.v.part(k, 1)
+            tape.call(Builtin.SCALE, [rate, self.constant([0.5]), half], [1])
+            momentum = tape.scratch_block(1)
+            tape.call(Builtin.SCALE, [rate, self.numbers([d.inertia]), momentum], [1])
+            tape.call(Builtin.PRODUCT, [half, momentum, kinetic], [1, 1])
 
     def ends(self, load: Load, moving: list[Moving]) -> dict[str, Block]:
         """What the parts of a spring-damper between two points are handed."""

@@ -6,11 +6,12 @@ derivative at fixed accelerations is what drives the same recursion once more (M
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from engine.kernel.records import HANDED, MOTION
 from engine.parts.blocks import Closed, Moving
 from engine.parts.directions import Directions
-from engine.parts.known import POSE
+from engine.parts.known import POSE, Carried
 from engine.parts.scene import Scene
 from engine.parts.store import inverse, tangents
 from engine.parts.tables import BODY, Tables
@@ -26,14 +27,18 @@ class Smooth(Scene):
     """A scene whose bodies are walked by functions that have tangents."""
 
     def work(self, i: int) -> int:
-        return inverse.outward(self.which[i]).sizes["work"]
+        return inverse.outward(self.still_part(i)).sizes["work"]
+
+    def still_part(self, i: int) -> Carried:
+        """Which part body i is one of, without rotors, which its motion and its balance do not know."""
+        return replace(self.which[i], rotors=False)
 
     def body_call(self, tape: Tape, i: int, function: str, **places: Block) -> None:
         if function == "weigh":
             n = self.body_numbers[i]
             self.call(tape, inverse.weigh(1), numbers=n.part(n.size - BODY, BODY), **places)
         elif function in COUNTERPARTS:
-            self.call(tape, getattr(inverse, function)(self.which[i]), numbers=self.body_numbers[i], **places)
+            self.call(tape, getattr(inverse, function)(self.still_part(i)), numbers=self.body_numbers[i], **places)
         else:
             super().body_call(tape, i, function, **places)
 
@@ -144,9 +149,13 @@ class Moved:
             s.call(tape, inverse.weigh(-1), numbers=n, motion=m.motion, force=m.force, Z=fixed[i], N=less[i])
             if own.size:
                 tape.call(Builtin.PICK, [self.efforts[i], own], [own.size, *j.free])
+            for at, k in enumerate(j.free):
+                rotor = j.devices[k].inertia
+                if rotor is not None:
+                    tape.call(Builtin.PRODUCT, [s.numbers([rotor]), self.own(self.qdd, j).part(at, 1), own.part(at, 1)], [1, -1])
         for i, (j, m) in enumerate(zip(self.system.tree, self.moving, strict=True)):
             up = less[s.parent(i)] if s.parent(i) != GROUND else ground
-            s.call(tape, inverse.turned(s.which[i]), work=m.work, N=self.N[i], up=up, along=self.own(along, j))
+            s.call(tape, inverse.turned(s.still_part(i)), work=m.work, N=self.N[i], up=up, along=self.own(along, j))
         self.directions.follow(tape)
         self._solve(self.directions, fixed, less, along)
 

@@ -104,11 +104,13 @@ class Tables:
 
     def _body(self, j: Joint) -> None:
         carried = self.system.bodies[j.child]
-        which = Carried(j.kind_name, j.forward, j.driven, self.rubbed, self.rubbed and bool(self.system.cuts))
+        rotors = any(d.inertia is not None for d in j.devices)
+        which = Carried(j.kind_name, j.forward, j.driven, self.rubbed, self.rubbed and bool(self.system.cuts), rotors)
         part = body.body_part(which)
         point = j.inb_point if j.forward else j.out_point
         pitch = [] if j.pitch is None else [j.pitch]
-        own = self.numbers([*j.inb_frame, *j.out_frame, *point, *pitch, carried.mass, *carried.center, *carried.inertia])
+        spun = [d.inertia or 0.0 for d in j.devices] if rotors else []
+        own = self.numbers([*spun, *j.inb_frame, *j.out_frame, *point, *pitch, carried.mass, *carried.center, *carried.inertia])
         if carried.per_mass:
             moved = self.c_block(own.size)
             self.prepare.copy(own, moved)
@@ -120,7 +122,7 @@ class Tables:
         self.which.append(which)
         self.parts.append(part)
         self.body_constants.append(kept)
-        self.body_numbers.append(own)
+        self.body_numbers.append(own.part(len(spun), own.size - len(spun)))
 
     def work(self, i: int) -> int:
         """How many numbers the passes of body i's part keep of its motion."""

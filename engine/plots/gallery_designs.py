@@ -55,6 +55,16 @@ DESIGNS: dict[str, Choice] = {
         aside=(20.0, 14.0),
         changes={"parameters.cut": "2 kN"},
     ),
+    "robot_arm": Choice(
+        0.45,
+        "Lifting 5 kg in a second: most torque while it speeds up, and little on the way to rest, when the load pulls itself up",
+        (
+            Plot("Turn of the joints", "angle", ("shoulder.q[1]", "elbow.q[1]"), True),
+            Plot("Torques of the motors", "torque", ("shoulder.drive.effort[1]", "elbow.drive.effort[1]")),
+            Plot("Place of the tool", "position", ("fore.tool.position[1]", "fore.tool.position[3]")),
+        ),
+        aside=(25.0, 18.0),
+    ),
     "scissor_lift": Choice(
         0.0,
         "Raised by 300 rpm: the steeper the links, the less torque the same load takes",

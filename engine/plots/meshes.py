@@ -9,6 +9,8 @@ import numpy as np
 
 ROUND = 20
 """Sides of a cylinder, meridians of a sphere."""
+SHARP = np.cos(np.deg2rad(40))
+"""Cosine of the angle between two triangles from which on they meet in an edge."""
 PIECES = 8
 """A face is cut into pieces along its longer edge, at most so many, so that crossing bodies hide each other rightly."""
 
@@ -90,6 +92,21 @@ def sphere(radius: float, around: int = ROUND) -> Mesh:
             ring = (a, a + around, b + around, b)
             faces.append(ring[:3] if i == rows - 1 else (a, a + around, b + around) if i == 0 else ring)
     return Mesh(vertices, tuple(faces), (0,) * len(faces))
+
+
+def surface(points: np.ndarray, faces: np.ndarray) -> Mesh:
+    """A surface of triangles (indices, m×3) between points (n×3), m; its edges are where triangles meet at more than ``SHARP``."""
+    corners = points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    beside: dict[tuple[int, int], int] = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(faces) for k in range(3)}
+
+    def sharp(i: int, k: int) -> bool:
+        other = beside.get((int(faces[i][(k + 1) % 3]), int(faces[i][k])))
+        return other is None or bool(normals[i] @ normals[other] < SHARP)
+
+    edges = tuple(sum(sharp(i, k) << k for k in range(3)) for i in range(len(faces)))
+    return Mesh(points, tuple((int(a), int(b), int(c)) for a, b, c in faces), edges)
 
 
 def rod(start: np.ndarray, end: np.ndarray, radius: float) -> Mesh:

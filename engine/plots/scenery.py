@@ -19,6 +19,7 @@ from engine.plots.wheels import wheels
 from engine.scene import model as sm
 from engine.scene.poses import sides_of
 from engine.scene.refs import GROUND, body_of, point_of
+from engine.scene.surfaces import unpacked
 from engine.scene.touching import sizes_given, touching
 from engine.simulation.result import Result
 from engine.system.frames import frame, matrix
@@ -133,6 +134,8 @@ def _size(scene: sm.Scene) -> float:
 
 
 def _extent(b: sm.Body) -> float:
+    if b.surface is not None:
+        return float(np.ptp(np.array(unpacked(b.surface)[0]), axis=0).max())
     if b.box is not None:
         return max(b.box)
     if b.cylinder is not None:
@@ -148,7 +151,10 @@ def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh]) -> 
 
 
 def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float) -> Mesh:
-    """The body's shape; a body without one is rods from its mass centre to its joints and named points."""
+    """The body's surface or shape; a body without one is rods from its mass centre to its joints and named points."""
+    if b.surface is not None:
+        spots, faces = unpacked(b.surface)
+        return meshes.surface(np.array(spots) - np.array(b.center, float), np.array(faces))
     if b.box is not None:
         return meshes.box(*b.box)
     if b.cylinder is not None:

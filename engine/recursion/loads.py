@@ -13,7 +13,7 @@ import casadi as ca
 from engine.recursion.kinematics import Motion, Step, point_motion
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, rotate_inertia, skew, vector, zeros
-from engine.system.structure import GROUND, Body, Device, Load, System
+from engine.system.structure import GROUND, Body, Device, Joint, Load, System
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
@@ -145,6 +145,12 @@ def joint_forces(sym: Symbols, step: Step) -> list[SX]:
         i = j.kind.coordinate_of(k)
         out.append(device_force(sym, d, step.coordinates[i] if i >= 0 else None, step.rates[k]))
     return out
+
+
+def rotors(sym: Symbols, j: Joint) -> SX:
+    """Inertias that the free freedoms of a tree joint turn beside the bodies, as a diagonal matrix (n×n)."""
+    own = [j.devices[k].inertia for k in j.free]
+    return ca.diag(ca.sparsify(ca.vertcat(SX(0, 1), *[SX(0) if i is None else sym.leaf(i) for i in own])))
 
 
 def point_names(system: System) -> list[tuple[str, int]]:

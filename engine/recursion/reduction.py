@@ -22,6 +22,7 @@ from engine.recursion.loads import (
     ground_acceleration,
     joint_forces,
     mass_matrix,
+    rotors,
     velocity_force,
 )
 from engine.recursion.symbols import Symbols
@@ -34,8 +35,8 @@ class Articulated:
     """Body i once it has become a leaf, because the bodies it carries have been removed.
 
     M11, M12, M22: blocks (3×3) of its mass matrix M̄, which holds theirs; F: its forces F̄ (6×columns). ``project`` adds what belongs
-    to the n free freedoms of its joint: MPi = M̄ Π (6×n), Mq = Πᵀ M̄ Π (n×n), the force along them Fq = Πᵀ(F̄ − M̄ w) + Q (n×columns),
-    and y = Mq⁻¹ Fq, their accelerations while the inboard body does not accelerate.
+    to the n free freedoms of its joint: MPi = M̄ Π (6×n), Mq = Πᵀ M̄ Π + rotor inertias (n×n), the force along them
+    Fq = Πᵀ(F̄ − M̄ w) + Q (n×columns), and y = Mq⁻¹ Fq, their accelerations while the inboard body does not accelerate.
     """
 
     M11: SX
@@ -188,7 +189,7 @@ def _reduce(m: Model) -> None:
     for i in reversed(range(len(system.bodies))):
         heed()
         b, step, parent = m.bodies[i], m.steps[i], system.bodies[i].parent
-        project(b, step, m.Q[i])
+        project(b, step, m.Q[i], rotors(m.sym, step.joint))
         total += b.Fq[:, lam].T @ b.y
         total[:, 0] += b.F[:, lam].T @ step.w
         moved = ca.sparsify(b.F - b.MPi @ b.y)
@@ -210,11 +211,12 @@ def _reduce(m: Model) -> None:
     m.S, m.Se, m.g0 = symmetric(total[:, lam]), total[:, eta], total[:, 0]
 
 
-def project(b: Articulated, step: Step, Q: SX) -> None:
-    """Fill in what belongs to the joint's own freedoms (27)–(30): M̄ Π, M_q, F_q and y."""
+def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:
+    """Fill in what belongs to the joint's own freedoms (27)–(30): M̄ Π, M_q, F_q and y. turned: rotor inertias of its free freedoms
+    (n×n), which M_q has besides (METHOD, "Reduction")."""
     Pi = step.Pi
     b.MPi = ca.sparsify(b.times(Pi[:3, :], Pi[3:, :]))
-    b.Mq = symmetric(Pi.T @ b.MPi) if Pi.size2() else zeros(0, 0)
+    b.Mq = symmetric(Pi.T @ b.MPi + turned) if Pi.size2() else zeros(0, 0)
     forces = SX(b.F)
     forces[:, 0] -= b.times(step.w[:3], step.w[3:])
     b.Fq = ca.sparsify(Pi.T @ forces + Q)

@@ -70,6 +70,8 @@ class Body:
     """Named points in the body's frame: places for joints and springs, and outputs."""
     color: str | None = None
     """Colour in pictures: a name or #rrggbb."""
+    surface: str | None = None
+    """Surface that is drawn of it in place of its shape, in its frame, packed, as ``trunnion import`` writes it; without mass."""
     position: Position | None = None
     """Where the origin of its frame stands in the world in the pose in which all joints have coordinate 0; this places the body."""
     orientation: Orientation | None = None

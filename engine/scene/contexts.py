@@ -68,7 +68,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     field, rest = path[0], path[1:]
     if field == "start":
         return _start_unit(kind, rest)
-    if field not in ("spring", "damping", "stops", "drive", "effort"):
+    if field not in ("spring", "damping", "rotor_inertia", "stops", "drive", "effort"):
         return PLAIN  # the components of a direction have no unit
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
@@ -77,6 +77,8 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
         return _drive_unit(keys, coordinate)
     if field == "effort":
         return _load_unit(keys, effort)
+    if field == "rotor_inertia":
+        return "kg" if slides(kind, k) else "kg*m^2"
     if field == "damping":
         return f"{effort}*s/{coordinate}"
     return {"stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)

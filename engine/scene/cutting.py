@@ -11,6 +11,12 @@ def is_driven(j: Joint) -> bool:
     return any(d is not None for d in (j.drive if isinstance(j.drive, tuple) else (j.drive,)))
 
 
+def has_rotor(j: Joint) -> bool:
+    """Whether the motion of a joint turns an inertia of its own."""
+    return j.rotor_inertia is not None
+
+
 def may_be_cut(j: Joint) -> bool:
-    """Whether the rows of a cut joint, (46) and (49), express all that this one does: no row says what a drive prescribes."""
-    return REGISTRY[j.type].cuttable and not is_driven(j)
+    """Whether the rows of a cut joint, (46) and (49), express all that this one does: no row says what a drive prescribes, nor that
+    accelerations along a freedom take a force."""
+    return REGISTRY[j.type].cuttable and not is_driven(j) and not has_rotor(j)

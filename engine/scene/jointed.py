@@ -155,6 +155,11 @@ Dampings = Annotated[
     Annotated[Resisting, SCALAR] | Annotated[tuple[Resisting | None, ...], LIST],
     either("a number, or a list with one entry a freedom"),
 ]
+Turned = Annotated[float, AnyUnit(bound=Bound(0.0, advice="an inertia is not negative"))]
+RotorInertias = Annotated[
+    Annotated[Turned, SCALAR] | Annotated[tuple[Turned | None, ...], LIST],
+    either("a number, or a list with one entry a freedom"),
+]
 StopsOf = Annotated[
     Annotated[Stops, GROUP] | Annotated[tuple[Stops | None, ...], LIST],
     either("stops, or a list with one entry a freedom"),
@@ -179,8 +184,8 @@ class Joint:
 
     ``axis``/``reference`` are used for both sides where a side gives none of its own. Travels and angles are those of
     the outboard part as seen from the inboard one; at q = 0 the frames of both sides coincide. Lists ``spring``,
-    ``damping``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry stands for the only
-    freedom of a one-freedom joint.
+    ``damping``, ``rotor_inertia``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry stands
+    for the only freedom of a one-freedom joint.
     """
 
     type: JointType
@@ -222,6 +227,9 @@ class Joint:
     """Springs along the freedoms."""
     damping: Dampings | None = None
     """Viscous damping along the freedoms, independent of the normal force: N*s/m or N*m*s/rad."""
+    rotor_inertia: RotorInertias | None = None
+    """Inertia that the joint's own motion turns beside the bodies, kg or kg*m^2: of a geared motor, its rotor's times the square of
+    the ratio. All turns of a free or spherical joint have the same; a joint that has one is never cut."""
     stops: StopsOf | None = None
     """End stops of the freedoms."""
     drive: Drives | None = None

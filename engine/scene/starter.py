@@ -43,6 +43,7 @@ joints:
     # pin: outboard                 # which part is inside; of a sleeve on a shaft also ends: outboard, which part is short
     start: {{q: 0 deg, qd: 0}}        # angle and rate at t = 0: horizontal, at rest
     # damping: 0.1                  # N*m*s/rad, independent of the contact force
+    # rotor_inertia: 0.01           # kg*m^2 of a motor's rotor, as the joint feels it (times the ratio squared)
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}

@@ -9,7 +9,7 @@ from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
 from engine.system.structure import Device, Signal, Stop
 
-FIELDS = ("spring", "damping", "stops", "effort", "drive")
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive")
 
 
 class Builder:
@@ -40,11 +40,12 @@ class Builder:
                 return f"joints.{name}.{field}[{k + 1}]", value[k]
             return f"joints.{name}.{field}", value
 
-        (ps, spring), (pd, damping), (pt, stops), (pe, effort), (pv, drive) = map(mine, FIELDS)
+        (ps, spring), (pd, damping), (pi, inertia), (pt, stops), (pe, effort), (pv, drive) = map(mine, FIELDS)
         return Device(
             spring=None if spring is None else (
                 s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
             damping=None if damping is None else s(pd, damping, f"{f}*s/{u}"),
+            inertia=None if inertia is None else s(pi, inertia, "kg" if slides else "kg*m^2"),
             stop=None if stops is None else self.stop(pt, stops, u, f),
             effort=None if effort is None else self.load(pe, effort, f),
             drive=None if drive is None else self.drive(pv, drive, u),

@@ -41,14 +41,15 @@ class Stop:
 
 @dataclass(frozen=True)
 class Device:
-    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive; None for what is not
-    there."""
+    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive, and the inertia that it turns
+    beside the bodies; None for what is not there."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
     stop: Stop | None = None
     effort: Signal | None = None
     drive: Signal | None = None
+    inertia: Leaf | None = None
 
 
 @dataclass(frozen=True)

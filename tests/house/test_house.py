@@ -211,6 +211,10 @@ def test_every_contact_element_belongs_to_a_joint_type_and_the_other_way_round()
 TYPES_BY_NAME = {
     "engine/scene/generate.py": "writes two scenes",
     "engine/doors/urdf.py": "translates the words of another format",
+    "engine/doors/asmt.py": "translates the words of another format",
+    "engine/doors/mjcf/joints.py": "translates the words of another format",
+    "engine/doors/sdf/joints.py": "translates the words of another format",
+    "engine/doors/sdf/door.py": "translates the words of another format",
     "engine/chart/peers/pinocchio.py": "says what another program has",
     "engine/chart/peers/mujoco.py": "says what another program has",
     "engine/chart/peers/exudyn.py": "says what another program has",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 import engine
+from engine.doors import scene_of_urdf
 from engine.plots.gallery import CURVES, MECHANISM
 from engine.plots.gallery_designs import DESIGNS
 from engine.scene import load_scene, scene_from_text, scene_to_yaml
@@ -21,8 +23,8 @@ from .test_references import row
 PAGE = 60
 CASES = [(m, i) for m in design_names() for i, _ in enumerate(expected(m))]
 ALL = [
-    "door_closer", "drawer", "folding_panel", "gear_train", "quick_return", "scissor_lift", "stewart_platform", "toggle_press",
-    "wishbone_corner",
+    "door_closer", "drawer", "folding_panel", "gear_train", "quick_return", "robot_arm", "scissor_lift", "stewart_platform",
+    "toggle_press", "wishbone_corner",
 ]  # fmt: skip
 
 
@@ -114,6 +116,14 @@ def test_a_hoist_of_any_size_takes_the_torque_of_its_wheels_moments(mu: float, m
     changes = {f"parameters.{k}": v for k, v in (sizes | {"speed": 30 * sense}).items()}
     run = engine.simulate("gear_train", until=0.01, overrides=changes, outputs=["bearing.*"])
     assert run["bearing.drive.effort[1]"][-1] == pytest.approx(wanted, rel=1e-8)
+
+
+def test_the_robot_arm_is_its_urdf() -> None:
+    """What stands in the scene is what the door makes of the file, and what a URDF does not say: load, motions, rotors, colours."""
+    given, made = load_scene("robot_arm"), scene_of_urdf(model_folder("robot_arm") / "arm.urdf")[0]
+    assert {n: replace(b, color=None) for n, b in given.bodies.items() if n != "carried"} == made.bodies
+    bare = {n: replace(j, drive=None, rotor_inertia=None) for n, j in given.joints.items() if n != "grip"}
+    assert bare == made.joints
 
 
 def test_the_spring_of_a_wishbone_follows_the_load_and_the_arms() -> None:

@@ -95,9 +95,22 @@ class Equations:
         size = 6 * len(self.index)
         self.J = np.array([motion_row(state, r.joint, r.F, r.T, self.index) for r in self.rows]).reshape(-1, size)
         self.M = mass_matrix(state)
+        bias = self._rotors()
         friction = [-motion_row(state, n, self.free[n].F[k], self.free[n].T[k], self.index) for n, k in self.eta]
-        self.f = np.column_stack([self.applied.stacked(), *friction])
+        self.f = np.column_stack([self.applied.stacked() - bias, *friction])
         self._solve()
+
+    def _rotors(self) -> np.ndarray:
+        """Add the inertias of rotors along freedoms to M; the forces that their share of known accelerations takes."""
+        self.spun, bias = {}, np.zeros(6 * len(self.index))
+        for n, j in self.state.scene.joints.items():
+            free = self.free[n]
+            self.spun[n] = [float(a or 0.0) for a in per_freedom(j.rotor_inertia, len(free.rate))]
+            for k, a in enumerate(self.spun[n]):
+                row = motion_row(self.state, n, free.F[k], free.T[k], self.index)
+                self.M += a * np.outer(row, row)
+                bias += a * free.bias[k] * row
+        return bias
 
     def _solve(self) -> None:
         """Null-space method on the scaled rows; multipliers of least norm where they are not unique."""
@@ -130,12 +143,12 @@ class Equations:
         return {r.k: self.lam[i] for i, r in enumerate(self.rows) if r.joint == name and r.role == "drive"}
 
     def devices(self, name: str) -> np.ndarray:
-        """All devices along each freedom, drives included, on the outboard part."""
+        """All devices along each freedom, drives included, on the outboard part, less what rotors take."""
         out = np.zeros((len(self.free[name].rate), self.f.shape[1]))
         out[:, 0] = self.effort[name]
         for k, lam in self.drive_effort(name).items():
             out[k] += lam
-        return out
+        return out - np.array(self.spun[name])[:, None] * self.accelerations(name)
 
     def friction_columns(self, name: str) -> np.ndarray:
         """Friction on the inboard part along each freedom as affine array (a selection of eta)."""

@@ -141,8 +141,11 @@ def stop_force(stops, q: float, qd: float) -> tuple[float, dict]:
 
 
 def kinetic_energy(state: State) -> float:
-    """Sum of m v.v/2 + w.I w/2 over the bodies."""
+    """Sum of m v.v/2 + w.I w/2 over the bodies, and of a rate^2/2 over the freedoms that turn rotors."""
     total = 0.0
+    for name, joint in state.scene.joints.items():
+        rates = np.ravel(state.qd[name])
+        total += sum((a or 0.0) * rate**2 / 2 for a, rate in zip(per_freedom(joint.rotor_inertia, len(rates)), rates, strict=True))
     for body, part in state.parts.items():
         w = state.R[body].T @ state.omega[body]
         total += part.mass * state.v[body] @ state.v[body] / 2 + w @ part.inertia @ w / 2

@@ -182,11 +182,15 @@ def _spring(model: Model, parts: tuple[Part, ...], s: sm.SpringDamper) -> Spring
     return Spring((bodies[0], bodies[1]), (points[0], points[1]), float(s.stiffness), float(s.damping), float(s.length))
 
 
+UNKNOWN = ("spring", "damping", "rotor_inertia", "stops", "drive")
+"""What joints may have and a snapshot does not."""
+
+
 def _missing(scene: sm.Scene) -> list[str]:
     """What the scene has that a snapshot cannot express, in words such as "spring of hinge"."""
     out = []
     for name, j in scene.joints.items():
-        out += [f"{what} of {name}" for what in ("spring", "damping", "stops", "drive") if getattr(j, what) is not None]
+        out += [f"{what} of {name}" for what in UNKNOWN if getattr(j, what) is not None]
         efforts = j.effort if isinstance(j.effort, tuple) else (j.effort,)
         out += [f"effort of {name}"] if any(e is not None and not isinstance(e, int | float) for e in efforts) else []
     return out + [f"force {n}" for n, f in scene.forces.items() if not isinstance(f, sm.SpringDamper)]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from engine.scene.finding import Finding, Path
 from engine.scene.mass import matrix, principal_moments
 from engine.scene.model import Body, Scene
+from engine.scene.surfaces import unpacked
 
 SHAPES = ("box", "cylinder", "sphere")
 SLACK = 1e-9
@@ -24,6 +25,16 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _shape(path, b)
         yield from _amounts(path, b)
         yield from _inertia(path, b)
+        yield from _surface(path, b)
+
+
+def _surface(path: Path, b: Body) -> Iterator[Finding]:
+    if b.surface is None:
+        return
+    try:
+        unpacked(b.surface)
+    except ValueError as e:
+        yield Finding((*path, "surface"), f"no packed surface: {e}", "take it as trunnion import wrote it, or remove it")
 
 
 def _shape(path: Path, b: Body) -> Iterator[Finding]:

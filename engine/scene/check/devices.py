@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from engine.joints import REGISTRY, JointKind
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Drive, Joint, Scene, Signal, Stops, Table
-from engine.scene.walk import entries, signals
+from engine.scene.walk import each, entries, signals
 
-FIELDS = ("spring", "damping", "stops", "drive", "effort")
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort")
 NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
 KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
 
@@ -24,6 +24,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         for field in FIELDS:
             yield from _lengths(("joints", name, field), getattr(j, field), kind)
         yield from _rotations(name, j, kind)
+        yield from _spun(name, j, kind)
         for path, stops in entries(j.stops, ("joints", name, "stops")):
             yield from _stops(path, stops)
     for path, s in signals(scene):
@@ -53,6 +54,15 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
                     else "drive revolute joints"
                 )
                 yield Finding(path, f"{what} cannot act on the rotation of a {kind.name} joint", hint)
+
+
+def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
+    """A mistake where inertias about the axes of a quaternion differ: these axes are fixed in no part, so that the energy of an
+    inertia about one of them depends on how it is looked at."""
+    about = each(j.rotor_inertia, kind.nv)[kind.nv - 3 :] if kind.quaternion >= 0 and j.rotor_inertia is not None else []
+    if len({v or 0.0 for v in about}) > 1:
+        what = f"the three turns of a {kind.name} joint have one rotor inertia"
+        yield Finding(("joints", name, "rotor_inertia"), what, "give all three the same, or build the joint from revolutes")
 
 
 def _stops(path: Path, s: Stops) -> Iterator[Finding]:

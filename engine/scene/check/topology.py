@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from engine.joints import REGISTRY
-from engine.scene.cutting import is_driven, may_be_cut
+from engine.scene.cutting import has_rotor, is_driven, may_be_cut
 from engine.scene.finding import CONNECTIONS, Finding
 from engine.scene.model import Scene
 from engine.scene.refs import GROUND, body_of
@@ -95,15 +95,16 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
         if j.cut and not kind.cuttable:
             yield Finding(path, f"a {j.type} joint cannot be cut", "leave it out")
         elif (j.cut is False or not (j.cut or may_be_cut(j))) and not keep.join(a, b):
-            hint = "leave one of its joints without a drive" if is_driven(j) else "leave one of them to be cut"
+            has = "a drive" if is_driven(j) else "rotor inertia" if has_rotor(j) else ""
+            hint = f"leave one of its joints without {has}" if has else "leave one of them to be cut"
             yield Finding(path, "the joints that must not be cut close a loop", hint)
         if j.cut and kind.cuttable:
-            marked.append((path, a, b, is_driven(j)))
+            marked.append((path, a, b, "driven joint" if is_driven(j) else "joint with rotor inertia" if has_rotor(j) else ""))
         else:
             rest.join(a, b)
-    for path, a, b, driven in marked:
+    for path, a, b, held in marked:
         if rest.join(a, b):
             what = "cutting this joint (and the others marked) would leave a body loose"
             yield Finding(path, what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))
-        elif driven:
-            yield Finding(path, "a driven joint cannot be cut", "leave it out")
+        elif held:
+            yield Finding(path, f"a {held} cannot be cut", "leave it out")

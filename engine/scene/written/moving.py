@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from engine.joints import REGISTRY, JointKind
+from engine.scene import surfaces
 from engine.scene.finding import Path
 from engine.scene.units import UnitError
 from engine.scene.written.terms import Term, is_number, known, plus, three, times
@@ -117,6 +119,9 @@ def _body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
         out["points"] = {n: _flipped(p, k) for n, p in out["points"].items()}
     if "center" in out:
         out["center"] = _flipped(out["center"], k)
+    if isinstance(out.get("surface"), str):
+        with suppress(ValueError):  # one that cannot be read is told where scenes are checked
+            out["surface"] = surfaces.mirrored(out["surface"], k)
     if isinstance(out.get("inertia"), list) and len(out["inertia"]) == 6:
         six = out["inertia"]
         out["inertia"] = [times(-1.0, v) if i > 2 and k in PRODUCTS[i - 3] else v for i, v in enumerate(six)]

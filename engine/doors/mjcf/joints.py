@@ -1,0 +1,90 @@
+"""Joints of MJCF: their freedom, and what acts along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from engine.doors.linkage import Linkage
+from engine.doors.mjcf.model import Attributes, Model
+from engine.doors.xml import Element
+from engine.joints import REGISTRY, JointKind
+
+JOINTS = ("joint", "freejoint")
+RATIO = "gear"
+"""What an actuator's ratio is called."""
+KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "free"}
+CLOSING = {"connect": "spherical", "weld": "fixed"}
+"""Types of joints by MJCF's words, and of what closes loops."""
+
+
+@dataclass
+class Freedom:
+    """A joint as it stands in the file. type: of MJCF; name: of the scene's joint; ref: its coordinate in MJCF where the scene's is
+    zero; start: coordinates of the scene, where they are not zero; limited: whether its range is one; swing: time constant, s, and
+    damping ratio that its spring and damper are to have where the file starts."""
+
+    type: str
+    ref: float
+    axis: np.ndarray
+    place: np.ndarray
+    more: dict[str, Any] = field(default_factory=dict)
+    name: str = ""
+    start: list[float] = field(default_factory=list)
+    limited: bool = False
+    swing: tuple[float, float] | None = None
+
+    @property
+    def kind(self) -> JointKind:
+        """Type of the scene's joint."""
+        return REGISTRY[KINDS[self.type]]
+
+
+def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
+    """What a joint says."""
+    said: Attributes = {"type": "free"} if e.tag == "freejoint" else model.attributes(e, around)
+    kind, name = said.get("type", "hinge"), e.get("name") or e.tag
+    if kind not in KINDS:
+        model.found.add(e, name, f"a joint of type {kind!r}", f"one of {', '.join(KINDS)}")
+        kind = "hinge"
+    axis = model.three(e, said, "axis", "0 0 1")
+    if not np.any(axis):
+        model.found.add(e, name, "its axis has no length")
+        axis = np.array([0.0, 0.0, 1.0])
+    own = REGISTRY[KINDS[kind]]
+    angle = model.settings.angle if own.turns(0) else float
+    ref = angle(model.found.number(e, "ref", said.get("ref"), 0.0)) if own.nv == 1 else 0.0
+    out = Freedom(kind, ref, axis, model.three(e, said, "pos", "0 0 0"))
+    out.limited = said.get("limited", "auto") == "true" or (
+        said.get("limited", "auto") == "auto" and model.settings.auto_limits and "range" in said
+    )
+    for key, field_of in (("damping", "damping"), ("armature", "rotor_inertia")):
+        value = _coefficient(model, e, said, key)
+        if value:
+            out.more[field_of] = value if own.nv == 1 else [value] * own.nv
+    _spring(model, e, said, out, angle)
+    lost = model.found.number(e, "frictionloss", said.get("frictionloss"), 0.0)
+    out.more |= linkage.friction(name, own.name, lost)
+    return out
+
+
+def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) -> None:
+    name = e.get("name") or e.tag
+    stiffness = _coefficient(model, e, said, "stiffness")
+    swing = model.found.numbers(e, "springdamper", said.get("springdamper", "0 0"), (2,)) or [0.0, 0.0]
+    f.swing = (swing[0], swing[1]) if min(swing) > 0 else None
+    if (stiffness or f.swing) and f.kind.nv > 1:
+        model.found.add(e, name, f"a spring along a {f.type} joint, which a scene does not have", "build it of hinges")
+    elif stiffness or f.swing:
+        rest = angle(model.found.number(e, "springref", said.get("springref"), 0.0)) - f.ref
+        f.more["spring"] = {"stiffness": stiffness, "rest": rest}
+
+
+def _coefficient(model: Model, e: Element, said: Attributes, key: str) -> float:
+    """A number that may be the first of a polynomial, of which the others must be zero."""
+    found = model.found.numbers(e, key, said[key], (1, 2, 3)) if key in said else None
+    if found and any(found[1:]):
+        model.found.add(e, e.get("name") or e.tag, f"{key} is a polynomial: {said[key]}", "a scene's is one number")
+    return found[0] if found else 0.0

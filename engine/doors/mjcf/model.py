@@ -1,0 +1,206 @@
+"""An MJCF file as one: includes put in place, settings of the compiler, and the classes by which elements have attributes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from engine.basics.problems import SceneError
+from engine.doors.placing import Pose, about, least_turn, of_quaternion, pose
+from engine.doors.xml import DEEPEST, Element, Findings, is_file, read_xml
+
+FILES = 200
+"""Files that are included, at most."""
+TURNS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+"""Ways to say how something is turned; what an element says itself takes the place of any that its class says."""
+MAIN = "main"
+Attributes = dict[str, str]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What <compiler> says: angles in degrees; axes of euler, in order; which geoms make inertias, and where; least masses, kg, and
+    moments, kg m²; whether impossible moments are evened out; total mass wanted, kg; folder of meshes."""
+
+    degrees: bool = True
+    sequence: str = "xyz"
+    auto_limits: bool = True
+    from_geoms: str = "auto"
+    groups: tuple[float, float] = (0, 5)
+    least_mass: float = 0.0
+    least_moment: float = 0.0
+    balance: bool = False
+    total: float = 0.0
+    meshes: str = ""
+    strip: bool = False
+
+    def angle(self, x: float) -> float:
+        """An angle as the file gives it, rad."""
+        return float(np.deg2rad(x)) if self.degrees else x
+
+
+class Model:
+    """The sections of a file, what was found wrong in it, its settings and classes."""
+
+    def __init__(self, file: Path):
+        self.found, self.folder, self.count = Findings(), file.resolve().parent, 0
+        root = read_xml(file)
+        if root.tag != "mujoco":
+            self.found.add(root, root.tag or "file", "the file begins with no <mujoco>", "MJCF does; robots in <robot> are URDF")
+            self.found.end()
+        self.name = root.get("model")
+        self._expand(root, file.resolve().parent, (file.resolve(),))
+        self.root = root
+        self.classes: dict[str, dict[str, Attributes]] = {MAIN: {}}
+        for section in self.sections("default"):
+            self._classes(section, "")
+        self.settings = self._settings()
+
+    def sections(self, tag: str) -> list[Element]:
+        """All sections of one tag; a file may have several."""
+        return self.root.all(tag)
+
+    # -- files --------------------------------------------------------------------------------------------------------------
+
+    def _expand(self, e: Element, folder: Path, files: tuple[Path, ...]) -> None:
+        """Put what is included in the place of <include>."""
+        out: list[Element] = []
+        for c in e.children:
+            if c.tag != "include":
+                self._expand(c, folder, files)
+                out.append(c)
+                continue
+            name = c.get("file")
+            path = next((p.resolve() for p in (f / name for f in (self.folder, folder)) if is_file(p)), None)
+            self.count += 1
+            wrong = self._refused(name, path, files)
+            if wrong or path is None:
+                self.found.add(c, "include", *(wrong or ("", "")))
+                continue
+            try:
+                inside = read_xml(path, str(path.relative_to(self.folder)))
+            except SceneError as error:
+                self.found.problems += error.problems
+                continue
+            self._expand(inside, path.parent, (*files, path))
+            out += inside.children
+        e.children = out
+
+    def _refused(self, name: str, path: Path | None, files: tuple[Path, ...]) -> tuple[str, str] | None:
+        if path is None:
+            return f"there is no file {name!r}", "paths are relative to the main file"
+        if not path.is_relative_to(self.folder):
+            return f"{name!r} is outside the folder of the main file", "put it beside it, or below"
+        if path in files:
+            return f"{name!r} includes itself", "remove one of the two"
+        if self.count > FILES or len(files) > DEEPEST:
+            return f"more than {FILES} files are included", "put them together"
+        return None
+
+    def asset(self, at: Element, name: str) -> Path | None:
+        """The file of a mesh; None, and a problem, where there is none that may be read."""
+        plain = Path(name).name if self.settings.strip else name
+        path = self.folder / self.settings.meshes / plain
+        if is_file(path):
+            return path.resolve()
+        what = "there is no such mesh, and bodies take their masses from it"
+        self.found.add(at, name, what, "meshdir says in which folder they are")
+        return None
+
+    # -- settings and classes -----------------------------------------------------------------------------------------------
+
+    def _settings(self) -> Settings:
+        given: Attributes = {}
+        at = self.root
+        for at in self.sections("compiler"):
+            given |= at.attributes
+        at = (self.sections("compiler") or [self.root])[-1]
+        if given.get("coordinate", "local") != "local":
+            self.found.add(at, "compiler.coordinate", "global coordinates are not read", "MuJoCo writes local ones: save it anew")
+        number = lambda key, default=0.0: self.found.number(at, key, given.get(key), default)  # noqa: E731
+        groups = self.found.numbers(at, "inertiagrouprange", given.get("inertiagrouprange", "0 5"), (2,)) or [0, 5]
+        return Settings(
+            given.get("angle", "degree") == "degree", given.get("eulerseq", "xyz"), given.get("autolimits", "true") == "true",
+            given.get("inertiafromgeom", "auto"), (groups[0], groups[1]), number("boundmass"), number("boundinertia"),
+            given.get("balanceinertia") == "true", number("settotalmass"), given.get("meshdir", given.get("assetdir", "")),
+            given.get("strippath") == "true",
+        )  # fmt: skip
+
+    def _classes(self, section: Element, parent: str) -> None:
+        """What a class says, with what the one around it says."""
+        name = section.get("class") or (MAIN if not parent else "")
+        if not name:
+            self.found.add(section, "default", "a class inside another needs a name", "add class=")
+            return
+        own = self.classes.setdefault(name, {})
+        for tag, said in (self.classes[parent] if parent else {}).items():
+            own.setdefault(tag, dict(said))
+        for c in section.children:
+            if c.tag != "default":
+                own[c.tag] = _over(own.get(c.tag, {}), c.attributes)
+        for c in section.all("default"):
+            self._classes(c, name)
+
+    def attributes(self, e: Element, around: str, tag: str = "") -> Attributes:
+        """What an element says, and its class where it does not. around: the class of the body that it is in."""
+        name = e.get("class") or around or MAIN
+        if name not in self.classes:
+            self.found.add(e, e.get("name") or e.tag, f"there is no class {name!r}", f"classes: {', '.join(self.classes)}"[:200])
+            return dict(e.attributes)
+        return _over(self.classes[name].get(tag or e.tag, {}), e.attributes)
+
+    # -- numbers ------------------------------------------------------------------------------------------------------------
+
+    def three(self, e: Element, said: Attributes, name: str, default: str) -> np.ndarray:
+        """Three numbers of an attribute."""
+        found = self.found.numbers(e, name, said.get(name, default), (3,))
+        return np.array(found if found is not None else [float(x) for x in default.split()])
+
+    def pose(self, e: Element, said: Attributes) -> Pose:
+        """Where an element is, in what it is in."""
+        return pose(self.three(e, said, "pos", "0 0 0"), self.rotation(e, said))
+
+    def rotation(self, e: Element, said: Attributes) -> np.ndarray:
+        """How an element is turned (3×3)."""
+        given = [t for t in TURNS if t in said]
+        if not given:
+            return np.eye(3)
+        if len(given) > 1:
+            self.found.add(e, e.get("name") or e.tag, f"{' and '.join(given)} both say how it is turned", "give one")
+        how = given[0]
+        count = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}[how]
+        x = self.found.numbers(e, how, said[how], (count,))
+        if x is None or (how != "euler" and not np.any(x[:3] if how == "axisangle" else x)):
+            return np.eye(3)
+        turned = self._turned(how, np.array(x))
+        if not np.isfinite(turned).all():
+            self.found.add(e, e.get("name") or e.tag, f"{how}={said[how]!r} is no turn", "its axes are parallel, or have no length")
+            return np.eye(3)
+        return turned
+
+    def _turned(self, how: str, x: np.ndarray) -> np.ndarray:
+        if how == "quat":
+            return of_quaternion(x)
+        if how == "axisangle":
+            return about(x[:3], self.settings.angle(x[3]))
+        if how == "zaxis":
+            return least_turn(x)
+        if how == "xyaxes":
+            with np.errstate(invalid="ignore", divide="ignore"):
+                e1 = x[:3] / np.linalg.norm(x[:3])
+                e2 = x[3:] - (x[3:] @ e1) * e1
+                e2 /= np.linalg.norm(e2)
+            return np.column_stack([e1, e2, np.cross(e1, e2)])
+        out = np.eye(3)
+        for letter, angle in zip(self.settings.sequence, x, strict=True):
+            turn = about(np.eye(3)["xyz".index(letter.lower())], self.settings.angle(angle))
+            out = out @ turn if letter.islower() else turn @ out
+        return out
+
+
+def _over(less: Attributes, more: Attributes) -> Attributes:
+    """Attributes of a class, and those that take their place."""
+    turned = any(t in more for t in TURNS)
+    return {k: v for k, v in less.items() if not (turned and k in TURNS)} | more
