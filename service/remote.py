@@ -156,6 +156,19 @@ class Job:
         that are not there, nothing is there (NaN)."""
         return dataset(self.to_arrow(), tuple(self.request.get("over") or {}), self.document["cases"], {"job": self.id})
 
+    def indices(self, of: Names = ()) -> list[dict[str, Any]]:
+        """Which sampled numbers decide over results (default: all): Sobol indices with intervals, as ``GET …/indices`` tells
+        them."""
+        return list(self._ask("GET", "/indices", params={"of": list(names_given(of))}).json()["indices"])
+
+    def spreads(
+        self, of: Names = (), at: Sequence[float] = (), above: Mapping[str, Sequence[Any]] | None = None
+    ) -> list[dict[str, Any]]:
+        """Quantiles of results at probabilities, and how probably bounds ({result: bounds}) are exceeded, as ``GET …/spreads``."""
+        bounds = [f"{name}={bound}" for name, given in (above or {}).items() for bound in given]
+        asked = {"of": list(names_given(of)), "at": list(at), "above": bounds}
+        return list(self._ask("GET", "/spreads", params=asked).json()["spreads"])
+
     def trajectory(self, case: int, columns: Names = ()) -> pyarrow.Table:
         """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs)."""
         pa = brought("pyarrow", "tables", "a table of rows")

@@ -9,7 +9,7 @@ from math import isfinite
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, WithJsonSchema, create_model, model_validator
+from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
 from engine.basics.numbers import Bound
 from engine.basics.problems import Problem, SceneError
@@ -22,14 +22,10 @@ from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.simulation.settings import settings_given, settings_read, told
 from service.settings import Limits
+from service.ways import Asked, Number, Path, Plain, Sample, Tag, Text
 
-Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
-Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
-Text = Annotated[str, StringConstraints(max_length=100)]
-Number = float | Text
-Tag = Annotated[str, StringConstraints(min_length=1, max_length=50, pattern=r"^[\w.:/+@-]+$")]
 JOBS = "POST /v1/jobs"
-END, SPACING, DEEPEST = "simulation.until", "simulation.every", 60
+END, SPACING = "simulation.until", "simulation.every"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
 
@@ -44,38 +40,6 @@ def _values(data: Any) -> int:
     return n
 
 
-def _unicode(text: str) -> bool:
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-class Asked(BaseModel):
-    """Base of all requests: unknown fields are mistakes."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _sound(cls, data: Any) -> Any:
-        """Refuse text that is not valid Unicode, and data nested too deeply."""
-        todo = [(data, 0)]
-        while todo:
-            value, depth = todo.pop()
-            if depth > DEEPEST:
-                raise ValueError(f"it is nested more than {DEEPEST} deep")
-            if isinstance(value, str) and not _unicode(value):
-                raise ValueError("it holds half of a surrogate pair, which is no text")
-            if isinstance(value, dict):
-                todo += [(k, depth + 1) for k in value]
-                value = list(value.values())
-            if isinstance(value, list):
-                todo += [(v, depth + 1) for v in value]
-        return data
-
-
 class SceneSource(Asked):
     """A scene: the name of a bundled model, or a scene as JSON (``scene``), or as YAML text (``scene_text``)."""
 
@@ -84,15 +48,6 @@ class SceneSource(Asked):
         None, description="A whole scene as YAML text."
     )
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=1000, description="Changes by dotted path.")
-
-
-class Sample(Asked):
-    """A random sample of cases, the same for the same seed."""
-
-    ranges: dict[Path, tuple[Number, Number]] = Field(max_length=100, description="Low and high end by path.")
-    count: int = Field(ge=1, le=100_000_000, description="How many cases.")
-    seed: int = Field(0, ge=0, le=2**63 - 1)
-    method: Annotated[str, StringConstraints(pattern="^(latin|random)$")] = "latin"
 
 
 def with_settings(who: str) -> Any:

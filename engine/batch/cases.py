@@ -6,13 +6,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from functools import lru_cache
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from engine.basics.problems import MOST, Problem, SceneError
+from engine.batch.evenly import REPLICATES, points, width
+from engine.batch.spread import spread_of
 from engine.scene.contexts import unit_of
 from engine.scene.finding import parse_path
 from engine.scene.model import Scene
@@ -22,7 +23,9 @@ from engine.scene.suggest import listed as names_of
 from engine.scene.suggest import shown
 from engine.scene.units import UnitError
 
-SAMPLINGS = ("latin", "random")
+SAMPLINGS = ("latin", "random", "sobol", "saltelli")
+LEAST_POINTS = 2 * REPLICATES
+"""Of a crossed sample."""
 MOST_VALUES = 1_000_000
 """Most values one axis may list."""
 TOLD = 5
@@ -32,12 +35,13 @@ TOLD = 5
 @dataclass(frozen=True)
 class Cases:
     """The cases of a batch. paths: what varies; units: their SI units; count: how many cases; values(start, stop): the numbers
-    of cases start … stop − 1 ((stop − start) × paths), SI."""
+    of cases start … stop − 1 ((stop − start) × paths), SI; sampling: how they were sampled, "" when they were not."""
 
     paths: tuple[str, ...]
     units: tuple[str, ...]
     count: int
     values: Callable[[int, int], np.ndarray] = field(compare=False)
+    sampling: str = ""
 
     def changes(self, index: int) -> dict[str, float]:
         """One case as overrides of the scene, {path: SI value}."""
@@ -76,10 +80,12 @@ def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases
 
 
 def sampled(
-    scene: Scene, ranges: Mapping[str, Sequence[Any]], count: int, seed: int = 0, method: str = "latin", where: str = "sample"
+    scene: Scene, ranges: Mapping[str, Any], count: int, seed: int = 0, method: str = "latin", where: str = "sample"
 ) -> Cases:
-    """``count`` cases spread over the ranges {path: (low, high)}. method: "latin" (each range cut into ``count`` strips, one
-    case in every strip) or "random" (independent, uniform). The same seed gives the same cases. SceneError with every mistake."""
+    """Cases spread over {path: (low, high), or a distribution such as "normal(0.3, 0.05)"}. method: "latin" (each range cut into
+    ``count`` strips, one case in every strip), "random" (independent), "sobol" (Sobol's points, scrambled; best for powers of 2),
+    or "saltelli" (``count`` points in two such samples, crossed: (2 × paths + 2) cases a point, of which Sobol indices are made).
+    The same seed gives the same cases. SceneError with every mistake."""
     problems: list[Problem] = []
     if count < 1:
         problems.append(Problem(f"{where}.count", f"{count} cases are none", "give a positive number"))
@@ -87,33 +93,21 @@ def sampled(
         problems.append(Problem(f"{where}.seed", f"{seed} is negative", "give a whole number from 0"))
     if method not in SAMPLINGS:
         problems.append(Problem(f"{where}.method", f"{method!r} is unknown", f"one of {', '.join(SAMPLINGS)}"))
-    ends, units = [], []
+    if method == "saltelli" and 1 <= count < LEAST_POINTS:
+        what = f"{count} points are too few to tell how well indices are known"
+        problems.append(Problem(f"{where}.count", what, f"at least {LEAST_POINTS}; some hundred are usual"))
+    spreads, units = [], []
     for path, given in ranges.items():
         reader = _Reader(scene, path, f"{where}.{path}", problems)
-        if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
-            problems.append(Problem(reader.where, "a range has two ends", "for example [0.1, 0.6]"))
-            continue
-        ends.append((reader.number(given[0]), reader.number(given[1])))
+        spreads.append(spread_of(given, reader.number, reader.complain))
         units.append(reader.unit)
     _end(problems, ranges, where)
 
     def values(start: int, stop: int) -> np.ndarray:
-        unit = _uniform(count, len(ends), seed, method)[start:stop]
-        return np.column_stack([low + (high - low) * unit[:, k] for k, (low, high) in enumerate(ends)])
+        unit = points(count, len(spreads), seed, method)[start:stop]
+        return np.column_stack([inverse(unit[:, k]) for k, inverse in enumerate(spreads) if inverse is not None])
 
-    return Cases(tuple(ranges), tuple(units), count, values)
-
-
-@lru_cache(maxsize=4)
-def _uniform(count: int, axes: int, seed: int, method: str) -> np.ndarray:
-    """Numbers in [0, 1), one for each case and varied path (count × axes)."""
-    out = np.empty((count, axes))
-    for k in range(axes):
-        generator = np.random.Generator(np.random.PCG64([seed, k]))
-        strip = generator.permutation(count) if method == "latin" else None
-        inside = generator.random(count)
-        out[:, k] = inside if strip is None else (strip + inside) / count
-    return out
+    return Cases(tuple(ranges), tuple(units), count * width(method, len(spreads)), values, method)
 
 
 def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> None:

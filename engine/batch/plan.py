@@ -60,7 +60,7 @@ def plan(
     scene: Scene,
     over: Mapping[str, Any] | None = None,
     cases: Sequence[Mapping[str, Any]] | None = None,
-    sample: Mapping[str, Sequence[Any]] | None = None,
+    sample: Mapping[str, Any] | None = None,
     *,
     count: int = 0,
     seed: int = 0,

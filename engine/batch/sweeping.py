@@ -15,8 +15,11 @@ from typing import TYPE_CHECKING, Any
 from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.interrupts import Held, Unwanted, held, watched
+from engine.batch.answers import indices_of, spreads_of
 from engine.batch.dims import dataset
+from engine.batch.indices import Indices
 from engine.batch.plan import Plan, Runner, Stopped, plan
+from engine.batch.quantiles import USUAL, Spread
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.result import Result
@@ -85,6 +88,18 @@ class Sweep:
                 pq.write_table(self.table, work, compression="zstd")
         return Path(path)
 
+    def indices(self, of: Names = ()) -> list[Indices]:
+        """Which varied numbers decide over results (default: all): Sobol indices with intervals, of a sample whose sampling is
+        "saltelli"."""
+        return indices_of(self.plan.cases, self.plan.reductions, self.table, names_given(of))
+
+    def spreads(
+        self, of: Names = (), at: Sequence[float] = USUAL, above: Mapping[str, Sequence[Any]] | None = None
+    ) -> list[Spread]:
+        """Quantiles of results at probabilities, and probabilities of being above bounds ({result: bounds}), each with an
+        interval."""
+        return spreads_of(self.plan.cases, self.plan.reductions, self.table, names_given(of), at, above)
+
     def trajectory(self, case: int, outputs: Sequence[str] | None = None) -> Result:
         """One case run again, keeping all its rows."""
         return trajectory(self.plan, case, outputs)
@@ -103,7 +118,7 @@ def sweep(
     scene: Given,
     over: Mapping[str, Any] | None = None,
     cases: Sequence[Mapping[str, Any]] | None = None,
-    sample: Mapping[str, Sequence[Any]] | None = None,
+    sample: Mapping[str, Any] | None = None,
     *,
     count: int = 0,
     seed: int = 0,
@@ -122,12 +137,13 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
-    combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
-    or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
-    Reductions are over the rows that ``simulate`` would give with the same settings. workers: threads (default: one a core).
-    A case that fails is a row with its outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by
-    then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
+    scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every combination; lists too),
+    cases: [{path: value, …}, …], and sample: {path: (low, high), or "normal(mean, deviation)", lognormal, "triangular(low, mode,
+    high)"} with count, seed and sampling ("latin", "random", "sobol", or "saltelli", which ``indices`` needs). reductions:
+    "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes. Reductions are over the rows
+    that ``simulate`` would give with the same settings. workers: threads (default: one a core). A case that fails is a row with its
+    outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by then, with ``stopped`` set;
+    KeyboardInterrupt when there is none yet.
     """
     loaded = scene_given(scene, overrides)
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "kernel": kernel}

@@ -57,6 +57,23 @@ EXAMPLES: Any = {
             "until": 1,
         },
     },
+    "indices": {
+        "summary": "Which tolerances decide: a crossed sample, of which /indices tells",
+        "value": {
+            "scene": "double_pendulum",
+            "sample": {
+                "ranges": {
+                    "joints.guide.friction.mu": "normal(0.1, 0.02)",
+                    "joints.guide.friction.half_length": "triangular(0.29, 0.3, 0.31)",
+                    "joints.guide.friction.radius": ["49 mm", "51 mm"],
+                },
+                "count": 64,
+                "method": "saltelli",
+            },
+            "reductions": ["final:guide.q[1]"],
+            "until": 1,
+        },
+    },
 }
 
 

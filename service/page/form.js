@@ -33,7 +33,7 @@ const way = () => document.querySelector("input[name=way]:checked").value;
 
 function switched() {
   $("sampling").hidden = way() !== "sample";
-  $("valueshead").textContent = way() === "sample" ? "low:high" : "first:last:count, or a, b, c";
+  $("valueshead").textContent = way() === "sample" ? "low:high, or normal(mean, deviation), triangular(low, mode, high), …" : "first:last:count, or a, b, c";
   for (const input of document.querySelectorAll(".values")) {
     const parts = input.value.split(":");
     if (way() === "sample" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
@@ -108,8 +108,8 @@ export function request() {
   if ($("until").value) body.until = +$("until").value;
   if (way() === "over") body.over = Object.fromEntries(named.map(([p, v]) => [p, v.includes(":") ? v : v.split(",").map((x) => x.trim())]));
   else {
-    const ranges = Object.fromEntries(named.map(([p, v]) => [p, v.split(":").slice(0, 2).map((x) => x.trim())]));
-    for (const p of Object.keys(ranges)) if (ranges[p].length < 2) ranges[p].push("");
+    const ranges = Object.fromEntries(named.map(([p, v]) => [p, v.includes("(") ? v : v.split(":").slice(0, 2).map((x) => x.trim())]));
+    for (const p of Object.keys(ranges)) if (Array.isArray(ranges[p]) && ranges[p].length < 2) ranges[p].push("");
     body.sample = { ranges, count: +$("count").value, seed: +$("seed").value, method: $("method").value };
   }
   return body;
