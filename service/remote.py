@@ -52,7 +52,8 @@ class Connection:
         **more: Any,
     ) -> Job:
         """Submit a batch, given as to ``engine.sweep``; sample: {"ranges": {path: (low, high)}, "count": N, "seed": S, "method":
-        "latin"}. more: the other fields of ``POST /v1/jobs`` (until, every, rtol, method, patience, budget, label, tags, …)."""
+        "latin"}. more: the other fields of ``POST /v1/jobs`` (optimise, refine, until, every, rtol, method, patience, budget,
+        label, tags, …)."""
         from engine.scene.dump import scene_to_dict
 
         body = {"scene": scene_to_dict(scene_given(scene, overrides)), "reductions": list(names_given(reductions)), **more}
@@ -168,6 +169,12 @@ class Job:
         bounds = [f"{name}={bound}" for name, given in (above or {}).items() for bound in given]
         asked = {"of": list(names_given(of)), "at": list(at), "above": bounds}
         return list(self._ask("GET", "/spreads", params=asked).json()["spreads"])
+
+    @property
+    def answer(self) -> dict[str, Any] | None:
+        """What a study (``submit(scene, optimise={…})``, ``refine={…}``) has found so far, as ``GET …/answer`` tells it."""
+        found = self._ask("GET", "/answer").json()["answer"]
+        return dict(found) if found else None
 
     def trajectory(self, case: int, columns: Names = ()) -> pyarrow.Table:
         """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs)."""

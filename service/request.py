@@ -21,10 +21,13 @@ from engine.scene.load import load_scene, scene_from_dict, scene_from_text
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.simulation.settings import settings_given, settings_read, told
+from engine.studies.asked import study_of, with_values
+from engine.studies.following import Study, Told
 from service.settings import Limits
-from service.ways import Asked, Number, Path, Plain, Sample, Tag, Text
+from service.ways import Asked, Number, Optimise, Path, Plain, Refine, Sample, Tag, Text, wanted_of
 
 JOBS = "POST /v1/jobs"
+WAYS = "give exactly one of over, cases, sample, optimise and refine"
 END, SPACING = "simulation.until", "simulation.every"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
@@ -67,7 +70,8 @@ def _schema(bound: Bound) -> dict[str, Any]:
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list) and ``sample``, and what to keep of each case."""
+    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list), ``sample``, ``optimise`` and ``refine``, and what to
+    keep of each case."""
 
     over: dict[Path, list[Number] | Number] | None = Field(
         None,
@@ -76,6 +80,8 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     )
     cases: list[dict[Path, Number]] | None = Field(None, min_length=1, description="List: each case's values by path.")
     sample: Sample | None = None
+    optimise: Optimise | None = None
+    refine: Refine | None = None
     reductions: list[Plain] = Field(
         default_factory=list,
         max_length=500,
@@ -160,6 +166,14 @@ def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
     return problems
 
 
+def study_of_document(document: dict[str, Any]) -> Study | None:
+    """The study of a document that was kept; None where it is a batch whose cases are all known."""
+    wanted = wanted_of(document)
+    if wanted is None:
+        return None
+    return study_of(scene_from_dict(document["scene"]), wanted, document["reductions"], Run(**settings_given(JOBS, document)))[0]
+
+
 def _too_long_varied(made: Plan, limits: Limits) -> list[Problem]:
     """The same of the cases that set their own time and rows."""
     paths, run = made.cases.paths, made.run
@@ -182,7 +196,14 @@ def _too_long_varied(made: Plan, limits: Limits) -> list[Problem]:
 
 
 def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
-    """The plan of a scene and of the request's other fields."""
+    """The plan of a scene and of the request's other fields; the numbers of a study's cases are told to it (``Told``)."""
+    if (wanted := wanted_of(asked)) is not None:
+        ways = [asked[n] for n in ("over", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
+        wrong = [Problem("over", "more than one way of saying what varies", WAYS)] if len(ways) > 1 else []
+        if most is not None and wanted.cases > most:
+            wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask for a higher limit"))
+        made, planned = study_of(scene, wanted, asked["reductions"], run, wrong)
+        return with_values(made, planned, Told())
     sample = asked["sample"] or {}
     return plan(
         scene,

@@ -47,7 +47,7 @@ def spreads_of(
     problems = refused(cases, kept, of, at, above)
     if problems:
         raise SceneError(problems)
-    bounds = {n: [_bound(b, units[n], n, problems) for b in given] for n, given in above.items()}
+    bounds = {n: [bound(b, units[n], f"above.{n}", problems) for b in given] for n, given in above.items()}
     if cases.sampling == "saltelli":  # only the first and the last case of a point are a sample: the others repeat their numbers
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
@@ -70,7 +70,7 @@ def refused(
     problems += [Problem("at", f"{p:g} is no probability", "between 0 and 1, such as 0.95") for p in at if not 0.0 < p < 1.0]
     for n in (n for n in above if n in units):
         for b in above[n]:
-            _bound(b, units[n], n, problems)
+            bound(b, units[n], f"above.{n}", problems)
     return problems
 
 
@@ -81,8 +81,8 @@ def _unkept(kept: Sequence[Reduction], of: Sequence[str]) -> list[Problem]:
     ]
 
 
-def _bound(given: Any, unit: str, name: str, problems: list[Problem]) -> float:
-    """A bound in the unit of its result."""
+def bound(given: Any, unit: str, where: str, problems: list[Problem]) -> float:
+    """A number in the unit of its result; NaN, and a problem on the list, when it is none."""
     try:
         if isinstance(given, str):
             try:
@@ -92,7 +92,7 @@ def _bound(given: Any, unit: str, name: str, problems: list[Problem]) -> float:
                 agree(given, unit)
         if isfinite(given):
             return float(given)
-        problems.append(Problem(f"above.{name}", f"{given:g} is not finite"))
+        problems.append(Problem(where, f"{given:g} is not finite"))
     except UnitError as e:
-        problems.append(Problem(f"above.{name}", e.what, e.hint))
+        problems.append(Problem(where, e.what, e.hint))
     return float("nan")

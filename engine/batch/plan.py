@@ -88,7 +88,7 @@ def plan(
         found = _found(problems, partial(listed, scene, cases))
     else:
         found = _found(problems, partial(sampled, scene, sample or {}, count, seed, sampling))
-    _found(problems, partial(_check_run, scene, run))
+    _found(problems, partial(check_run, scene, run))
     if found is not None and most is not None and found.count > most:
         what = f"{found.count} cases are more than the {most} allowed"
         problems.append(Problem("cases", what, "split the batch, or ask for a higher limit"))
@@ -106,7 +106,7 @@ def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
         return None
 
 
-def _check_run(scene: Scene, run: Run) -> None:
+def check_run(scene: Scene, run: Run) -> None:
     """Refuse settings that no case can be run with: SceneError with everything that is wrong."""
     until, every, rtol = run.of(scene)
     unlimited = [

@@ -105,11 +105,15 @@ class Sweep:
         return trajectory(self.plan, case, outputs)
 
 
-def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Result:
-    """One case of a plan, run as ``engine.simulate`` runs it with the batch's kernel, keeping all its rows."""
+def trajectory(
+    of: Plan, case: int, outputs: Sequence[str] | None = None, changes: Mapping[str, float] | None = None
+) -> Result:
+    """One case of a plan, run as ``engine.simulate`` runs it with the batch's kernel, keeping all its rows. changes: its numbers,
+    where somebody else knows them."""
     from engine.simulation.run import simulate
 
-    r, changes, most = of.run, of.cases.changes(case), int(of.run.steps or 0)
+    r, most = of.run, int(of.run.steps or 0)
+    changes = of.cases.changes(case) if changes is None else changes
     return simulate(of.scene, r.until, r.every, r.rtol, r.method, of.kernel, overrides=changes, outputs=outputs, max_steps=most)
 
 

@@ -19,6 +19,7 @@ NAMES: dict[tuple[str, str], str] = {
     ("GET", "/v1/jobs/{job}/results"): "get_job_results",
     ("GET", "/v1/jobs/{job}/indices"): "get_job_indices",
     ("GET", "/v1/jobs/{job}/spreads"): "get_job_spreads",
+    ("GET", "/v1/jobs/{job}/answer"): "get_job_answer",
     ("GET", "/v1/jobs/{job}/cases/{case}/trajectory"): "get_case_trajectory",
     ("GET", "/v1/jobs/{job}/cases/{case}/animation"): "get_case_animation",
     ("GET", "/v1/models"): "list_models",

@@ -6,10 +6,12 @@ import logging
 import threading
 import time
 from collections import OrderedDict, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from engine.studies.following import Follow, Study, Told
+from service.api.problems import Refusal
 from service.executor.sealed import Piece, Spoiled, digest_of, document_bytes
 from service.request import plan_of_document
 from service.store.rows import Chunk
@@ -42,6 +44,20 @@ class Library:
 
     jobs: OrderedDict[str, Known] = field(default_factory=OrderedDict)
     lock: threading.Lock = field(default_factory=threading.Lock)
+    follows: OrderedDict[str, Follow] = field(default_factory=OrderedDict)
+    following: threading.Lock = field(default_factory=threading.Lock)
+
+    def follow(self, job: str, study: Callable[[], Study | None]) -> Follow | None:
+        """The study of a job, as far as it was followed here; None where it is none."""
+        with self.following:
+            if job not in self.follows:
+                made = study()
+                if made is None:
+                    return None
+                self.follows[job] = Follow(made)
+                while len(self.follows) > KEPT:
+                    self.follows.popitem(last=False)
+            return self.follows[job]
 
 
 def known(s: Service, job: str) -> Known:
@@ -59,6 +75,20 @@ def known(s: Service, job: str) -> Known:
         while len(s.library.jobs) > KEPT:
             s.library.jobs.popitem(last=False)
     return made
+
+
+def changes_of(s: Service, job: str, case: int) -> dict[str, float]:
+    """The numbers of a case; Refusal (409) for one of a study that is not there yet."""
+    import pyarrow as pa
+
+    plan, schema = known(s, job).plan, known(s, job).schema
+    if not isinstance(plan.cases.values, Told):
+        return plan.cases.changes(case)
+    shown = pa.schema([schema.field(n) for n in plan.cases.paths])
+    for table in rows(s, job, shown, case, case + 1):
+        for row in table.to_pylist():
+            return {path: float(value) for path, value in row.items()}
+    raise Refusal(409, "the case is not there yet")
 
 
 def rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:

@@ -16,7 +16,7 @@ from service.api.delivery import DOCUMENTED, delivered, tag_of
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
-from service.api.reading import known, rows
+from service.api.reading import changes_of, known, rows
 from service.api.service import Service
 from service.api.waiting import Call, answered
 from service.executor.sealed import Spoiled, document_bytes
@@ -134,8 +134,8 @@ async def animation(job: str, case: int, caller: Reader, s: Here, request: Reque
 
 async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """What running a case again on the cluster gives, as bytes."""
-    digest = await run_in_threadpool(_check, s, job, case, outputs)
-    call = Call(run_trajectory, (s.parts.url, job, digest, case, outputs, kind), s.replays, REPLAYS_AT_ONCE, priority=10)
+    digest, changes = await run_in_threadpool(_check, s, job, case, outputs)
+    call = Call(run_trajectory, (s.parts.url, job, digest, case, outputs, kind, changes), s.replays, REPLAYS_AT_ONCE, priority=10)
     try:
         return await answered(s, request, s.settings.limits.answer_seconds, call)
     except Spoiled:
@@ -144,18 +144,19 @@ async def _replayed(s: Service, request: Request, job: str, case: int, outputs: 
         return await answered(s, request, s.settings.limits.answer_seconds, call)
 
 
-def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> str:
-    """The digest of the job's document; Refusal (404, 409) or SceneError when a case cannot be run again."""
+def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> tuple[str, dict[str, float]]:
+    """(the digest of the job's document, the case's numbers); Refusal (404, 409) or SceneError when a case cannot be run again."""
     there = found(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")
     if there.started is None:
         raise Refusal(409, "the job has not been started yet")
-    _check_size(s, job, case, outputs)
-    return known(s, job).digest
+    changes = changes_of(s, job, case)
+    _check_size(s, job, changes, outputs)
+    return known(s, job).digest, changes
 
 
-def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
+def _check_size(s: Service, job: str, changes: dict[str, float], outputs: list[str] | None) -> None:
     """SceneError when the rows would be too many, a pattern matches nothing, or the case is no scene."""
     from engine.kernel.columns import columns, select
     from engine.scene.overrides import apply
@@ -163,7 +164,7 @@ def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> N
     from engine.system.build import build
 
     plan = known(s, job).plan
-    scene = apply(plan.scene, plan.cases.changes(case))
+    scene = apply(plan.scene, changes)
     until, every, _ = plan.run.of(scene)
     everything = columns(build(scene).system)
     problems = pattern_problems(everything, tuple(p[:200] for p in outputs or ()))

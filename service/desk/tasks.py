@@ -107,6 +107,7 @@ def kept_of(request: JobRequest, limits: Limits) -> dict[str, Any]:
         "notify": request.notify,
         "document": json.dumps(document_of(request, made)),
         "cases": made.cases.count,
+        "asked": 0 if request.optimise or request.refine else None,
         "budget": request.budget or limits.job_seconds,
     }
 

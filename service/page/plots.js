@@ -96,8 +96,8 @@ async function sweep() {
   const marker = { size: good.length > 500 ? 4 : 7, color: COLORS[0] };
   if (other > 0) Object.assign(marker, { color: good.map((r) => r[other]), colorscale: "Viridis", colorbar: { title: { text: columns[other].name, side: "right" }, thickness: 12 } });
   const trace = {
-    type: "scatter", mode: other > 0 || good.length > 500 ? "markers" : "lines+markers", x: good.map((r) => r[x]), y: good.map((r) => r[y]),
-    text: hover, hovertemplate: "%{text}<br>%{y}<extra></extra>", customdata: good.map((r) => r[0]), marker, line: { color: "#9cc3dd", width: 1 },
+    type: "scatter", mode: "markers", x: good.map((r) => r[x]), y: good.map((r) => r[y]),
+    text: hover, hovertemplate: "%{text}<br>%{y}<extra></extra>", customdata: good.map((r) => r[0]), marker,
   };
   await Plotly.react($("sweepplot"), [trace], looks(titled($("across").value), titled($("up").value)), TOOLS);
   $("sweepplot").removeAllListeners?.("plotly_click");

@@ -1,4 +1,5 @@
-// What a sample says: which numbers decide over a result (Sobol indices), how it is spread, how often it is above a bound.
+// What a sample says: which numbers decide over a result (Sobol indices), how it is spread, how often it is above a bound. What a
+// study has found: the best numbers, or where outcomes change.
 
 import { $, ask, later, make, notice, number } from "./api.js";
 import { LOOK, TOOLS, title } from "./plots.js";
@@ -16,14 +17,19 @@ export function begin() {
 export function clear() {
   $("questions").hidden = true;
   $("bound").value = "";
-  for (const id of ["indexplot", "spreadplot"]) Plotly.purge($(id));
+  for (const id of ["indexplot", "spreadplot", "studyplot"]) { Plotly.purge($(id)); $(id).hidden = true; }
 }
 
 // A job whose rows are there is looked at.
 export async function changed(now, rows) {
   [job, table] = [now, rows];
-  const { sample } = await ask("GET", `/v1/jobs/${job.id}/request`);
-  if (!sample || job.id !== now.id) return;
+  const { sample, optimise, refine } = await ask("GET", `/v1/jobs/${job.id}/request`);
+  if (job.id !== now.id) return;
+  $("questiontitle").textContent = optimise ? "The best" : refine ? "Where it changes" : "What the sample says";
+  $("asksample").hidden = !sample;
+  $("studyplot").hidden = !(optimise || refine);
+  if (optimise || refine) { await study(); return; }
+  if (!sample) return;
   method = sample.method;
   indices = method === "saltelli" ? await asked("indices", "") : [];
   const kept = table.columns.slice(table.columns.findIndex((c) => c.name === "steps") + 1).map((c) => c.name);
@@ -108,4 +114,56 @@ function answers(index, spread) {
   const head = ["", "value", "95 % interval"].map((x) => make("th", { scope: "col" }, x));
   $("answers").tHead.replaceChildren(make("tr", {}, ...head));
   $("answers").tBodies[0].replaceChildren(...rows);
+}
+
+// -- studies
+
+const SHAPES = ["circle", "x", "square", "triangle-up", "diamond", "star"], SHADES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000"];
+const column = (name) => table.columns.findIndex((c) => c.name === name);
+const named = (name) => { const unit = table.columns[column(name)]?.unit; return unit && unit !== "1" ? `${name} (${unit})` : name; };
+
+async function study() {
+  const { answer } = await ask("GET", `/v1/jobs/${job.id}/answer`);
+  if (!answer) return;
+  $("questions").hidden = false;
+  $("indexplot").hidden = $("spreadplot").hidden = true;
+  $("questionnote").textContent = `${answer.why}; ${answer.cases} cases.` + (answer.feasible === false ? " No case keeps all constraints; this comes nearest." : "");
+  await (answer.kind === "optimise" ? best(answer) : boundaries(answer));
+}
+
+// Outcomes by colour and shape, never joined by lines.
+function points(x, y) {
+  const low = Math.min(...table.rows.map(y).filter((v) => v != null)); // along the lower end: cases without a value
+  const at = column("outcome"), outcomes = [...new Set(["done", ...table.rows.map((r) => r[at])])];
+  return outcomes.map((outcome, k) => {
+    const rows = table.rows.filter((r) => r[at] === outcome);
+    return { type: "scatter", mode: "markers", name: outcome.replace(/_/g, " "), x: rows.map(x), y: rows.map((r) => y(r) ?? low), text: rows.map((r) => `case ${r[0]}: ${outcome}`), marker: { symbol: SHAPES[k % 6], color: SHADES[k % 6], size: 6 } };
+  });
+}
+
+async function best(answer) {
+  const of = column(answer.of), known = answer.path.filter((p) => p.value != null), last = known.at(-1);
+  const traces = points((r) => r[0], (r) => r[of]);
+  if (last) traces.push({ type: "scatter", mode: "lines", name: "best so far", line: { shape: "hv", color: "#cc79a7", width: 2 }, x: [...known.map((p) => p.case), answer.cases - 1], y: [...known.map((p) => p.value), last.value] });
+  await Plotly.react($("studyplot"), traces, { ...LOOK, showlegend: true, legend: { orientation: "h", y: 1.12 }, xaxis: title("case"), yaxis: title(named(answer.of)) }, TOOLS);
+  const rows = [...answer.numbers.map((n) => [n.path, n.value, n.unit]), ...Object.entries(answer.results).map(([n, v]) => [n, v, table.columns[column(n)]?.unit])];
+  fill(["", "value", ""], [...rows.map(([n, v, u]) => [n, number(v), u === "1" ? "" : (u ?? "")]), ["case", String(answer.case), ""]]);
+}
+
+async function boundaries(answer) {
+  const x = column(answer.paths[0]), up = answer.paths[1] ?? (answer.of === "outcome" ? null : answer.of), y = column(up);
+  const shapes = answer.boundaries.slice(0, 500).map((b) => ({
+    type: "rect", x0: b.low[0], x1: b.high[0], yref: answer.paths[1] ? "y" : "paper", y0: answer.paths[1] ? b.low[1] : 0, y1: answer.paths[1] ? b.high[1] : 1,
+    line: { width: answer.paths[1] ? 0 : 1, color: "#8a8a8a" }, fillcolor: "rgba(138,138,138,.5)", layer: "below",
+  }));
+  const look = { ...LOOK, showlegend: true, legend: { orientation: "h", y: 1.12 }, shapes, xaxis: title(named(answer.paths[0])), yaxis: up ? title(named(up)) : { visible: false } };
+  await Plotly.react($("studyplot"), points((r) => r[x], (r) => (up ? r[y] : 0)), look, TOOLS);
+  fill([...answer.paths, "between them"], answer.boundaries.slice(0, 50).map((b) => [
+    ...b.low.map((low, k) => `${number(low)} … ${number(b.high[k])}`), b.change == null ? b.outcomes.join(" | ").replace(/_/g, " ") : `jumps by ${number(b.change)}`,
+  ]));
+}
+
+function fill(heads, rows) {
+  $("answers").tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make("th", { scope: "col" }, x))));
+  $("answers").tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, first), ...rest.map((x) => make("td", {}, x)))));
 }
