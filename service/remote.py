@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import io
+import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
+from engine.basics.patterns import matcher
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.batch.dims import dataset, units
+from engine.batch.series import save_dataset
 from engine.scene.given import Names, names_given
 from engine.scene.overrides import Given, scene_given
 from service.asking import ENDED, HERE, Server
@@ -184,8 +188,11 @@ class Job:
 
     def trajectories(self, columns: Names = (), every: float | None = None, cases: Iterable[int] | None = None) -> pyarrow.Table:
         """The rows of many cases (default: all) as one table with a column ``case``. every: spacing of the rows that are kept, s, a
-        multiple of the run's own. Each case is run again on the server."""
+        multiple of the run's own. Where the job keeps these rows (``submit(…, trajectories=…)``) they are fetched; else each case
+        is run again on the server."""
         pa = brought("pyarrow", "tables", "a table of rows")
+        if cases is None and (kept := self._kept(names_given(columns))) is not None:
+            return _thinned(kept, every)
         numbers = list(range(self.document["cases"])) if cases is None else list(cases)
         with ThreadPoolExecutor(AT_ONCE) as pool:
             tables = list(pool.map(lambda n: _thinned(self.trajectory(n, columns), every), numbers))
@@ -193,6 +200,22 @@ class Job:
             t.add_column(0, pa.field("case", pa.int64()), pa.array([n] * len(t), pa.int64()))
             for n, t in zip(numbers, tables, strict=True)
         )
+
+    def _kept(self, patterns: Sequence[str]) -> pyarrow.Table | None:
+        """The rows that are kept; None where none are, or not those of these columns."""
+        if not self.request.get("trajectories"):
+            return None
+        pa = brought("pyarrow", "tables", "a table of rows")
+        table = pa.ipc.open_stream(io.BytesIO(self._ask("GET", "/trajectories", params={"format": "arrow"}).content)).read_all()
+        if not patterns:
+            return table
+        names = [n for n in table.column_names if matcher(tuple(patterns))(n)]
+        missed = [p for p in patterns if not any(matcher((p,))(n) for n in names)]
+        return None if missed else table.select(["case", "time", *names])
+
+    def save_trajectories(self, folder: str | os.PathLike[str], columns: Names = (), every: float | None = None) -> Path:
+        """Write ``trajectories`` as a Parquet data set: ``case=0/part-0.parquet``, …"""
+        return save_dataset(self.trajectories(columns, every), folder)
 
     def _ask(self, method: str, path: str = "", **more: Any) -> Any:
         return self.server.ask(method, f"/v1/jobs/{self.id}{path}", **more)

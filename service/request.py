@@ -87,6 +87,10 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         max_length=500,
         description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
     )
+    trajectories: list[Plain] = Field(
+        default_factory=list, max_length=100, description="Columns (patterns) whose rows are kept of every case while it runs."
+    )
+    spacing: float | None = Field(None, gt=0, description="How far apart the rows kept are, s; all rows where it is not given.")
     budget: float | None = Field(
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
@@ -138,6 +142,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     if made.cases.count * width * 8 > limits.output_bytes:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
         problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
+    problems += _too_many_rows(made, limits)
     if request.budget is not None and request.budget > limits.job_seconds:
         problems.append(
             Problem("budget", f"{request.budget:g} s is more than the {limits.job_seconds:g} s allowed", "a smaller budget")
@@ -145,6 +150,19 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     if problems:
         raise SceneError(problems)
     return made
+
+
+def _too_many_rows(made: Plan, limits: Limits) -> list[Problem]:
+    """What of the rows that are to be kept exceeds what this server allows."""
+    if made.series is None:
+        return []
+    until, every, _ = made.run.of(made.scene)
+    spacing = made.series.every or every
+    size = made.cases.count * (2 + len(made.series.columns)) * 8 * (until / spacing + 2 if spacing > 0.0 else limits.rows)
+    if size <= limits.output_bytes:
+        return []
+    what = f"{size:.3g} bytes of rows are more than the {limits.output_bytes:.3g} allowed"
+    return [Problem("trajectories", what, "fewer columns, or a larger spacing")]
 
 
 def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
@@ -200,6 +218,8 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
     if (wanted := wanted_of(asked)) is not None:
         ways = [asked[n] for n in ("over", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
         wrong = [Problem("over", "more than one way of saying what varies", WAYS)] if len(ways) > 1 else []
+        if asked.get("trajectories"):
+            wrong.append(Problem("trajectories", "rows of a study's cases are not kept", "ask for single cases"))
         if most is not None and wanted.cases > most:
             wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask for a higher limit"))
         made, planned = study_of(scene, wanted, asked["reductions"], run, wrong)
@@ -215,6 +235,8 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
         sampling=sample.get("method", "latin"),
         keep=asked["reductions"],
         run=run,
+        trajectories=asked.get("trajectories") or (),
+        spacing=asked.get("spacing"),
         most=most,
     )
 

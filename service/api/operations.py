@@ -17,6 +17,7 @@ NAMES: dict[tuple[str, str], str] = {
     ("GET", "/v1/jobs/{job}/attempts"): "list_job_attempts",
     ("GET", "/v1/jobs/{job}/events"): "follow_job",
     ("GET", "/v1/jobs/{job}/results"): "get_job_results",
+    ("GET", "/v1/jobs/{job}/trajectories"): "get_job_trajectories",
     ("GET", "/v1/jobs/{job}/indices"): "get_job_indices",
     ("GET", "/v1/jobs/{job}/spreads"): "get_job_spreads",
     ("GET", "/v1/jobs/{job}/answer"): "get_job_answer",

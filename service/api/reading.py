@@ -91,23 +91,43 @@ def changes_of(s: Service, job: str, case: int) -> dict[str, float]:
     raise Refusal(409, "the case is not there yet")
 
 
+def kept_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
+    """The tables of the rows that are kept, cut to the cases wanted; what was spoilt is computed again as by ``rows``."""
+
+    def read(piece: Piece, low: int, high: int) -> Any:
+        table = s.parts.read_rows(piece, list(dict.fromkeys(["case", *schema.names])))
+        case = table["case"].to_numpy()
+        return table.filter((case >= low) & (case < high))
+
+    yield from _tables(s, job, schema, first, stop, read)
+
+
 def rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
     """The tables of the parts, cut to the cases wanted. A part that is not what was written is computed again, which is waited for;
     Spoiled when that comes to nothing."""
+
+    def read(piece: Piece, low: int, high: int) -> Any:
+        return s.parts.read_part(piece, schema.names)[0].slice(low - piece.start, max(0, high - low))
+
+    yield from _tables(s, job, schema, first, stop, read)
+
+
+def _tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[Piece, int, int], Any]) -> Iterator[Any]:
+    """What is read of each part that is there."""
     digest = known(s, job).digest
     todo, repairs = deque(c for c in s.store.finished(job) if c.start < stop and c.stop > first), 0
     while todo:
         chunk = todo.popleft()
         try:
-            table, _ = s.parts.read_part(Piece(job, digest, chunk.start, chunk.stop), schema.names)
+            low, high = max(first, chunk.start), min(stop, chunk.stop)
+            table = read(Piece(job, digest, chunk.start, chunk.stop), low, high)
         except Spoiled as e:
             repairs += 1
             if repairs > MOST_REPAIRS * (1 + len(todo)):
                 raise
             todo.extendleft(reversed(_again(s, chunk, str(e))))
             continue
-        low, high = max(first, chunk.start), min(stop, chunk.stop)
-        yield table.slice(low - chunk.start, max(0, high - low)).select(schema.names).cast(schema)
+        yield table.select(schema.names).cast(schema)
 
 
 def _again(s: Service, chunk: Chunk, why: str) -> list[Chunk]:

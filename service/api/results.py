@@ -16,7 +16,7 @@ from service.api.delivery import DOCUMENTED, delivered, tag_of
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
-from service.api.reading import changes_of, known, rows
+from service.api.reading import changes_of, kept_rows, known, rows
 from service.api.service import Service
 from service.api.waiting import Call, answered
 from service.executor.sealed import Spoiled, document_bytes
@@ -77,6 +77,57 @@ def results(
     tag = None
     if there.state in ENDED and there.done == there.cases:
         tag = tag_of(job, known(s, job).digest, kind, names, first, stop, [c.stop for c in s.store.finished(job)], version())
+    return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
+
+
+@router.get(
+    "/{job}/trajectories",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "Rows of all cases that are done, in order of cases.",
+            "content": CONTENT,
+            **with_header("Trunnion-Complete", "Whether these are the rows of all cases: true or false."),
+        },
+        **DOCUMENTED,
+        **documented(404, 406, 409, 416),
+    },
+)
+def trajectories(
+    request: Request,
+    job: str,
+    caller: Reader,
+    s: Here,
+    format: Format = None,
+    column: Annotated[list[str] | None, Query(description="Only these columns (repeatable).", max_length=1000)] = None,
+    first: Annotated[int, Query(ge=0, le=10**12, description="First case.")] = 0,
+    count: Annotated[int | None, Query(ge=1, le=10**12, description="Most cases.")] = None,
+    accept: Accept = "*/*",
+) -> Response:
+    """The rows that were kept of every case while it ran (``trajectories`` of the request), as one table with a column ``case``."""
+    kind = chosen(format, accept)
+    there = found(s, job)
+    series = known(s, job).plan.series
+    if series is None:
+        raise Refusal(409, "no rows are kept of this job's cases: it was submitted without trajectories")
+    stop = there.cases if count is None else min(there.cases, first + count)
+    names = _columns(series.schema.names, column)
+    headers = {
+        "Content-Disposition": f'attachment; filename="{job}-rows.{SUFFIX[kind]}"',
+        "Trunnion-Complete": "true" if there.done == there.cases else "false",
+    }
+    import pyarrow as pa
+
+    about = {"job": job, "request": known(s, job).text}
+    shown = pa.schema([series.schema.field(n) for n in names], metadata=(series.schema.metadata or {}) | about)
+
+    def make() -> Iterator[bytes]:
+        return stream(kind, shown, kept_rows(s, job, shown, first, stop))
+
+    tag = None
+    if there.state in ENDED and there.done == there.cases:
+        ends = [c.stop for c in s.store.finished(job)]
+        tag = tag_of(job, known(s, job).digest + " rows", kind, names, first, stop, ends, version())
     return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
 
 

@@ -61,10 +61,19 @@ def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf, valu
             table, reached = runner.chunk(start, stop, watch), stop
         except Stopped as overran:
             table, reached = _together(overran.table, start)
-    size = parts.write_part(replace(piece, stop=reached), table) if reached > start else 0
+    size = _written(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
     build = runner.build_seconds - built
     spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
     return {"counts": outcomes(table), "bytes": size, "worker": _name(), "reached": reached, **spent}
+
+
+def _written(parts: Parts, piece: Piece, table: Any, runner: Runner) -> int:
+    """Write what there is of a piece; its size in bytes."""
+    size = 0
+    if runner.plan.series is not None and runner.rows is not None:
+        kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
+        size = parts.write_rows(piece, kept)
+    return size + parts.write_part(piece, table)
 
 
 def _together(table: Any, start: int) -> tuple[Any, int]:
