@@ -9,7 +9,7 @@ from pydantic import Field, create_model
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases
-from service.desk.tasks import kept_of, read, task
+from service.desk.tasks import kept_of, read, task, understood
 from service.request import (
     Asked,
     JobRequest,
@@ -65,7 +65,7 @@ def plan_more(body: bytes, media: str, limits: Limits, document: dict[str, Any])
     asked = read(MoreRequest, body, media).model_dump(mode="json", exclude_none=True)
     _no_study(document)
     given = {k: asked.pop(k) for k in WAYS if k in asked}
-    more = plan_of_request(JobRequest.model_validate(_without_ways(document) | asked | given), limits).cases
+    more = plan_of_request(understood(JobRequest, _without_ways(document) | asked | given), limits).cases
     there = plan_of_document(document).cases
     new = _not_in(more, there) if set(more.paths) == set(there.paths) else np.arange(more.count)
     if not len(new):
@@ -98,4 +98,4 @@ def _listed(document: dict[str, Any], asked: dict[str, Any], of: Cases, numbers:
     if len(numbers) > MOST:
         what = f"{len(numbers)} cases are more than the {MOST} that can be listed"
         raise SceneError([Problem("cases", what, "submit a job of its own for them")])
-    return kept_of(JobRequest.model_validate(_without_ways(document) | asked | {"cases": [of.changes(i) for i in numbers]}), limits)
+    return kept_of(understood(JobRequest, _without_ways(document) | asked | {"cases": [of.changes(i) for i in numbers]}), limits)
