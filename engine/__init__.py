@@ -2,6 +2,7 @@
 
 ``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``;
 ``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table;
+``optimise(scene, bounds, minimise=…)`` → the best numbers; ``refine(scene, bounds, of=…)`` → where results jump or outcomes change;
 ``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``;
 ``hold(scene, bounds=True)`` → what a mechanism at rest can hold; ``equilibrium(scene)`` → where it rests; ``modes(scene)`` → how it
 swings about that; ``inverse(scene, time, motion)`` → what a motion takes.
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from engine.simulation.linearize import Linearization, linearize
     from engine.simulation.result import Result
     from engine.simulation.run import simulate
+    from engine.studies.running import Studied, optimise, refine
 
 _HOMES = {
     "Problem": "engine.basics.problems",
@@ -54,13 +56,16 @@ _HOMES = {
     "Wear": "engine.questions.wear",
     "wear": "engine.questions.wear",
     "kinematics": "engine.questions.kinematics",
+    "Studied": "engine.studies.running",
+    "optimise": "engine.studies.running",
+    "refine": "engine.studies.running",
     "Sweep": "engine.batch.sweeping",
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
     "Equilibrium", "Event", "Fit", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
-    "SimulationError", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "kinematics", "linearize", "load_scene",
-    "models_dir", "modes",    "sensitivity", "simulate", "sweep", "wear",
+    "SimulationError", "Studied", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "kinematics", "linearize", "load_scene",
+    "models_dir", "modes", "optimise", "refine", "sensitivity", "simulate", "sweep", "wear",
 ]  # fmt: skip
 
 

@@ -97,8 +97,8 @@ def _make_key(settings: Settings, text: str) -> int:
 def listener(host: str, port: int) -> socket.socket:
     """The socket to listen on, taken before anything else is started; SceneError when it cannot be had."""
     try:
-        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        taken = socket.socket(family, kind)
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        taken = socket.socket(family, kind, protocol)  # asyncio sends answers at once only where it is told that this is TCP
     except OSError as e:
         what = f"{host!r} is no address of this machine: {e.strerror or e}"
         raise SceneError([Problem("--host", what, "127.0.0.1 for this machine alone, 0.0.0.0 for all its addresses")]) from e

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import io
+import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
+from engine.basics.patterns import matcher
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.batch.dims import dataset, units
+from engine.batch.series import save_dataset
 from engine.scene.given import Names, names_given
 from engine.scene.overrides import Given, scene_given
 from service.asking import ENDED, HERE, Server
@@ -52,7 +56,8 @@ class Connection:
         **more: Any,
     ) -> Job:
         """Submit a batch, given as to ``engine.sweep``; sample: {"ranges": {path: (low, high)}, "count": N, "seed": S, "method":
-        "latin"}. more: the other fields of ``POST /v1/jobs`` (until, every, rtol, method, patience, budget, label, tags, …)."""
+        "latin"}. more: the other fields of ``POST /v1/jobs`` (optimise, refine, until, every, rtol, method, patience, budget,
+        label, tags, …)."""
         from engine.scene.dump import scene_to_dict
 
         body = {"scene": scene_to_dict(scene_given(scene, overrides)), "reductions": list(names_given(reductions)), **more}
@@ -156,6 +161,25 @@ class Job:
         that are not there, nothing is there (NaN)."""
         return dataset(self.to_arrow(), tuple(self.request.get("over") or {}), self.document["cases"], {"job": self.id})
 
+    def indices(self, of: Names = ()) -> list[dict[str, Any]]:
+        """Which sampled numbers decide over results (default: all): Sobol indices with intervals, as ``GET …/indices`` tells
+        them."""
+        return list(self._ask("GET", "/indices", params={"of": list(names_given(of))}).json()["indices"])
+
+    def spreads(
+        self, of: Names = (), at: Sequence[float] = (), above: Mapping[str, Sequence[Any]] | None = None
+    ) -> list[dict[str, Any]]:
+        """Quantiles of results at probabilities, and how probably bounds ({result: bounds}) are exceeded, as ``GET …/spreads``."""
+        bounds = [f"{name}={bound}" for name, given in (above or {}).items() for bound in given]
+        asked = {"of": list(names_given(of)), "at": list(at), "above": bounds}
+        return list(self._ask("GET", "/spreads", params=asked).json()["spreads"])
+
+    @property
+    def answer(self) -> dict[str, Any] | None:
+        """What a study (``submit(scene, optimise={…})``, ``refine={…}``) has found so far, as ``GET …/answer`` tells it."""
+        found = self._ask("GET", "/answer").json()["answer"]
+        return dict(found) if found else None
+
     def trajectory(self, case: int, columns: Names = ()) -> pyarrow.Table:
         """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs)."""
         pa = brought("pyarrow", "tables", "a table of rows")
@@ -164,8 +188,11 @@ class Job:
 
     def trajectories(self, columns: Names = (), every: float | None = None, cases: Iterable[int] | None = None) -> pyarrow.Table:
         """The rows of many cases (default: all) as one table with a column ``case``. every: spacing of the rows that are kept, s, a
-        multiple of the run's own. Each case is run again on the server."""
+        multiple of the run's own. Where the job keeps these rows (``submit(…, trajectories=…)``) they are fetched; else each case
+        is run again on the server."""
         pa = brought("pyarrow", "tables", "a table of rows")
+        if cases is None and (kept := self._kept(names_given(columns))) is not None:
+            return _thinned(kept, every)
         numbers = list(range(self.document["cases"])) if cases is None else list(cases)
         with ThreadPoolExecutor(AT_ONCE) as pool:
             tables = list(pool.map(lambda n: _thinned(self.trajectory(n, columns), every), numbers))
@@ -173,6 +200,22 @@ class Job:
             t.add_column(0, pa.field("case", pa.int64()), pa.array([n] * len(t), pa.int64()))
             for n, t in zip(numbers, tables, strict=True)
         )
+
+    def _kept(self, patterns: Sequence[str]) -> pyarrow.Table | None:
+        """The rows that are kept; None where none are, or not those of these columns."""
+        if not self.request.get("trajectories"):
+            return None
+        pa = brought("pyarrow", "tables", "a table of rows")
+        table = pa.ipc.open_stream(io.BytesIO(self._ask("GET", "/trajectories", params={"format": "arrow"}).content)).read_all()
+        if not patterns:
+            return table
+        names = [n for n in table.column_names if matcher(tuple(patterns))(n)]
+        missed = [p for p in patterns if not any(matcher((p,))(n) for n in names)]
+        return None if missed else table.select(["case", "time", *names])
+
+    def save_trajectories(self, folder: str | os.PathLike[str], columns: Names = (), every: float | None = None) -> Path:
+        """Write ``trajectories`` as a Parquet data set: ``case=0/part-0.parquet``, …"""
+        return save_dataset(self.trajectories(columns, every), folder)
 
     def _ask(self, method: str, path: str = "", **more: Any) -> Any:
         return self.server.ask(method, f"/v1/jobs/{self.id}{path}", **more)

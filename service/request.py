@@ -9,7 +9,7 @@ from math import isfinite
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, WithJsonSchema, create_model, model_validator
+from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
 from engine.basics.numbers import Bound
 from engine.basics.problems import Problem, SceneError
@@ -21,15 +21,14 @@ from engine.scene.load import load_scene, scene_from_dict, scene_from_text
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.simulation.settings import settings_given, settings_read, told
+from engine.studies.asked import study_of, with_values
+from engine.studies.following import Study, Told
 from service.settings import Limits
+from service.ways import Asked, Number, Optimise, Path, Plain, Refine, Sample, Tag, Text, wanted_of
 
-Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
-Plain = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
-Text = Annotated[str, StringConstraints(max_length=100)]
-Number = float | Text
-Tag = Annotated[str, StringConstraints(min_length=1, max_length=50, pattern=r"^[\w.:/+@-]+$")]
 JOBS = "POST /v1/jobs"
-END, SPACING, DEEPEST = "simulation.until", "simulation.every", 60
+WAYS = "give exactly one of over, cases, sample, optimise and refine"
+END, SPACING = "simulation.until", "simulation.every"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
 
@@ -44,38 +43,6 @@ def _values(data: Any) -> int:
     return n
 
 
-def _unicode(text: str) -> bool:
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-class Asked(BaseModel):
-    """Base of all requests: unknown fields are mistakes."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _sound(cls, data: Any) -> Any:
-        """Refuse text that is not valid Unicode, and data nested too deeply."""
-        todo = [(data, 0)]
-        while todo:
-            value, depth = todo.pop()
-            if depth > DEEPEST:
-                raise ValueError(f"it is nested more than {DEEPEST} deep")
-            if isinstance(value, str) and not _unicode(value):
-                raise ValueError("it holds half of a surrogate pair, which is no text")
-            if isinstance(value, dict):
-                todo += [(k, depth + 1) for k in value]
-                value = list(value.values())
-            if isinstance(value, list):
-                todo += [(v, depth + 1) for v in value]
-        return data
-
-
 class SceneSource(Asked):
     """A scene: the name of a bundled model, or a scene as JSON (``scene``), or as YAML text (``scene_text``)."""
 
@@ -84,15 +51,6 @@ class SceneSource(Asked):
         None, description="A whole scene as YAML text."
     )
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=1000, description="Changes by dotted path.")
-
-
-class Sample(Asked):
-    """A random sample of cases, the same for the same seed."""
-
-    ranges: dict[Path, tuple[Number, Number]] = Field(max_length=100, description="Low and high end by path.")
-    count: int = Field(ge=1, le=100_000_000, description="How many cases.")
-    seed: int = Field(0, ge=0, le=2**63 - 1)
-    method: Annotated[str, StringConstraints(pattern="^(latin|random)$")] = "latin"
 
 
 def with_settings(who: str) -> Any:
@@ -112,7 +70,8 @@ def _schema(bound: Bound) -> dict[str, Any]:
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list) and ``sample``, and what to keep of each case."""
+    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list), ``sample``, ``optimise`` and ``refine``, and what to
+    keep of each case."""
 
     over: dict[Path, list[Number] | Number] | None = Field(
         None,
@@ -121,11 +80,17 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     )
     cases: list[dict[Path, Number]] | None = Field(None, min_length=1, description="List: each case's values by path.")
     sample: Sample | None = None
+    optimise: Optimise | None = None
+    refine: Refine | None = None
     reductions: list[Plain] = Field(
         default_factory=list,
         max_length=500,
         description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
     )
+    trajectories: list[Plain] = Field(
+        default_factory=list, max_length=100, description="Columns (patterns) whose rows are kept of every case while it runs."
+    )
+    spacing: float | None = Field(None, gt=0, description="How far apart the rows kept are, s; all rows where it is not given.")
     budget: float | None = Field(
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
@@ -177,6 +142,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     if made.cases.count * width * 8 > limits.output_bytes:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
         problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
+    problems += _too_many_rows(made, limits)
     if request.budget is not None and request.budget > limits.job_seconds:
         problems.append(
             Problem("budget", f"{request.budget:g} s is more than the {limits.job_seconds:g} s allowed", "a smaller budget")
@@ -184,6 +150,19 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     if problems:
         raise SceneError(problems)
     return made
+
+
+def _too_many_rows(made: Plan, limits: Limits) -> list[Problem]:
+    """What of the rows that are to be kept exceeds what this server allows."""
+    if made.series is None:
+        return []
+    until, every, _ = made.run.of(made.scene)
+    spacing = made.series.every or every
+    size = made.cases.count * (2 + len(made.series.columns)) * 8 * (until / spacing + 2 if spacing > 0.0 else limits.rows)
+    if size <= limits.output_bytes:
+        return []
+    what = f"{size:.3g} bytes of rows are more than the {limits.output_bytes:.3g} allowed"
+    return [Problem("trajectories", what, "fewer columns, or a larger spacing")]
 
 
 def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
@@ -203,6 +182,14 @@ def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
             Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
         )
     return problems
+
+
+def study_of_document(document: dict[str, Any]) -> Study | None:
+    """The study of a document that was kept; None where it is a batch whose cases are all known."""
+    wanted = wanted_of(document)
+    if wanted is None:
+        return None
+    return study_of(scene_from_dict(document["scene"]), wanted, document["reductions"], Run(**settings_given(JOBS, document)))[0]
 
 
 def _too_long_varied(made: Plan, limits: Limits) -> list[Problem]:
@@ -227,7 +214,16 @@ def _too_long_varied(made: Plan, limits: Limits) -> list[Problem]:
 
 
 def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
-    """The plan of a scene and of the request's other fields."""
+    """The plan of a scene and of the request's other fields; the numbers of a study's cases are told to it (``Told``)."""
+    if (wanted := wanted_of(asked)) is not None:
+        ways = [asked[n] for n in ("over", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
+        wrong = [Problem("over", "more than one way of saying what varies", WAYS)] if len(ways) > 1 else []
+        if asked.get("trajectories"):
+            wrong.append(Problem("trajectories", "rows of a study's cases are not kept", "ask for single cases"))
+        if most is not None and wanted.cases > most:
+            wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask for a higher limit"))
+        made, planned = study_of(scene, wanted, asked["reductions"], run, wrong)
+        return with_values(made, planned, Told())
     sample = asked["sample"] or {}
     return plan(
         scene,
@@ -239,6 +235,8 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
         sampling=sample.get("method", "latin"),
         keep=asked["reductions"],
         run=run,
+        trajectories=asked.get("trajectories") or (),
+        spacing=asked.get("spacing"),
         most=most,
     )
 

@@ -65,4 +65,7 @@ double *scratch : for the redundancy of loops
 double *out : per case tr_case and a tr_reduced a column
 struct tr_sim *now : the block of the present case
 double last : time of the last row, s
+double *kept : every row, its case before it: kept_capacity × (1 + width); 0 where none are kept
+long kept_rows : how many are in it; the host takes them out after each call
+long kept_capacity : rows of it
 """)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf
 
 import numpy as np
 
@@ -16,12 +15,13 @@ from engine.abi.batches import BATCH, CASE, REDUCED
 from engine.basics.interrupts import Unwanted
 from engine.batch.preparing import Rows
 from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
+from engine.batch.series import Series
+from engine.batch.watch import CALL_SECONDS, Tick, Watch
 from engine.kernel.library import Kernel
 from engine.simulation import block as bl
 from engine.simulation.audit import Audit, audit_of, judged
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.gaps import open_loop
-from engine.simulation.giving_up import HOST
 from engine.simulation.library import library
 from engine.simulation.outcome import DONE, Outcome
 from engine.simulation.run import Model
@@ -29,12 +29,8 @@ from engine.simulation.settings import Run
 
 CAPACITY = 256
 """How many output rows the buffer holds before they are reduced."""
-CALL_SECONDS = 0.02
-"""A call into C is sized to last about this long: under the 50 ms after which progress, cancelling and Ctrl-C must be served."""
-Tick = Callable[[int], bool]
-"""tick(cases done of these rows) → go on?"""
-
-
+KEPT_BUFFERS = 8
+"""Of rows that are kept: how many buffers they wait in until they are taken out."""
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
     lib = library()
@@ -49,7 +45,8 @@ def _library() -> ctypes.CDLL:
 @dataclass(frozen=True)
 class Reduced:
     """The outcome of some cases: of all that were to be run, or of the first of them when the caller's tick said no. index (n):
-    which cases; numbers (n × reductions); outcomes, audits and steps (n); seconds: time spent stepping."""
+    which cases; numbers (n × reductions); outcomes, audits and steps (n); seconds: time spent stepping; kept: rows asked for (place
+    in index, time, columns)."""
 
     index: np.ndarray
     numbers: np.ndarray
@@ -57,58 +54,22 @@ class Reduced:
     audits: list[Audit]
     steps: np.ndarray
     seconds: float
-
-
-class _Watch:
-    """Asks a tick whether to go on, and whether the case at hand has used up its patience, in the middle of a call into C too,
-    every few milliseconds of whose work ``host`` is called. patience: processor seconds of a case."""
-
-    def __init__(self, patience: float | None) -> None:
-        self.host, self.patience = HOST(self._gives_up), patience or inf
-        self.begin(None, lambda: 0)
-
-    def begin(self, tick: Tick | None, at: Callable[[], int]) -> None:
-        """From now on ask this one, which is told how many cases are done."""
-        self.tick, self.at, self.asked = tick, at, time.perf_counter()
-        self.case, self.since = -1, 0.0
-        self.raised: BaseException | None = None
-
-    def impatient(self) -> bool:
-        """Whether the case at hand has taken longer than it may; its time counts from when it was first asked for."""
-        now = time.thread_time()
-        if self.at() != self.case:
-            self.case, self.since = self.at(), now
-        return now - self.since > self.patience
-
-    def _gives_up(self) -> int:
-        now = time.perf_counter()
-        if now - self.asked < CALL_SECONDS:
-            return 0
-        self.asked = now
-        try:
-            return int(self.impatient() or (self.tick is not None and not self.tick(self.at())))
-        except BaseException as e:  # noqa: BLE001  # nothing passes through C: it is raised again behind it
-            self.raised = e
-            return 1
-
-    def pass_on(self) -> None:
-        """Raise what the tick raised meanwhile."""
-        if self.raised is not None:
-            raise self.raised
+    kept: np.ndarray | None = None
 
 
 class Loop:
     """Runs cases of one structure in C. Make it once and use it for many chunks, from one thread at a time."""
 
-    def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str):
+    def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.lib = _library()
-        self.chosen = tuple(chosen)
-        self.model = Model(rows.built.scene, wanted_columns(chosen), kernel)
+        self.chosen, self.series = tuple(chosen), series
+        wanted = wanted_columns(chosen) if series is None else (*wanted_columns(chosen), *series.names)
+        self.model = Model(rows.built.scene, tuple(dict.fromkeys(wanted)), kernel)
         self.build_seconds = self.model.build_seconds
         self.batch = BATCH.ctype()
         self.memory: list[object] = []
         self.blocks: list[bl.Block] = []
-        self.watch = _Watch(run.patience)
+        self.watch = Watch(run.patience)
         self._variant(self.model.kernel)
         sim = rows.built.scene.simulation
         through = sim.jams == "impact"
@@ -123,6 +84,13 @@ class Loop:
         self.batch.rows = self._buffer(8 * CAPACITY * self.width)
         self.batch.scratch = self._buffer(8 * (sizes["rows"] + 1) * max(loop_rows, 1))
         self.budget, self.seconds = 500, 0.0
+        self.kept: list[np.ndarray] = []
+        if series is not None:
+            self.batch.kept_capacity = KEPT_BUFFERS * CAPACITY
+            self.batch.kept = self._buffer(8 * self.batch.kept_capacity * (self.width + 1))
+            self.taken = np.ctypeslib.as_array(self.memory[-1])  # type: ignore[call-overload]
+            places = {"time": 0} | {c.name: i + 1 for i, c in enumerate(self.model.columns)}
+            self.of_series = [0, *(1 + places[n] for n in ("time", *series.names))]
 
     def _buffer(self, size: int) -> int:
         """Address of zeroed memory (``size`` bytes) that lives as long as the loop."""
@@ -162,7 +130,8 @@ class Loop:
         inputs = rows.inputs if rows.inputs.size else np.zeros(1)
         b.p, b.y, b.given = rows.p.ctypes.data, rows.y.ctypes.data, rows.given.ctypes.data
         b.inputs, b.set, b.out = inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
-        b.ncases, b.at, b.running, b.reported = n, 0, 0, 0
+        b.ncases, b.at, b.running, b.reported, b.kept_rows = n, 0, 0, 0, 0
+        self.kept = []
         failed: dict[int, Outcome] = {}
         self.seconds = 0.0
         self.watch.begin(tick, lambda: b.at)
@@ -175,7 +144,17 @@ class Loop:
         ends = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
         outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
         steps = out["case"]["steps"][:n].astype(np.int64)
-        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, audits, steps, self.seconds)
+        kept = None if self.series is None else np.concatenate([np.zeros((0, len(self.of_series))), *self.kept])
+        kept = kept if kept is None else kept[kept[:, 0] < n]
+        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, audits, steps, self.seconds, kept)
+
+    def _take_kept(self) -> None:
+        """Take out the rows that are kept."""
+        if self.series is not None and self.batch.kept_rows:
+            n = int(self.batch.kept_rows)
+            rows = self.taken[: n * (self.width + 1)].reshape(n, self.width + 1)[:, self.of_series]
+            self.kept.append(self.series.thinned(rows))
+            self.batch.kept_rows = 0
 
     def _through(self, out: np.ndarray, tick: Tick | None, failed: dict[int, Outcome]) -> int:
         """Go through the cases, noting those that fail; how many are finished, not all when ``tick`` says no."""
@@ -185,6 +164,7 @@ class Loop:
             status = self.lib.tr_batch_run(ctypes.addressof(b), self.budget)
             spent = time.perf_counter() - began
             self.seconds += spent
+            self._take_kept()
             self.watch.pass_on()
             if status == bl.DONE:
                 return len(out)

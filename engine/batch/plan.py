@@ -17,6 +17,7 @@ from engine.batch.cases import Cases, grid, listed, sampled
 from engine.batch.loop import Loop, invalid
 from engine.batch.preparing import Preparer, Rows, same_tables
 from engine.batch.reductions import Reduction, reductions
+from engine.batch.series import Series, series_of
 from engine.batch.table import schema, table
 from engine.kernel.columns import columns
 from engine.scene.model import Scene
@@ -37,13 +38,14 @@ T = TypeVar("T")
 @dataclass(frozen=True)
 class Plan:
     """What a batch computes: ``scene``, with the fixed changes made; its cases; the reductions kept of each; and the settings
-    given."""
+    given. series: what is kept of their rows."""
 
     scene: Scene
     cases: Cases
     reductions: tuple[Reduction, ...]
     run: Run
     about: dict[str, Any] = field(default_factory=dict, compare=False)
+    series: Series | None = None
 
     @cached_property
     def kernel(self) -> str:
@@ -60,19 +62,22 @@ def plan(
     scene: Scene,
     over: Mapping[str, Any] | None = None,
     cases: Sequence[Mapping[str, Any]] | None = None,
-    sample: Mapping[str, Sequence[Any]] | None = None,
+    sample: Mapping[str, Any] | None = None,
     *,
     count: int = 0,
     seed: int = 0,
     sampling: str = "latin",
     keep: Sequence[str] = (),
     run: Run | None = None,
+    trajectories: Sequence[str] = (),
+    spacing: float | None = None,
     most: int | None = None,
     wrong: Sequence[Problem] = (),
 ) -> Plan:
     """Understand a batch: exactly one of ``over`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and ``seed``).
 
-    keep: the reductions, as text; run: settings for all cases; most: largest number of cases allowed; wrong: problems found before,
+    keep: the reductions, as text; run: settings for all cases; trajectories: patterns of columns
+    whose rows are kept, spacing: how far apart, s; most: largest number of cases allowed; wrong: problems found before,
     told with the others. SceneError with every problem.
     """
     run = run or Run()
@@ -81,20 +86,22 @@ def plan(
         what = "nothing says what varies" if not ways else "more than one way of saying what varies"
         raise SceneError([Problem("over", what, "give exactly one of over (grid), cases (list) and sample (ranges)")])
     problems = list(wrong)
-    chosen = _found(problems, lambda: reductions(keep, columns(build(scene).system)))
+    everything = columns(build(scene).system)
+    chosen = _found(problems, lambda: reductions(keep, everything))
+    series = series_of(everything, trajectories, spacing, problems)
     if over is not None:
         found = _found(problems, partial(grid, scene, over))
     elif cases is not None:
         found = _found(problems, partial(listed, scene, cases))
     else:
         found = _found(problems, partial(sampled, scene, sample or {}, count, seed, sampling))
-    _found(problems, partial(_check_run, scene, run))
+    _found(problems, partial(check_run, scene, run))
     if found is not None and most is not None and found.count > most:
         what = f"{found.count} cases are more than the {most} allowed"
         problems.append(Problem("cases", what, "split the batch, or ask for a higher limit"))
     if problems or found is None or chosen is None:
         raise SceneError(problems)
-    return Plan(scene, found, chosen, run)
+    return Plan(scene, found, chosen, run, series=series)
 
 
 def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
@@ -106,7 +113,7 @@ def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
         return None
 
 
-def _check_run(scene: Scene, run: Run) -> None:
+def check_run(scene: Scene, run: Run) -> None:
     """Refuse settings that no case can be run with: SceneError with everything that is wrong."""
     until, every, rtol = run.of(scene)
     unlimited = [
@@ -133,6 +140,7 @@ class Runner:
         self.preparer = Preparer(plan.scene, plan.cases.paths, plan.run)
         self.loops: list[Loop] = []
         self.seconds = 0.0
+        self.rows: pyarrow.Table | None = None
 
     @property
     def build_seconds(self) -> float:
@@ -140,7 +148,8 @@ class Runner:
         return sum(x.build_seconds for x in self.loops)
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Table of the cases start … stop − 1. ``tick`` is told how many of them are done; when it says no, Stopped is raised."""
+        """Table of the cases start … stop − 1. ``tick`` is told how many of them are done; when it says no, Stopped is raised.
+        Where rows are kept, ``rows`` is their table then."""
         values = self.plan.cases.values(start, stop)
         n = stop - start
         outcomes: list[Outcome] = [invalid(())] * n
@@ -150,7 +159,7 @@ class Runner:
         rows, wrong = self.preparer.rows(values)
         for i, error in wrong.items():
             outcomes[i], finished[i] = invalid(error.problems), True
-        before = 0
+        before, series = 0, list[np.ndarray]()
         for r in rows:
             try:
                 loop = self._loop(r)
@@ -160,12 +169,17 @@ class Runner:
             before += len(r.index)
             self.seconds += got.seconds
             numbers[got.index], steps[got.index], finished[got.index] = got.numbers, got.steps, True
+            if got.kept is not None and len(got.kept):
+                series.append(np.column_stack([start + r.index[got.kept[:, 0].astype(int)], got.kept[:, 1:]]))
             for i, o, a in zip(got.index, got.outcomes, got.audits, strict=True):
                 outcomes[i], audits[i] = o, a
             if len(got.index) < len(r.index):
                 break
         at = np.flatnonzero(finished)
         ends = [outcomes[i] for i in at], [audits[i] for i in at]
+        if self.plan.series is not None:
+            whole = np.concatenate([np.zeros((0, 2 + len(self.plan.series.columns))), *series])
+            self.rows = self.plan.series.table(whole[:, 0], whole[:, 1:])
         made = table(self.plan.schema, start + at, values[at], *ends, steps[at], numbers[at])
         if len(at) < n:
             raise Stopped(made)
@@ -176,7 +190,7 @@ class Runner:
         for loop in self.loops:
             if fits(loop, rows):
                 return loop
-        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run, self.plan.kernel))
+        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run, self.plan.kernel, self.plan.series))
         del self.loops[:-16]
         return self.loops[-1]
 

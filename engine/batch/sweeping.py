@@ -8,94 +8,25 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
-from engine.basics.files import writing
 from engine.basics.interrupts import Held, Unwanted, held, watched
-from engine.batch.dims import dataset
 from engine.batch.plan import Plan, Runner, Stopped, plan
+from engine.batch.swept import Sweep, trajectory
 from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
-from engine.simulation.result import Result
 from engine.simulation.settings import Run, described, settings_read
 
 if TYPE_CHECKING:
-    import pandas
-    import pyarrow
-    import xarray
+    pass
 
 CHUNK_SECONDS = 0.25
 FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
 LOOK_SECONDS = 0.1
 """How often the main thread looks for Ctrl-C while the others work."""
-SUFFIXES = (".csv", ".parquet")
 SweepProgress = Callable[[int, int], None]
 """progress(cases done, cases), a few times a second."""
-
-
-@dataclass(frozen=True)
-class Sweep:
-    """A sweep that was run, with a row for each case. counts: cases by outcome; wall_time, stepping_time (summed over cores)
-    and build_time, s. stopped: whether it was interrupted; its rows are then those of the cases that were finished."""
-
-    plan: Plan
-    table: pyarrow.Table
-    wall_time: float
-    stepping_time: float
-    build_time: float
-    counts: dict[str, int] = field(default_factory=dict)
-    stopped: bool = False
-
-    def __len__(self) -> int:
-        return int(self.table.num_rows)
-
-    def __repr__(self) -> str:
-        ended = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count)
-        return f"<Sweep of {self.plan.scene.name}: {len(self)} cases × {self.table.num_columns} columns, {ended}>"
-
-    def to_arrow(self) -> pyarrow.Table:
-        """The table; units and descriptions in its fields' metadata."""
-        return self.table
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """A frame indexed by case; units in ``frame.attrs["units"]``."""
-        brought("pandas", "pandas", "to_pandas()")
-        frame = self.table.to_pandas().set_index("case")
-        frame.attrs["units"] = {f.name: f.metadata[b"unit"].decode() for f in self.table.schema}
-        return frame
-
-    def to_xarray(self) -> xarray.Dataset:
-        """A dataset with a dimension for each path of the grid, or of the case alone where it is none; units in ``attrs``."""
-        about = {"scene": self.plan.scene.name}
-        return dataset(self.table, self.plan.cases.paths, self.plan.cases.count, about)
-
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write CSV or Parquet, by suffix; whole or not at all. SceneError for another suffix or an unwritable folder."""
-        with writing(path, SUFFIXES) as work:
-            if work.suffix.lower() == ".csv":
-                from pyarrow import csv
-
-                csv.write_csv(self.table, work)
-            else:
-                import pyarrow.parquet as pq
-
-                pq.write_table(self.table, work, compression="zstd")
-        return Path(path)
-
-    def trajectory(self, case: int, outputs: Sequence[str] | None = None) -> Result:
-        """One case run again, keeping all its rows."""
-        return trajectory(self.plan, case, outputs)
-
-
-def trajectory(of: Plan, case: int, outputs: Sequence[str] | None = None) -> Result:
-    """One case of a plan, run as ``engine.simulate`` runs it with the batch's kernel, keeping all its rows."""
-    from engine.simulation.run import simulate
-
-    r, changes, most = of.run, of.cases.changes(case), int(of.run.steps or 0)
-    return simulate(of.scene, r.until, r.every, r.rtol, r.method, of.kernel, overrides=changes, outputs=outputs, max_steps=most)
 
 
 @described("engine.sweep")
@@ -103,12 +34,14 @@ def sweep(
     scene: Given,
     over: Mapping[str, Any] | None = None,
     cases: Sequence[Mapping[str, Any]] | None = None,
-    sample: Mapping[str, Sequence[Any]] | None = None,
+    sample: Mapping[str, Any] | None = None,
     *,
     count: int = 0,
     seed: int = 0,
     sampling: str = "latin",
     reductions: Names = (),
+    trajectories: Names = (),
+    spacing: float | None = None,
     overrides: Mapping[str, Any] | None = None,
     until: Amount | None = None,
     every: Amount | None = None,
@@ -122,12 +55,14 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every
-    combination; lists too), cases: [{path: value, …}, …], and sample: {path: (low, high), …} with count, seed and sampling ("latin"
-    or "random"). reductions: "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes.
-    Reductions are over the rows that ``simulate`` would give with the same settings. workers: threads (default: one a core).
-    A case that fails is a row with its outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by
-    then, with ``stopped`` set; KeyboardInterrupt when there is none yet.
+    scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every combination; lists too),
+    cases: [{path: value, …}, …], and sample: {path: (low, high), or "normal(mean, deviation)", lognormal, "triangular(low, mode,
+    high)"} with count, seed and sampling ("latin", "random", "sobol", or "saltelli", which ``indices`` needs). reductions:
+    "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes. trajectories: columns
+    (patterns) whose rows are kept of every case, spacing: how far apart, s (default: all). Reductions are over the rows that
+    ``simulate`` would give with the same settings. workers: threads (default: one a core). A case that fails is a row with its
+    outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by then, with ``stopped`` set;
+    KeyboardInterrupt when there is none yet.
     """
     loaded = scene_given(scene, overrides)
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "kernel": kernel}
@@ -135,7 +70,9 @@ def sweep(
     values, wrong = settings_read("engine.sweep", asked)
     run = Run(**values)
     keep = names_given(reductions)
-    chosen = plan(loaded, over, cases, sample, count=count, seed=seed, sampling=sampling, keep=keep, run=run, wrong=wrong)
+    rows: dict[str, Any] = {"trajectories": names_given(trajectories), "spacing": spacing}
+    ways: dict[str, Any] = {"count": count, "seed": seed, "sampling": sampling}
+    chosen = plan(loaded, over, cases, sample, **ways, keep=keep, run=run, wrong=wrong, **rows)
     return run_plan(chosen, workers, progress)
 
 
@@ -179,6 +116,7 @@ class _Work:
         self.lock = threading.Lock()
         self.next = self.done = 0
         self.tables: dict[int, Any] = {}
+        self.rows: dict[int, Any] = {}
         self.runners: list[Runner] = []
         self.stopped = self.interrupted = False
         self.told = time.perf_counter()
@@ -205,7 +143,7 @@ class _Work:
                 got = s.table
             spent = max(runner.seconds - before, 0.5 * (time.perf_counter() - began - runner.build_seconds), 1e-6)
             size = int(min(max(1, (stop - start) * CHUNK_SECONDS / spent, 1), 4 * size, LARGEST_CHUNK))
-            self._finished(start, got)
+            self._finished(start, got, runner.rows)
 
     def go_on(self, done: int) -> bool:
         """Whether to go on; the loop asks every few hundredths of a second and tells how many cases of its chunk are done."""
@@ -215,9 +153,10 @@ class _Work:
         if self.stopped:
             raise Unwanted
 
-    def _finished(self, start: int, got: Any) -> None:
+    def _finished(self, start: int, got: Any, rows: Any) -> None:
         with self.lock:
             self.tables[start] = got
+            self.rows[start] = rows
             self.done += got.num_rows
             if self.progress and (time.perf_counter() - self.told > 0.1 or self.done == self.plan.cases.count):
                 self.told = time.perf_counter()
@@ -236,4 +175,9 @@ class _Work:
             table = table.replace_schema_metadata((table.schema.metadata or {}) | told)
         counts = {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}
         seconds = sum(r.seconds for r in self.runners)
-        return Sweep(self.plan, table, wall, seconds, max((r.build_seconds for r in self.runners), default=0.0), counts, stopped)
+        build = max((r.build_seconds for r in self.runners), default=0.0)
+        kept = pa.concat_tables([self.rows[k] for k in sorted(self.rows)]) if self.plan.series is not None else None
+        return Sweep(self.plan, table, wall, seconds, build, counts, stopped, kept)
+
+
+__all__ = ["Sweep", "run_plan", "sweep", "trajectory"]

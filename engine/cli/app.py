@@ -37,6 +37,15 @@ CHANGES = typer.Option(
 OUTPUTS = typer.Option(
     "--outputs", metavar="PATTERN", help="Columns wanted, such as 'ball.*' (repeatable).", autocompletion=helping.outputs
 )
+SAMPLE = typer.Option(
+    metavar="PATH=SPREAD",
+    help="low:high, 'normal(mean, deviation)', 'lognormal(mean, deviation)', 'triangular(low, mode, high)' (repeatable).",
+    autocompletion=helping.assignments,
+)
+SAMPLING = typer.Option(metavar="HOW", help="latin, random, sobol, or saltelli: Sobol indices, 2 × numbers + 2 cases a point.")
+QUANTILES = typer.Option(metavar="P,…", help="Quantiles of what is kept at these probabilities, with intervals.")
+ABOVE = typer.Option(metavar="KIND:WHAT=BOUND", help="How probably it is above a bound (repeatable).")
+SAMPLED = typer.Option(metavar="FILE", help="Draw a sample's indices, or how it is spread: .png, .svg or .pdf.")
 TABLE = typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")
 JSON = typer.Option("--json", help="Print one JSON document instead of text.")
 VERBOSE = typer.Option("-v", "--verbose", help="Tell what is being done, and details of defects, on standard error.")
@@ -99,19 +108,19 @@ def sweep(
             autocompletion=helping.assignments,
         ),
     ] = None,
-    sample: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATH=LOW:HIGH", help="Range to sample from (repeatable).", autocompletion=helping.assignments),
-    ] = None,
-    count: Annotated[int, typer.Option(metavar="N", help="How many cases to sample.")] = 0,
+    sample: Annotated[list[str] | None, SAMPLE] = None,
+    count: Annotated[int, typer.Option(metavar="N", help="How many cases to sample; with saltelli: points.")] = 0,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of the sample.")] = 0,
-    sampling: Annotated[str, typer.Option(metavar="HOW", help="latin or random.")] = "latin",
+    sampling: Annotated[str, SAMPLING] = "latin",
+    quantiles: Annotated[list[str] | None, QUANTILES] = None,
+    above: Annotated[list[str] | None, ABOVE] = None,
     reduce: Annotated[
         list[str] | None,
         typer.Option(metavar="KIND:WHAT", help="max, min, mean, final of a column pattern; first, count of an event (repeatable)."),
     ] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     save: Annotated[str | None, TABLE] = None,
+    plot: Annotated[str | None, SAMPLED] = None,
     workers: Annotated[int | None, typer.Option(metavar="N", help="Threads (default: one a core).")] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
@@ -121,8 +130,8 @@ def sweep(
 
     words = words_of(scene, ctx)
     wish = SweepWish(
-        words, settings, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), save, workers, as_json,
-        verbose,
+        words, settings, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), save, plot,
+        quantiles or (), above or (), workers, as_json, verbose,
     )  # fmt: skip
     raise typer.Exit(sweep_command(wish))
 

@@ -11,11 +11,12 @@ from engine.basics.interrupts import held
 from engine.cli import options
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
-from engine.cli.simulating import TABLES, loaded, talk
+from engine.cli.simulating import PICTURES, TABLES, loaded, talk
 
 if TYPE_CHECKING:
     from engine.batch.plan import Plan
     from engine.batch.sweeping import Sweep
+    from engine.cli.sampled import Questions
 
 SHOWN = 12
 
@@ -34,6 +35,9 @@ class SweepWish:
     reduce: Sequence[str] = ()
     changes: Sequence[str] = ()
     save: str | None = None
+    plot: str | None = None
+    quantiles: Sequence[str] = ()
+    above: Sequence[str] = ()
     workers: int | None = None
     as_json: bool = False
     verbose: bool = False
@@ -43,11 +47,16 @@ def sweep_command(wish: SweepWish) -> int:
     """Run the sweep; the exit code (1 when no case could be run to its end, or when it was interrupted)."""
     from engine.batch.sweeping import run_plan
     from engine.cli.progress import Watch
+    from engine.cli.sampled import answered, questions
 
     talk(wish.verbose)
     found = Findings()
     place = options.destination(wish.save, TABLES, "-o", found)
+    picture = options.destination(wish.plot, PICTURES, "--plot", found)
+    asked = questions(wish.quantiles, wish.above, picture, found)
     chosen = planned(wish, found)
+    if chosen is not None:
+        _check_questions(chosen, asked, found)
     found.end()
     assert chosen is not None
     with Watch(f"{chosen.cases.count} cases") as watch:
@@ -55,12 +64,22 @@ def sweep_command(wish: SweepWish) -> int:
     if place is not None:
         with held():
             result.save(place)
+    answers = answered(result, asked)
+    files = {n: str(f) for n, f in (("table", place), ("picture", picture)) if f}
     code = DONE if result.counts.get("done") and not result.stopped else FAILED
     if wish.as_json:
-        print_json({"exit_code": code, "problems": []} | document(result) | {"files": {"table": str(place)} if place else {}})
+        print_json({"exit_code": code, "problems": []} | document(result) | answers.document() | {"files": files})
     else:
-        print("\n".join([*summary(result), *([f"wrote {place}"] if place else [])]))
+        print("\n".join([*summary(result), *answers.lines(), *(f"wrote {f}" for f in files.values())]))
     return code
+
+
+def _check_questions(chosen: Plan, asked: Questions, found: Findings) -> None:
+    """Refuse questions that the sample will not answer before it is run."""
+    from engine.batch.answers import refused
+
+    if asked.any():
+        found.problems += refused(chosen.cases, chosen.reductions, (), asked.at, asked.above)
 
 
 def planned(wish: SweepWish, found: Findings) -> Plan | None:
@@ -97,15 +116,18 @@ def spans(texts: Sequence[str], where: str, found: Findings) -> dict[str, str]:
     return out
 
 
-def ranges(texts: Sequence[str], found: Findings) -> dict[str, list[str]]:
-    """{path: [low, high]} of PATH=low:high words."""
-    out = {}
+def ranges(texts: Sequence[str], found: Findings) -> dict[str, list[str] | str]:
+    """{path: [low, high], or a distribution} of PATH=low:high and PATH=normal(mean, deviation) words."""
+    out: dict[str, list[str] | str] = {}
     for path, text in spans(texts, "--sample", found).items():
         ends = [part.strip() for part in text.split(":")]
-        if len(ends) == 2 and all(ends):
+        if "(" in text:
+            out[path] = text
+        elif len(ends) == 2 and all(ends):
             out[path] = ends
         else:
-            found.add("--sample", f"{path}={text} is not PATH=low:high", "for example joints.ball.friction.mu=0.1:0.6")
+            what = f"{path}={text} is neither PATH=low:high nor a distribution"
+            found.add("--sample", what, "for example joints.ball.friction.mu=0.1:0.6, or ='normal(0.3, 0.05)'")
     return out
 
 

@@ -25,6 +25,11 @@ static void tr_case_clear(tr_batch *b) {
 static void tr_case_row(tr_batch *b, const double *row) {
   tr_reduced *r = tr_case_columns(b);
   tr_case_out(b)->rows += 1.0, b->last = row[0];
+  if (b->kept) {
+    double *kept = b->kept + (size_t)b->kept_rows++ * (b->width + 1);
+    kept[0] = (double)b->at;
+    memcpy(kept + 1, row, sizeof(double) * b->width);
+  }
   for (int i = 0; i < b->width; ++i, ++r) {
     double v = row[i];
     r->final = v;
@@ -135,6 +140,7 @@ int tr_batch_run(tr_batch *b, long budget) {
       continue;
     }
     if (budget <= 0) return TR_MORE;
+    if (b->kept && b->kept_rows + b->capacity + 2 > b->kept_capacity) return TR_MORE; /* a first row, a buffer, a last one */
     if (!b->running) {
       budget -= START_STEPS;
       status = tr_case_start(b);

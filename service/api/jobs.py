@@ -15,6 +15,7 @@ from sse_starlette import EventSourceResponse, ServerSentEvent
 from engine.basics.problems import Problem, SceneError
 from service.api.bodies import asks, told
 from service.api.documents import Attempt, JobDocument, JobList, State, attempt_document, job_document
+from service.api.examples import EXAMPLES
 from service.api.keeping import afford, forget, found, owned
 from service.api.problems import Json, Refusal, documented, with_header
 from service.api.security import Caller, need
@@ -30,36 +31,6 @@ Reader = Annotated[Caller, Depends(need("read"))]
 Submitter = Annotated[Caller, Depends(need("submit"))]
 POLL_SECONDS = 0.4
 MOST_STREAMS, STREAMS_OF_ONE = 500, 50
-EXAMPLES: Any = {
-    "grid": {
-        "summary": "A grid: 26 values of friction by 61 start angles",
-        "value": {
-            "scene": "spherical_pendulum",
-            "overrides": {"joints.ball.start.q": {"axis": [0, 1, 0], "angle": 0}},
-            "over": {"joints.ball.friction.mu": "0.1:0.6:26", "joints.ball.start.q.angle": "-30 deg:30 deg:61"},
-            "reductions": ["max:ball.contact[1].normal_force", "first:reversal"],
-            "until": 5,
-        },
-    },
-    "list": {
-        "summary": "A list of cases",
-        "value": {
-            "scene": "crank_slider",
-            "cases": [{"joints.slider_pin.friction.mu": 0.1}, {"joints.slider_pin.friction.mu": 0.3}],
-            "until": 1,
-        },
-    },
-    "sample": {
-        "summary": "A Latin hypercube",
-        "value": {
-            "scene": "spherical_pendulum",
-            "sample": {"ranges": {"joints.ball.friction.mu": [0.1, 0.6], "gravity[3]": [-9.9, -9.7]}, "count": 200, "seed": 1},
-            "until": 1,
-        },
-    },
-}
-
-
 PLACE = with_header("Location", "The job.")
 REQUEST: dict[str, Any] = {"$ref": "#/components/schemas/JobRequest"}
 EVENT: dict[str, Any] = {

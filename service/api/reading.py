@@ -6,10 +6,12 @@ import logging
 import threading
 import time
 from collections import OrderedDict, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from engine.studies.following import Follow, Study, Told
+from service.api.problems import Refusal
 from service.executor.sealed import Piece, Spoiled, digest_of, document_bytes
 from service.request import plan_of_document
 from service.store.rows import Chunk
@@ -42,6 +44,20 @@ class Library:
 
     jobs: OrderedDict[str, Known] = field(default_factory=OrderedDict)
     lock: threading.Lock = field(default_factory=threading.Lock)
+    follows: OrderedDict[str, Follow] = field(default_factory=OrderedDict)
+    following: threading.Lock = field(default_factory=threading.Lock)
+
+    def follow(self, job: str, study: Callable[[], Study | None]) -> Follow | None:
+        """The study of a job, as far as it was followed here; None where it is none."""
+        with self.following:
+            if job not in self.follows:
+                made = study()
+                if made is None:
+                    return None
+                self.follows[job] = Follow(made)
+                while len(self.follows) > KEPT:
+                    self.follows.popitem(last=False)
+            return self.follows[job]
 
 
 def known(s: Service, job: str) -> Known:
@@ -61,23 +77,57 @@ def known(s: Service, job: str) -> Known:
     return made
 
 
+def changes_of(s: Service, job: str, case: int) -> dict[str, float]:
+    """The numbers of a case; Refusal (409) for one of a study that is not there yet."""
+    import pyarrow as pa
+
+    plan, schema = known(s, job).plan, known(s, job).schema
+    if not isinstance(plan.cases.values, Told):
+        return plan.cases.changes(case)
+    shown = pa.schema([schema.field(n) for n in plan.cases.paths])
+    for table in rows(s, job, shown, case, case + 1):
+        for row in table.to_pylist():
+            return {path: float(value) for path, value in row.items()}
+    raise Refusal(409, "the case is not there yet")
+
+
+def kept_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
+    """The tables of the rows that are kept, cut to the cases wanted; what was spoilt is computed again as by ``rows``."""
+
+    def read(piece: Piece, low: int, high: int) -> Any:
+        table = s.parts.read_rows(piece, list(dict.fromkeys(["case", *schema.names])))
+        case = table["case"].to_numpy()
+        return table.filter((case >= low) & (case < high))
+
+    yield from _tables(s, job, schema, first, stop, read)
+
+
 def rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
     """The tables of the parts, cut to the cases wanted. A part that is not what was written is computed again, which is waited for;
     Spoiled when that comes to nothing."""
+
+    def read(piece: Piece, low: int, high: int) -> Any:
+        return s.parts.read_part(piece, schema.names)[0].slice(low - piece.start, max(0, high - low))
+
+    yield from _tables(s, job, schema, first, stop, read)
+
+
+def _tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[Piece, int, int], Any]) -> Iterator[Any]:
+    """What is read of each part that is there."""
     digest = known(s, job).digest
     todo, repairs = deque(c for c in s.store.finished(job) if c.start < stop and c.stop > first), 0
     while todo:
         chunk = todo.popleft()
         try:
-            table, _ = s.parts.read_part(Piece(job, digest, chunk.start, chunk.stop), schema.names)
+            low, high = max(first, chunk.start), min(stop, chunk.stop)
+            table = read(Piece(job, digest, chunk.start, chunk.stop), low, high)
         except Spoiled as e:
             repairs += 1
             if repairs > MOST_REPAIRS * (1 + len(todo)):
                 raise
             todo.extendleft(reversed(_again(s, chunk, str(e))))
             continue
-        low, high = max(first, chunk.start), min(stop, chunk.stop)
-        yield table.slice(low - chunk.start, max(0, high - low)).select(schema.names).cast(schema)
+        yield table.select(schema.names).cast(schema)
 
 
 def _again(s: Service, chunk: Chunk, why: str) -> list[Chunk]:

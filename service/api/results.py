@@ -16,7 +16,7 @@ from service.api.delivery import DOCUMENTED, delivered, tag_of
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
-from service.api.reading import known, rows
+from service.api.reading import changes_of, kept_rows, known, rows
 from service.api.service import Service
 from service.api.waiting import Call, answered
 from service.executor.sealed import Spoiled, document_bytes
@@ -80,6 +80,57 @@ def results(
     return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
 
 
+@router.get(
+    "/{job}/trajectories",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "Rows of all cases that are done, in order of cases.",
+            "content": CONTENT,
+            **with_header("Trunnion-Complete", "Whether these are the rows of all cases: true or false."),
+        },
+        **DOCUMENTED,
+        **documented(404, 406, 409, 416),
+    },
+)
+def trajectories(
+    request: Request,
+    job: str,
+    caller: Reader,
+    s: Here,
+    format: Format = None,
+    column: Annotated[list[str] | None, Query(description="Only these columns (repeatable).", max_length=1000)] = None,
+    first: Annotated[int, Query(ge=0, le=10**12, description="First case.")] = 0,
+    count: Annotated[int | None, Query(ge=1, le=10**12, description="Most cases.")] = None,
+    accept: Accept = "*/*",
+) -> Response:
+    """The rows that were kept of every case while it ran (``trajectories`` of the request), as one table with a column ``case``."""
+    kind = chosen(format, accept)
+    there = found(s, job)
+    series = known(s, job).plan.series
+    if series is None:
+        raise Refusal(409, "no rows are kept of this job's cases: it was submitted without trajectories")
+    stop = there.cases if count is None else min(there.cases, first + count)
+    names = _columns(series.schema.names, column)
+    headers = {
+        "Content-Disposition": f'attachment; filename="{job}-rows.{SUFFIX[kind]}"',
+        "Trunnion-Complete": "true" if there.done == there.cases else "false",
+    }
+    import pyarrow as pa
+
+    about = {"job": job, "request": known(s, job).text}
+    shown = pa.schema([series.schema.field(n) for n in names], metadata=(series.schema.metadata or {}) | about)
+
+    def make() -> Iterator[bytes]:
+        return stream(kind, shown, kept_rows(s, job, shown, first, stop))
+
+    tag = None
+    if there.state in ENDED and there.done == there.cases:
+        ends = [c.stop for c in s.store.finished(job)]
+        tag = tag_of(job, known(s, job).digest + " rows", kind, names, first, stop, ends, version())
+    return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
+
+
 def _columns(known: list[str], asked: list[str] | None) -> list[str]:
     """The columns asked for; Refusal (422) for unknown ones."""
     unknown = [c for c in asked or () if c not in known]
@@ -134,8 +185,8 @@ async def animation(job: str, case: int, caller: Reader, s: Here, request: Reque
 
 async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """What running a case again on the cluster gives, as bytes."""
-    digest = await run_in_threadpool(_check, s, job, case, outputs)
-    call = Call(run_trajectory, (s.parts.url, job, digest, case, outputs, kind), s.replays, REPLAYS_AT_ONCE, priority=10)
+    digest, changes = await run_in_threadpool(_check, s, job, case, outputs)
+    call = Call(run_trajectory, (s.parts.url, job, digest, case, outputs, kind, changes), s.replays, REPLAYS_AT_ONCE, priority=10)
     try:
         return await answered(s, request, s.settings.limits.answer_seconds, call)
     except Spoiled:
@@ -144,18 +195,19 @@ async def _replayed(s: Service, request: Request, job: str, case: int, outputs: 
         return await answered(s, request, s.settings.limits.answer_seconds, call)
 
 
-def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> str:
-    """The digest of the job's document; Refusal (404, 409) or SceneError when a case cannot be run again."""
+def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> tuple[str, dict[str, float]]:
+    """(the digest of the job's document, the case's numbers); Refusal (404, 409) or SceneError when a case cannot be run again."""
     there = found(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")
     if there.started is None:
         raise Refusal(409, "the job has not been started yet")
-    _check_size(s, job, case, outputs)
-    return known(s, job).digest
+    changes = changes_of(s, job, case)
+    _check_size(s, job, changes, outputs)
+    return known(s, job).digest, changes
 
 
-def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> None:
+def _check_size(s: Service, job: str, changes: dict[str, float], outputs: list[str] | None) -> None:
     """SceneError when the rows would be too many, a pattern matches nothing, or the case is no scene."""
     from engine.kernel.columns import columns, select
     from engine.scene.overrides import apply
@@ -163,7 +215,7 @@ def _check_size(s: Service, job: str, case: int, outputs: list[str] | None) -> N
     from engine.system.build import build
 
     plan = known(s, job).plan
-    scene = apply(plan.scene, plan.cases.changes(case))
+    scene = apply(plan.scene, changes)
     until, every, _ = plan.run.of(scene)
     everything = columns(build(scene).system)
     problems = pattern_problems(everything, tuple(p[:200] for p in outputs or ()))

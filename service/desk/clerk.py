@@ -17,6 +17,8 @@ from engine.basics.problems import SceneError, SimulationError
 
 log = logging.getLogger("trunnion.service")
 ORPHAN_SECONDS = 1.0
+GIVES_WAY = 5
+"""How much less of a busy machine it gets than the server, in steps of nice."""
 PASSED_ON = (SceneError, SimulationError, ImportError)
 """Errors that are answers: they are raised again where the request came in."""
 
@@ -57,9 +59,10 @@ def work(connection: Connection, memory: int, parent: int) -> None:
 
 
 def _alone(parent: int) -> None:
-    """Be a group of its own, which can be ended with all it has started, and end when the server is gone."""
+    """Be a group of its own, which can be ended with all it has started, give way to the server, and end when that is gone."""
     with suppress(AttributeError, OSError):
         os.setsid()
+        os.nice(GIVES_WAY)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:

@@ -9,7 +9,7 @@ from pydantic import Field, create_model
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases
-from service.desk.tasks import kept_of, read, task
+from service.desk.tasks import kept_of, read, task, understood
 from service.request import (
     Asked,
     JobRequest,
@@ -22,6 +22,7 @@ from service.settings import Limits
 MOST = 100_000
 """Cases that may be listed one by one."""
 WAYS = ("over", "cases", "sample")
+STUDIES = ("optimise", "refine")
 OTHERS = ("rtol", "method", "kernel", "patience", "steps", "budget", "label", "tags", "notify")
 """What may be another in a job that follows."""
 
@@ -54,6 +55,7 @@ def which(body: bytes, media: str, limits: Limits) -> list[str] | None:
 def plan_again(body: bytes, media: str, limits: Limits, document: dict[str, Any], numbers: list[int]) -> dict[str, Any]:
     """A job of some cases of another."""
     asked = read(AgainRequest, body, media).model_dump(mode="json", exclude_none=True, exclude={"outcomes"})
+    _no_study(document)
     return _listed(document, asked, plan_of_document(document).cases, numbers, limits)
 
 
@@ -61,13 +63,21 @@ def plan_again(body: bytes, media: str, limits: Limits, document: dict[str, Any]
 def plan_more(body: bytes, media: str, limits: Limits, document: dict[str, Any]) -> dict[str, Any]:
     """A job of more cases of another's scene, without those that the other has."""
     asked = read(MoreRequest, body, media).model_dump(mode="json", exclude_none=True)
+    _no_study(document)
     given = {k: asked.pop(k) for k in WAYS if k in asked}
-    more = plan_of_request(JobRequest.model_validate(_without_ways(document) | asked | given), limits).cases
+    more = plan_of_request(understood(JobRequest, _without_ways(document) | asked | given), limits).cases
     there = plan_of_document(document).cases
     new = _not_in(more, there) if set(more.paths) == set(there.paths) else np.arange(more.count)
     if not len(new):
         raise SceneError([Problem("over", "all these cases are there already", "give others")])
     return _listed(document, asked, more, new.tolist(), limits)
+
+
+def _no_study(document: dict[str, Any]) -> None:
+    """Refuse jobs whose cases follow from each other."""
+    if any(document.get(name) for name in STUDIES):
+        what = "the cases of this job follow from each other"
+        raise SceneError([Problem("job", what, "submit its request again, with more cases or other settings")])
 
 
 def _not_in(more: Cases, there: Cases) -> np.ndarray:
@@ -88,4 +98,4 @@ def _listed(document: dict[str, Any], asked: dict[str, Any], of: Cases, numbers:
     if len(numbers) > MOST:
         what = f"{len(numbers)} cases are more than the {MOST} that can be listed"
         raise SceneError([Problem("cases", what, "submit a job of its own for them")])
-    return kept_of(JobRequest.model_validate(_without_ways(document) | asked | {"cases": [of.changes(i) for i in numbers]}), limits)
+    return kept_of(understood(JobRequest, _without_ways(document) | asked | {"cases": [of.changes(i) for i in numbers]}), limits)

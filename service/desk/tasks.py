@@ -38,6 +38,11 @@ def read(model: type[M], body: bytes, media: str) -> M:
         raise SceneError([Problem("body", f"it is no JSON: {e.msg}, at character {e.pos}"[:500])]) from None
     except (ValueError, RecursionError) as e:
         raise SceneError([Problem("body", f"it is no JSON that can be read: {e}"[:500])]) from None
+    return understood(model, data)
+
+
+def understood(model: type[M], data: Any) -> M:
+    """Plain data as a request; SceneError with everything that is wrong with it."""
     try:
         return model.model_validate(data)
     except ValidationError as e:
@@ -107,6 +112,7 @@ def kept_of(request: JobRequest, limits: Limits) -> dict[str, Any]:
         "notify": request.notify,
         "document": json.dumps(document_of(request, made)),
         "cases": made.cases.count,
+        "asked": 0 if request.optimise or request.refine else None,
         "budget": request.budget or limits.job_seconds,
     }
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
+from engine.studies.following import Follow
 from service.store.rows import Chunk, Job
 
 FIRST_CHUNK = 8
@@ -36,7 +37,8 @@ WALL = 10.0
 class Active:
     """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; granted: seconds of the budget that
     each of them may use; spent: seconds used so far; cost: mean stepping seconds for a case so far, 0 before the first chunk;
-    planned: cases handed out; document: digest of the job's document."""
+    planned: cases handed out; document: digest of the job's document; follow: the study, of a job whose cases follow from
+    results."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -49,6 +51,12 @@ class Active:
     planned: int = 0
     nothing_until: float = 0.0
     looked: float = 0.0
+    follow: Follow | None = None
+
+    @property
+    def known(self) -> int:
+        """How many of its cases are known."""
+        return self.job.cases if self.follow is None else self.follow.asked
 
     @property
     def left(self) -> float:
@@ -75,7 +83,7 @@ class Active:
         but into none shorter than SHORTEST or longer than ``longest`` seconds; chunks shrink towards the end."""
         if self.cost <= 0.0:
             return FIRST_CHUNK
-        left = max(1, self.job.cases - self.planned)
+        left = max(1, self.known - self.planned)
         share = max(SHORTEST, self.left / (4 * slots))
         seconds = min(longest, share, max(SHORTEST, left * self.cost / (slots * PIECES)))
         return int(min(max(1, seconds / self.cost), LARGEST_CHUNK, max(1, left // (2 * slots))))

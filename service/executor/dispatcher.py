@@ -133,7 +133,7 @@ class Dispatcher(HeldJobs):
             active.landed(start, 0.0)
             self._lost(chunk, future)
         active.flying.pop(start, None)
-        if active.planned >= active.job.cases and not active.flying:
+        if active.planned >= active.known and not active.flying:
             self._end_if_over(active)
 
     def _recorded(self, active: Active, chunk: Chunk, granted: float, done: Done) -> None:
@@ -213,10 +213,14 @@ class Dispatcher(HeldJobs):
             active.nothing_until = time.monotonic() + 0.3
             return False
         active.planned = max(active.planned, chunk.stop)
+        if chunk.stop > active.known:  # of a study that was taken over, before its earlier results are there again
+            self.store.chunk_lost(self.name, chunk.job, chunk.start, "not known yet", self.settings.attempts, 0.5, blame=False)
+            return False
         grant = active.grant(chunk, longest, slots)
         try:
             piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
-            future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant)
+            values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
+            future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant, values)
         except NoCluster:
             self.store.chunk_lost(self.name, chunk.job, chunk.start, "no cluster", self.settings.attempts, 0.5, blame=False)
             raise

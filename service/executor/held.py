@@ -9,11 +9,15 @@ from __future__ import annotations
 import queue
 import secrets
 import time
+from dataclasses import replace
 from typing import Any
 
+from engine.studies.following import Follow
 from service.executor.active import Active
+from service.executor.follows import seen_in
 from service.executor.parts import Parts
 from service.executor.sealed import Piece, digest_of, document_bytes
+from service.request import study_of_document
 from service.settings import Settings
 from service.store.rows import Chunk, Job
 from service.store.work import Done, WorkStore
@@ -56,6 +60,10 @@ class HeldJobs:
         for chunk in self.store.running(job.id):
             self._settle(active, chunk)
         self.store.begin(self.name, job.id)
+        study = study_of_document(document)
+        if study is not None and job.state != "cancelling":
+            active.follow = Follow(study)
+            self._go_on(active)
 
     def _settle(self, active: Active, chunk: Chunk) -> None:
         """Decide on a chunk whose future is gone: it is done when its part is there, else it is run again."""
@@ -92,6 +100,22 @@ class HeldJobs:
         self.store.end(self.name, active.job.id, state, problems)
         self._forget(active)
 
+    def _go_on(self, active: Active) -> None:
+        """Tell a study the results there are, and ask it for more cases, as often as its rounds are there whole. What it asks for
+        follows from its seed and from these results, so that a study that is taken over goes on as it would have."""
+        follow, asked = active.follow, -1
+        while follow is not None and not follow.over and asked != follow.asked:
+            asked = follow.asked
+            seen = seen_in(self.store, self.parts, active.job.id, active.document, follow)
+            if seen is not None:
+                follow.tell(seen)
+        if follow is not None and (follow.over or follow.asked > (active.job.asked or 0)):
+            self.store.ask(self.name, active.job.id, follow.asked, follow.over)
+            active.job = replace(active.job, asked=follow.asked, cases=follow.asked if follow.over else active.job.cases)
+            active.nothing_until = 0.0
+
     def _end_if_over(self, active: Active) -> None:
+        if active.follow is not None and not active.flying:
+            self._go_on(active)
         if not active.flying and self.store.end_if_over(self.name, active.job.id) is not None:
             self._forget(active)

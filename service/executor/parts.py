@@ -47,6 +47,27 @@ class Parts:
         self.write(self.part(piece), data)
         return len(data)
 
+    def rows_part(self, piece: Piece) -> str:
+        """Path of the part that holds the rows kept of a piece's cases."""
+        return f"{self.root}/{piece.job}/rows-{piece.start:09d}-{piece.stop:09d}.parquet"
+
+    def write_rows(self, piece: Piece, table: pyarrow.Table) -> int:
+        """Write the rows kept of a piece's cases, and return their size in bytes. The piece's own part is written after them: where
+        that is, these are."""
+        data = sealed(table, piece.of_rows)
+        self.write(self.rows_part(piece), data)
+        return len(data)
+
+    def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
+        """The rows kept of a piece's cases; Spoiled when they are not what was written. Then the piece's part is taken away, so
+        that its cases are computed again."""
+        try:
+            return opened(self.read(self.rows_part(piece)), piece.of_rows, columns)
+        except (Spoiled, FileNotFoundError) as e:
+            with suppress(FileNotFoundError):
+                self.fs.rm_file(self.part(piece))
+            raise Spoiled(f"its rows: {e}" if isinstance(e, Spoiled) else "its rows are not there") from None
+
     def read_part(self, piece: Piece, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
         """(the table of a piece, size of its part in bytes). Spoiled when it is not there, cannot be read, or is not what was
         written for this piece."""
@@ -66,7 +87,8 @@ class Parts:
             table, size = self.read_part(piece, ["outcome"])
         except Spoiled:
             return None
-        return outcomes(table), size
+        rows = self.rows_part(piece)
+        return outcomes(table), size + (int(self.fs.size(rows)) if self.exists(rows) else 0)
 
     def exists(self, path: str) -> bool:
         """Whether a file is there (asked afresh)."""

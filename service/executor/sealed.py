@@ -36,6 +36,11 @@ class Piece:
     stop: int
 
     @property
+    def of_rows(self) -> Piece:
+        """Whose the rows are that are kept of these cases."""
+        return Piece(self.job, f"{self.document} rows", self.start, self.stop)
+
+    @property
     def text(self) -> str:
         """The piece as it stands in its part."""
         return json.dumps([self.job, self.document, self.start, self.stop])

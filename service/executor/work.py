@@ -8,6 +8,7 @@ import socket
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 
 from engine.basics.interrupts import watched
 from engine.batch.plan import Runner, Stopped
+from engine.studies.following import Told
 from service.executor.parts import Parts, outcomes
 from service.executor.sealed import Piece, Spoiled, digest_of
 from service.request import plan_of_document
@@ -26,6 +28,7 @@ MARKER_SECONDS = 0.1
 LOOKS_PART = 0.05
 """that looking takes no larger part of the time."""
 _local = threading.local()
+Values = Sequence[Sequence[float]] | None
 
 
 class OutOfTime(RuntimeError):
@@ -36,12 +39,12 @@ class Cancelled(RuntimeError):
     """Raised in a worker whose job was stopped."""
 
 
-def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf) -> dict[str, Any]:
+def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None) -> dict[str, Any]:
     """Run the cases of a piece and write their part; what the store wants to know of it (``Done``).
 
     url: where parts and the job's document are. seconds: most this chunk may build and step; longest: most it may step. A chunk
     that overruns leaves off at once: its part has the cases that were finished before. A part that is there already, and fits, is
-    taken as it is.
+    taken as it is. values: the numbers of the cases, where those follow from results.
     """
     parts = Parts(url)
     start, stop = piece.start, piece.stop
@@ -51,15 +54,26 @@ def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf) -> d
     runner = _runner(parts, piece.job, piece.document)
     built, stepped, began = runner.build_seconds, runner.seconds, time.thread_time()
     watch = Watch(parts, piece.job, seconds, longest)
+    if values is not None and isinstance(runner.plan.cases.values, Told):
+        runner.plan.cases.values.tell(start, values)
     with watched(watch.look):
         try:
             table, reached = runner.chunk(start, stop, watch), stop
         except Stopped as overran:
             table, reached = _together(overran.table, start)
-    size = parts.write_part(replace(piece, stop=reached), table) if reached > start else 0
+    size = _written(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
     build = runner.build_seconds - built
     spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
     return {"counts": outcomes(table), "bytes": size, "worker": _name(), "reached": reached, **spent}
+
+
+def _written(parts: Parts, piece: Piece, table: Any, runner: Runner) -> int:
+    """Write what there is of a piece; its size in bytes."""
+    size = 0
+    if runner.plan.series is not None and runner.rows is not None:
+        kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
+        size = parts.write_rows(piece, kept)
+    return size + parts.write_part(piece, table)
 
 
 def _together(table: Any, start: int) -> tuple[Any, int]:
@@ -144,8 +158,11 @@ def forget() -> None:
     _local.__dict__.pop("runners", None)
 
 
-def run_trajectory(url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
-    """One case again with all its rows: an Arrow stream (``table``), or the page of its moving picture (``animation``)."""
+def run_trajectory(
+    url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str, changes: Mapping[str, float] | None = None
+) -> bytes:
+    """One case again with all its rows: an Arrow stream (``table``), or the page of its moving picture (``animation``). changes:
+    its numbers, where they follow from results."""
     from engine.batch.sweeping import trajectory
     from engine.plots.animate import page
     from engine.plots.mechanism import needed
@@ -153,8 +170,8 @@ def run_trajectory(url: str, job: str, digest: str, case: int, outputs: list[str
     with watched(Wanted().look):
         plan = _runner(Parts(url), job, digest).plan
         if kind == "animation":
-            return page(trajectory(plan, case, needed(plan.scene))).encode()
-        return arrow_bytes(trajectory(plan, case, outputs).to_arrow())
+            return page(trajectory(plan, case, needed(plan.scene), changes)).encode()
+        return arrow_bytes(trajectory(plan, case, outputs, changes).to_arrow())
 
 
 def arrow_bytes(table: Any) -> bytes:

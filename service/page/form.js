@@ -15,7 +15,7 @@ export async function begin(onSubmitted) {
   $("scene").addEventListener("input", checkScene);
   $("addaxis").addEventListener("click", () => { axis("", "").focus(); });
   $("sweep").addEventListener("input", checkJob);
-  for (const way of document.getElementsByName("way")) way.addEventListener("change", switched);
+  for (const way of [...document.getElementsByName("way"), $("goal")]) way.addEventListener("change", switched);
   $("sweep").addEventListener("submit", (e) => { e.preventDefault(); submit().catch((x) => notice(x.message)); });
   await load();
 }
@@ -32,11 +32,16 @@ async function load() {
 const way = () => document.querySelector("input[name=way]:checked").value;
 
 function switched() {
+  const study = way() === "optimise" || way() === "refine";
   $("sampling").hidden = way() !== "sample";
-  $("valueshead").textContent = way() === "sample" ? "low:high" : "first:last:count, or a, b, c";
+  $("study").hidden = !study;
+  $("goallabel").hidden = $("withinlabel").hidden = way() !== "optimise";
+  $("targetlabel").hidden = way() !== "optimise" || $("goal").value !== "reach";
+  if (study && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
+  $("valueshead").textContent = study ? "low:high" : way() === "sample" ? "low:high, or normal(mean, deviation), triangular(low, mode, high), …" : "first:last:count, or a, b, c";
   for (const input of document.querySelectorAll(".values")) {
     const parts = input.value.split(":");
-    if (way() === "sample" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
+    if (way() !== "over" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
     if (way() === "over" && parts.length === 2) input.value += ":11";
   }
   checkJob();
@@ -88,6 +93,7 @@ async function check(signal) {
   }
   if (!$("reductions").value) $("reductions").value = facts.reductions.slice(0, 8).join("\n");
   if (!$("until").value) $("until").value = facts.until;
+  $("results").replaceChildren(...["outcome", ...facts.reductions].map((r) => make("option", { value: r })));
   await checkRequest(signal);
 }
 
@@ -107,12 +113,26 @@ export function request() {
   };
   if ($("until").value) body.until = +$("until").value;
   if (way() === "over") body.over = Object.fromEntries(named.map(([p, v]) => [p, v.includes(":") ? v : v.split(",").map((x) => x.trim())]));
+  else if (way() === "optimise" || way() === "refine") body[way()] = study(named);
   else {
-    const ranges = Object.fromEntries(named.map(([p, v]) => [p, v.split(":").slice(0, 2).map((x) => x.trim())]));
-    for (const p of Object.keys(ranges)) if (ranges[p].length < 2) ranges[p].push("");
+    const ranges = Object.fromEntries(named.map(([p, v]) => [p, v.includes("(") ? v : v.split(":").slice(0, 2).map((x) => x.trim())]));
+    for (const p of Object.keys(ranges)) if (Array.isArray(ranges[p]) && ranges[p].length < 2) ranges[p].push("");
     body.sample = { ranges, count: +$("count").value, seed: +$("seed").value, method: $("method").value };
   }
   return body;
+}
+
+const ends = (text) => { const parts = text.split(":").slice(0, 2).map((x) => x.trim()); return parts.length < 2 ? [...parts, ""] : parts; };
+
+// What is asked of a study.
+function study(named) {
+  const asked = { bounds: Object.fromEntries(named.map(([p, v]) => [p, ends(v)])), cases: +$("most").value };
+  const of = $("goalof").value.trim();
+  if (way() === "refine") return { ...asked, of };
+  asked[$("goal").value] = $("goal").value === "reach" ? [of, $("target").value.trim()] : of;
+  const kept = $("within").value.split(",").map((x) => x.trim()).filter(Boolean).map((x) => [x.slice(0, x.lastIndexOf("=")).trim(), ends(x.slice(x.lastIndexOf("=") + 1)).map((e) => e || null)]);
+  if (kept.length) asked.within = Object.fromEntries(kept);
+  return asked;
 }
 
 const checkJob = later((signal) => (facts ? checkRequest(signal) : Promise.resolve()));
@@ -122,7 +142,7 @@ async function checkRequest(signal) {
   try {
     const found = await ask("POST", "/v1/jobs/check", request(), signal);
     box.className = "verdict good";
-    box.textContent = `${found.cases.toLocaleString("en")} case${found.cases === 1 ? "" : "s"}`;
+    box.textContent = `${["optimise", "refine"].includes(way()) ? "at most " : ""}${found.cases.toLocaleString("en")} case${found.cases === 1 ? "" : "s"}`;
     $("submit").disabled = false;
   } catch (e) {
     if (e.name === "AbortError") throw e;

@@ -1,17 +1,19 @@
 // What a job gave: reductions over the sweep, one case against time, and that case moving.
 
 import { $, ask, downloads, later, make, notice, number } from "./api.js";
+import * as questions from "./questions.js";
 
 const COLORS = ["#0072b2", "#d55e00"];
 const MOST = 20000;
-const LOOK = { margin: { l: 70, r: 20, t: 12, b: 50 }, font: { family: "system-ui, sans-serif", size: 13 }, showlegend: false };
-const TOOLS = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+export const LOOK = { margin: { l: 70, r: 20, t: 12, b: 50 }, font: { family: "system-ui, sans-serif", size: 13 }, showlegend: false };
+export const TOOLS = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
 const GROW = 2000; // ms between looks at the rows of a job that runs; ten times longer than a look takes
-const title = (text) => ({ title: { text, font: { size: text.length > 36 ? 11 : 13 } } });
+export const title = (text) => ({ title: { text, font: { size: text.length > 36 ? 11 : 13 } } });
 const looks = (x, y) => ({ ...LOOK, xaxis: title(x), yaxis: title(y) });
 let job = null, columns = [], table = null, next = 0, asked = 0, drawn = 0;
 
 export function begin() {
+  questions.begin();
   for (const id of ["across", "up"]) $(id).addEventListener("change", () => sweep().catch((e) => notice(e.message)));
   const oneCase = later((signal) => aCase(signal));
   $("case").addEventListener("input", oneCase);
@@ -30,7 +32,10 @@ export async function changed(now, fresh) {
     $("column").replaceChildren();
     for (const id of ["casevalues", "casedownloads", "sweepnote"]) $(id).replaceChildren();
   }
-  if (await fetched()) await aCase();
+  if (fresh) questions.clear();
+  if (!(await fetched())) return;
+  await questions.changed(job, table);
+  await aCase();
 }
 
 // Its job runs: the rows there are so far.
@@ -91,8 +96,8 @@ async function sweep() {
   const marker = { size: good.length > 500 ? 4 : 7, color: COLORS[0] };
   if (other > 0) Object.assign(marker, { color: good.map((r) => r[other]), colorscale: "Viridis", colorbar: { title: { text: columns[other].name, side: "right" }, thickness: 12 } });
   const trace = {
-    type: "scatter", mode: other > 0 || good.length > 500 ? "markers" : "lines+markers", x: good.map((r) => r[x]), y: good.map((r) => r[y]),
-    text: hover, hovertemplate: "%{text}<br>%{y}<extra></extra>", customdata: good.map((r) => r[0]), marker, line: { color: "#9cc3dd", width: 1 },
+    type: "scatter", mode: "markers", x: good.map((r) => r[x]), y: good.map((r) => r[y]),
+    text: hover, hovertemplate: "%{text}<br>%{y}<extra></extra>", customdata: good.map((r) => r[0]), marker,
   };
   await Plotly.react($("sweepplot"), [trace], looks(titled($("across").value), titled($("up").value)), TOOLS);
   $("sweepplot").removeAllListeners?.("plotly_click");

@@ -128,7 +128,8 @@ class LandingStore(HookStore):
             done = and_(chunks.c.job == job, chunks.c.state == "done")
             if c.execute(select(chunks.c.start).where(done, chunks.c.start == start)).first() is None:
                 return
-            goes_on = (row["state"] != "cancelled" and row["planned"] >= row["cases"]) or row["state"] in ACTIVE
+            known = row["cases"] if row["asked"] is None else row["asked"]
+            goes_on = (row["state"] != "cancelled" and row["planned"] >= known) or row["state"] in ACTIVE
             values = {"state": "waiting" if goes_on else "dropped", "attempts": 0, "not_before": 0.0, "error": why[:2000]}
             c.execute(update(chunks).where(done, or_(chunks.c.start == start, chunks.c.counts == "")).values(values))
             self._summed(c, row)

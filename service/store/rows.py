@@ -9,8 +9,9 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Job:
-    """A job as it is stored. Times are seconds since the epoch; counts: number of cases by outcome; lost: cases in failed chunks;
-    seconds: spent on stepping; pace: wall seconds a case, of late; landed: when rows last came in."""
+    """A job as it is stored; asked: cases known so far where they follow from results. Times are seconds since the epoch; counts:
+    number of cases by outcome; lost: cases in failed chunks; seconds: spent on stepping; pace: wall seconds a case, of late;
+    landed: when rows last came in."""
 
     id: str
     created: float
@@ -34,6 +35,12 @@ class Job:
     pace: float = 0.0
     landed: float | None = None
     tags: tuple[str, ...] = ()
+    asked: int | None = None
+
+    @property
+    def known(self) -> int:
+        """How many of its cases are known: of a study those asked for so far."""
+        return self.cases if self.asked is None else self.asked
 
 
 @dataclass(frozen=True)

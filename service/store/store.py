@@ -56,10 +56,10 @@ class Store:
 
     def submit(
         self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
-        tags: Sequence[str] = (), notify: str = "",
+        tags: Sequence[str] = (), notify: str = "", asked: int | None = None,
     ) -> tuple[Job, bool]:  # fmt: skip
         """Keep a new job: (job, whether it is new). When this owner used the idempotency ``key`` before, for the same ``digest``,
-        it is the job made then; Conflict when the digest differs."""
+        it is the job made then; Conflict when the digest differs. asked: 0 for a study, whose cases follow from results."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
             "owner": owner,
@@ -73,6 +73,7 @@ class Store:
             "budget": budget,
             "tags": json.dumps(list(tags)),
             "notify": notify,
+            "asked": asked,
         }
         try:
             with transaction(self.engine, writing=True) as c:

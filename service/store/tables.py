@@ -5,8 +5,9 @@ has chunks that could not be run (its other results stand) or when its time budg
 running → waiting → running … (at most as many attempts as allowed) → failed. A piece that overran is done up to where it came, and
 the rest of it is waiting as pieces of its own. A server works on a job while it holds its lease.
 
-Of a job: pace, wall seconds a case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease,
-which is for ``lease`` seconds. Of a chunk: counts, its cases by outcome, and bytes, of the part that is there.
+Of a job: asked, how many of its cases are known so far where they follow from results (a study), else null; pace, wall seconds a
+case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease, which is for ``lease`` seconds.
+Of a chunk: counts, its cases by outcome, and bytes, of the part that is there.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ jobs = Table(
     Column("document", Text, nullable=False),
     Column("state", String(16), nullable=False),
     Column("cases", BigInteger, nullable=False),
+    Column("asked", BigInteger),
     Column("planned", BigInteger, nullable=False, default=0),
     Column("done", BigInteger, nullable=False, default=0),
     Column("lost", BigInteger, nullable=False, default=0),

@@ -70,16 +70,17 @@ class WorkStore(LandingStore):
         None when there is none now."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._held(c, server, job), self.now(c)
+            known = row["cases"] if row["asked"] is None else row["asked"]
             over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
             due = and_(chunks.c.job == job, chunks.c.state == "waiting", over)
             last = case((chunks.c.error == OVERRAN, 1), else_=0)
             old = c.execute(select(chunks).where(due).order_by(last, chunks.c.start).limit(1)).mappings().first()
-            if old is not None and (old["error"] != OVERRAN or row["planned"] >= row["cases"]):
+            if old is not None and (old["error"] != OVERRAN or row["planned"] >= known):
                 at = and_(chunks.c.job == job, chunks.c.start == old["start"])
                 c.execute(update(chunks).where(at).values(state="running", attempts=chunks.c.attempts + 1))
                 start, stop = old["start"], old["stop"]
-            elif row["planned"] < row["cases"]:
-                start, stop = row["planned"], min(row["planned"] + size, row["cases"])
+            elif row["planned"] < known:
+                start, stop = row["planned"], min(row["planned"] + size, known)
                 c.execute(insert(chunks).values(job=job, start=start, stop=stop, state="running", attempts=1))
                 c.execute(update(jobs).where(jobs.c.id == job).values(planned=stop))
             else:
@@ -94,11 +95,24 @@ class WorkStore(LandingStore):
         with transaction(self.engine) as c:
             return [chunk_of(row) for row in c.execute(query).mappings()]
 
+    def ended(self, job: str, start: int, stop: int) -> list[Chunk]:
+        """Chunks with some of the cases start … stop − 1 that are done, or have failed in all their attempts."""
+        here = and_(chunks.c.job == job, chunks.c.start < stop, chunks.c.stop > start, chunks.c.state.in_(("done", "failed")))
+        with transaction(self.engine) as c:
+            return [chunk_of(row) for row in c.execute(select(chunks).where(here).order_by(chunks.c.start)).mappings()]
+
     def finished(self, job: str) -> list[Chunk]:
         """Chunks whose parts are there, in order of their cases."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
         with transaction(self.engine) as c:
             return [chunk_of(row) for row in c.execute(query).mappings()]
+
+    def ask(self, server: str, job: str, known: int, over: bool) -> None:
+        """So many cases of a study are known now; ``over``: there will be no more."""
+        with transaction(self.engine, writing=True) as c:
+            self._held(c, server, job)
+            values = {"asked": known} | ({"cases": known} if over else {})
+            c.execute(update(jobs).where(jobs.c.id == job).values(values))
 
     def end_if_over(self, server: str, job: str) -> str | None:
         """Close a job all of whose cases are done or lost; its final state, None while it goes on."""

@@ -59,7 +59,7 @@ def test_an_option_means_the_same_in_every_command() -> None:
     assert all(len(spellings) == 1 for spellings in names.values()), names
     assert names["--output"] == {frozenset({"-o", "--output"})}
     writes = {n: o.metavar for n, o in options() if "-o" in o.opts}
-    files = ["simulate", "check", "sweep", "sensitivity", "advise", "import", "inverse", "wear", "kinematics"]
+    files = ["simulate", "check", "sweep", "sensitivity", "advise", "import", "inverse", "wear", "kinematics", "optimise", "refine"]
     assert writes == dict.fromkeys(files, "FILE") | {"chart": "DIR"}
     columns = {"simulate", "check", "chart", "sensitivity", "advise", "inverse", "kinematics"}
     assert {n for n, o in options() if "--outputs" in o.opts} == columns

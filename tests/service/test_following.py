@@ -60,5 +60,5 @@ def test_a_sweep_is_extended_by_the_cases_that_it_has_not(following: InProcess) 
     assert (kept["until"], kept["reductions"], kept["every"]) == (0.2, ASKED["reductions"], 0.01)
     same = following.post(f"/v1/jobs/{first}/extend", {"over": {MU: [0.1], "gravity[3]": [-9.8]}})
     assert (same.status_code, "there already" in same.text) == (422, True)
-    for wrong in ({}, {"over": {MU: [1]}, "cases": [{MU: 1}]}, {"over": {"nowhere": [1]}}):
+    for wrong in ({}, {"over": {MU: [1]}, "cases": [{MU: 1}]}, {"over": {"nowhere": [1]}}, {"over": {MU: [1]}, "label": "\0"}):
         assert following.post(f"/v1/jobs/{first}/extend", wrong).status_code == 422

@@ -3,6 +3,7 @@ words."""
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from engine.basics.problems import SceneError
 from service.api import door, jobs
 from service.api.security import new_key
 from service.api.service import made
+from service.cli import listener
 from service.desk import clerk
 from service.settings import Limits, Settings
 from service.store.database import alembic_config, transaction
@@ -229,3 +231,20 @@ def test_a_server_without_keys_takes_connections_of_its_own_account_only(served:
     assert done.returncode != 0
     assert "403" in done.stderr
 
+
+def test_answers_are_sent_at_once_and_not_held_until_the_last_one_was_received() -> None:
+    """Without TCP_NODELAY the body of an answer waits until its head was acknowledged: 44 ms for each, idle or not."""
+
+    async def accepted() -> int:
+        sent = asyncio.get_running_loop().create_future()
+        taken = listener("127.0.0.1", 0)
+        server = await asyncio.start_server(lambda _, writer: sent.set_result(writer), sock=taken)
+        _, mine = await asyncio.open_connection(*taken.getsockname())
+        writer = await sent
+        option = writer.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        for w in (mine, writer):
+            w.close()
+        server.close()
+        return int(option)
+
+    assert asyncio.run(accepted()) != 0

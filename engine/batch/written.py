@@ -1,0 +1,115 @@
+"""Values of the scene's numbers as they are written, read into SI; and the numbers of a scene by their paths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, is_dataclass
+from numbers import Real
+from typing import Any
+
+from engine.basics.problems import Problem, SceneError
+from engine.scene.contexts import unit_of
+from engine.scene.finding import parse_path
+from engine.scene.model import Scene
+from engine.scene.overrides import apply
+from engine.scene.quantities import agree, parse_quantity
+from engine.scene.suggest import shown
+from engine.scene.units import UnitError
+
+TOLD = 5
+"""Wrong values of one path that are told; a grid's values are mostly wrong all in the same way."""
+
+
+class Reader:
+    """Turns values as written for one path into SI numbers; mistakes go on the list, which keeps the first few of each path.
+
+    The unit of the path is found out once, so that a million values do not build a million scenes.
+    """
+
+    def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
+        self.scene, self.path, self.where, self.problems = scene, path, where, problems
+        found = number_at(scene, path)
+        self.unit = found[1] if found is not None else ""
+        self.wrong = 0
+
+    @property
+    def untold(self) -> int:
+        """How many mistakes are not on the list."""
+        return max(0, self.wrong - TOLD)
+
+    def complain(self, what: str, hint: str = "") -> None:
+        """Put one more mistake on the list, or only count it."""
+        self.wrong += 1
+        if self.wrong <= TOLD:
+            self.problems.append(Problem(self.where, what, hint))
+
+    def number(self, value: Any) -> float:
+        """SI value of one entry; plain numbers are SI already. A number that the scene refuses is no mistake here: its case
+        will fail."""
+        value = _plain(value)
+        if isinstance(value, bool) or not isinstance(value, float | str):
+            self.complain(f"{shown(value)} is not a number")
+            return math.nan
+        if isinstance(value, float) and not math.isfinite(value):
+            self.complain("is not finite")
+            return math.nan
+        if not self.unit and self.wrong < TOLD:
+            return self._first(value)
+        return value if isinstance(value, float) else self._with_unit(value)
+
+    def _with_unit(self, text: str) -> float:
+        """SI value of a number with a unit that fits the path."""
+        try:
+            value = parse_quantity(text)
+            agree(value, self.unit or "1")
+        except UnitError as e:
+            self.complain(e.what, e.hint)
+            return math.nan
+        return float(value)
+
+    def _first(self, value: float | str) -> float:
+        """The first value of a number that the scene does not give; building the scene with that value shows what it is."""
+        try:
+            found = number_at(apply(self.scene, {self.path: value}), self.path)
+        except SceneError as e:
+            for p in e.problems:
+                self.complain(f"{p.where}: {p.what}" if p.where != self.path else p.what, p.hint)
+            return math.nan
+        if found is None:
+            self.complain("is not a single number of the scene", "give the path of a number, such as joints.ball.friction.mu")
+            return math.nan
+        self.unit = found[1]
+        return found[0]
+
+
+def _plain(value: Any) -> Any:
+    """A number, or a text that is one, as a float; anything else as it is."""
+    if isinstance(value, bool) or not isinstance(value, Real | str):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        return value
+    except OverflowError:
+        return math.inf
+
+
+def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
+    """(value, unit) of a number of a scene; None when the path does not lead to one."""
+    place = parse_path(path)
+    node: Any = scene
+    for i, key in enumerate(place or ()):
+        if isinstance(node, float) and place is not None and place[i:] == (0,):
+            place = place[:i]  # a joint with one coordinate may give a number for its list: then q[1] means that number
+            break
+        node = _part(node, key)
+    return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None
+
+
+def _part(node: Any, key: str | int) -> Any:
+    """What a key or index of a part of a scene leads to; None where it leads nowhere."""
+    if isinstance(key, int):
+        return node[key] if isinstance(node, tuple) and key < len(node) else None
+    if isinstance(node, dict):
+        return node.get(key)
+    return getattr(node, key, None) if is_dataclass(node) and key in {f.name for f in fields(node)} else None

@@ -1,0 +1,245 @@
+"""/v1/jobs/{id}/indices, /spreads and /answer: what a sample says of which numbers decide and of how results are spread, what a
+study found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Response
+from pydantic import BaseModel, Field
+
+from engine.basics.problems import Problem, SceneError
+from engine.batch.answers import indices_of, refused, spreads_of
+from engine.batch.quantiles import USUAL
+from service.api.jobs import Here, Reader, found
+from service.api.problems import Refusal, documented
+from service.api.reading import known, rows
+from service.api.service import Service
+from service.executor.follows import seen_in
+from service.plain import text_of
+from service.request import study_of_document
+from service.store.tables import ENDED
+
+if TYPE_CHECKING:
+    import pyarrow
+
+router = APIRouter(prefix="/v1/jobs", tags=["results"])
+MOST_CASES = 2_000_000
+Of = Annotated[
+    list[Annotated[str, Field(max_length=200)]] | None,
+    Query(description="Results, as they were kept (repeatable; default: all).", max_length=100),
+]
+
+
+class EstimateDocument(BaseModel):
+    """A number and the interval that holds the true one with the confidence told; null where nothing can be said."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+class OfPath(EstimateDocument):
+    """Of one varied number."""
+
+    path: str
+
+
+class OfPair(EstimateDocument):
+    """Of two varied numbers."""
+
+    paths: list[str] = Field(min_length=2, max_length=2)
+
+
+class IndicesDocument(BaseModel):
+    """How far each varied number decides over a result."""
+
+    of: str = Field(description="The result; failed: whether a case did not end as done.")
+    unit: str
+    points: int
+    cases: int
+    missing: dict[str, int] = Field(description="Cases without a value, by why.")
+    mean: EstimateDocument
+    deviation: EstimateDocument
+    first: list[OfPath] = Field(description="Part of the variance that goes when the number is known.")
+    total: list[OfPath] = Field(description="Part of the variance that stays when all others are known.")
+    second: list[OfPair] = Field(description="What two do together, beyond what each does.")
+    confidence: float
+    notes: list[str]
+
+
+class IndicesAnswer(BaseModel):
+    """Sobol indices of all results asked for, and of failing where some cases failed."""
+
+    complete: bool = Field(description="Whether all cases have been run.")
+    indices: list[IndicesDocument]
+
+
+class Quantile(EstimateDocument):
+    """So that the part of the cases that lies below it is the probability."""
+
+    probability: float
+
+
+class Above(EstimateDocument):
+    """How probably a bound is exceeded."""
+
+    bound: float
+
+
+class SpreadDocument(BaseModel):
+    """How a result is spread over the sample."""
+
+    of: str
+    unit: str
+    cases: int
+    missing: int = Field(description="Cases without a value: the intervals hold whatever it would have been.")
+    quantiles: list[Quantile]
+    above: list[Above]
+    confidence: float
+    note: str = Field(description="What the intervals mean.")
+
+
+class SpreadsAnswer(BaseModel):
+    """How results are spread."""
+
+    complete: bool = Field(description="Whether all cases have been run.")
+    spreads: list[SpreadDocument]
+
+
+class NumberDocument(BaseModel):
+    """A number of the scene."""
+
+    path: str
+    unit: str
+    value: float
+
+
+class Step(BaseModel):
+    """A case that was the best so far."""
+
+    case: int
+    value: float | None = Field(description="Its result; null of a case that misses constraints or has no value.")
+
+
+class BestAnswer(BaseModel):
+    """The best numbers."""
+
+    kind: Literal["optimise"]
+    goal: Literal["minimise", "maximise", "reach"]
+    of: str
+    target: float | None
+    why: str = Field(description="Why it has ended, or that it goes on.")
+    settled: bool
+    feasible: bool = Field(description="Whether the best case keeps all constraints.")
+    missed: float | None = Field(description="How far constraints are missed; null where the best case has no value.")
+    case: int
+    numbers: list[NumberDocument]
+    results: dict[str, float | None]
+    cases: int
+    failed: int = Field(description="Cases without a value.")
+    path: list[Step]
+
+
+class Boundary(BaseModel):
+    """A box in which outcomes change or the result jumps."""
+
+    low: list[float]
+    high: list[float]
+    outcomes: list[str]
+    narrow: bool = Field(description="Whether it is as narrow as was asked.")
+    change: float | None = Field(description="By how much the result jumps; null where outcomes change.")
+
+
+class BoundariesAnswer(BaseModel):
+    """Where outcomes change and the result jumps."""
+
+    kind: Literal["refine"]
+    of: str
+    why: str = Field(description="Why it has ended, or that it goes on.")
+    paths: list[str]
+    units: list[str]
+    boundaries: list[Boundary]
+    more: int = Field(description="Boundaries that are not told.")
+    cases: int
+
+
+class StudyAnswer(BaseModel):
+    """What a study has found."""
+
+    complete: bool = Field(description="Whether it asks for no more cases.")
+    ended: bool = Field(description="Whether the job has ended, of itself or not.")
+    answer: BestAnswer | BoundariesAnswer | None = Field(description="null before its first round.")
+
+
+@router.get("/{job}/indices", response_model=IndicesAnswer, responses=documented(404))
+def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
+    """Which of the numbers that were sampled decide over the results: Sobol indices, with intervals. The job's sample must have the
+    method ``saltelli``. While it runs they are of the points there are."""
+    there = found(s, job)
+    plan = known(s, job).plan
+    names = [n for n in of or [r.name for r in plan.reductions] if n in {r.name for r in plan.reductions}]
+    sampled = plan.cases.sampling == "saltelli"
+    table = _table(s, job, names) if sampled else known(s, job).schema.empty_table()
+    answer = indices_of(plan.cases, plan.reductions, table, of or names)
+    return _json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
+
+
+@router.get("/{job}/spreads", response_model=SpreadsAnswer, responses=documented(404))
+def spreads(
+    job: str,
+    caller: Reader,
+    s: Here,
+    of: Of = None,
+    at: Annotated[list[float] | None, Query(description="Probabilities of the quantiles (repeatable).", max_length=50)] = None,
+    above: Annotated[
+        list[Annotated[str, Field(max_length=300)]] | None,
+        Query(description="Bounds, as KIND:WHAT=BOUND, units allowed (repeatable).", max_length=50),
+    ] = None,
+) -> Response:
+    """How the results of a sample are spread: quantiles, and how probably bounds are exceeded, with intervals."""
+    there = found(s, job)
+    plan = known(s, job).plan
+    bounds: dict[str, list[str]] = {}
+    for text in above or ():
+        name, _, value = text.rpartition("=")
+        bounds.setdefault(name.strip(), []).append(value.strip())
+    names, chosen = list(of or [r.name for r in plan.reductions]), list(at or USUAL)
+    if problems := refused(plan.cases, plan.reductions, names, chosen, bounds):
+        raise SceneError(problems)
+    told = spreads_of(plan.cases, plan.reductions, _table(s, job, [*names, *bounds]), names, chosen, bounds)
+    return _json({"complete": there.done == there.cases, "spreads": [x.document() for x in told]})
+
+
+@router.get("/{job}/answer", response_model=StudyAnswer, responses=documented(404, 409))
+def answer(job: str, caller: Reader, s: Here) -> Response:
+    """What a study (``optimise``, ``refine``) has found so far; ``complete`` when it asks for no more cases."""
+    there = found(s, job)
+    follow = s.library.follow(job, lambda: study_of_document(s.store.document(job)))
+    if follow is None:
+        raise Refusal(409, "the job is no study: it was submitted with neither optimise nor refine")
+    digest = known(s, job).digest
+    with s.library.following:
+        seen = None
+        while not follow.over and (seen := seen_in(s.store, s.parts, job, digest, follow)) is not None:
+            follow.tell(seen)
+        told = {"complete": follow.over, "ended": there.state in ENDED, "answer": follow.answer or None}
+    return _json(told)
+
+
+def _json(data: Any) -> Response:
+    return Response(text_of(data), media_type="application/json")
+
+
+def _table(s: Service, job: str, names: Iterable[str]) -> pyarrow.Table:
+    """The rows of a job so far: their outcomes and some results."""
+    import pyarrow as pa
+
+    there = found(s, job)
+    if there.cases > MOST_CASES:
+        what = f"{there.cases} cases are more than the {MOST_CASES} that this is worked out of here"
+        raise SceneError([Problem("cases", what, "fetch the table, and ask engine.batch.answers of it")])
+    schema = known(s, job).schema
+    shown = pa.schema([schema.field(n) for n in dict.fromkeys(("case", "outcome", *names))])
+    return pa.concat_tables([shown.empty_table(), *rows(s, job, shown, 0, there.cases)])

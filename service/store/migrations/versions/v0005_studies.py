@@ -1,0 +1,21 @@
+"""How many cases of a study are known so far."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0005"
+down_revision = "0004"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Add the column."""
+    with op.batch_alter_table("jobs", schema=None) as jobs:
+        jobs.add_column(sa.Column("asked", sa.BigInteger(), nullable=True))
+
+
+def downgrade() -> None:
+    """Drop it."""
+    with op.batch_alter_table("jobs", schema=None) as jobs:
+        jobs.drop_column("asked")

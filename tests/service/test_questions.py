@@ -1,0 +1,96 @@
+"""Questions to samples: REST, client and page answer what ``engine.sweep`` and the command answer."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+import engine
+from engine.cli import main
+from service.client import Job, connect
+from tests.service.serving import MU, SMALL, Served
+from tests.service.test_page import browser, page, picture, tab, until
+
+__all__ = ["browser", "page", "tab"]
+TRAVEL = "final:guide.q[1]"
+RANGES = {"joints.guide.friction.mu": "normal(0.1, 0.01)", "joints.guide.friction.half_length": [0.25, 0.35],
+          "joints.guide.friction.radius": "triangular(40 mm, 50 mm, 60 mm)"}  # fmt: skip
+RUN: dict[str, Any] = {"until": 0.5, "every": 0.05}
+
+
+@pytest.fixture(scope="module")
+def job(served: Served) -> Job:
+    """A crossed sample of example 8.3's guide that was run."""
+    there = connect(str(served.client.base_url))
+    sample = {"ranges": RANGES, "count": 32, "seed": 4, "method": "saltelli"}
+    return there.submit("double_pendulum", sample=sample, reductions=TRAVEL, label="guide", **RUN).wait(timeout=120)
+
+
+@pytest.fixture(scope="module")
+def whole() -> Any:
+    """The same in this process."""
+    return engine.sweep("double_pendulum", sample=RANGES, count=32, seed=4, sampling="saltelli", reductions=TRAVEL, **RUN)
+
+
+def test_command_rest_and_client_give_the_indices_of_the_function(job: Job, whole: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    expected = [i.document() for i in whole.indices()]
+    assert job.to_arrow().to_pylist() == whole.table.to_pylist()
+    assert job.indices() == job.indices(TRAVEL) == expected
+    ranges = [f"{p}={v if isinstance(v, str) else f'{v[0]}:{v[1]}'}" for p, v in RANGES.items()]
+    words = ["sweep", "double_pendulum", *(w for r in ranges for w in ("--sample", r)), "--count", "32", "--seed", "4",
+             "--sampling", "saltelli", "--reduce", TRAVEL, *(w for k, v in RUN.items() for w in (f"--{k}", str(v)))]  # fmt: skip
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["indices"] == expected
+
+
+def test_quantiles_and_exceedance_are_those_of_the_function(job: Job, whole: Any, served: Served) -> None:
+    asked: dict[str, Any] = {"at": [0.1, 0.9], "above": {TRAVEL: ["4.5 m", 4.6]}}
+    assert job.spreads(**asked) == [s.document() for s in whole.spreads((), **asked)]
+    assert [q["probability"] for q in job.spreads(TRAVEL)[0]["quantiles"]] == [0.05, 0.5, 0.95]
+    assert served.get(f"/v1/jobs/{job.id}/spreads").json()["complete"] is True
+
+
+@pytest.mark.parametrize(
+    ("place", "asked", "where"),
+    [("indices", {"of": "max:x"}, "of"), ("spreads", {"at": 2}, "at"), ("spreads", {"above": "nothing"}, "of"),
+     ("spreads", {"above": f"{TRAVEL}=3 kg"}, f"above.{TRAVEL}")],
+)  # fmt: skip
+def test_questions_that_mean_nothing_are_problems(job: Job, served: Served, place: str, asked: dict[str, Any], where: str) -> None:
+    answer = served.get(f"/v1/jobs/{job.id}/{place}", params=asked)
+    assert (answer.status_code, where in [p["where"] for p in answer.json()["problems"]]) == (422, True), answer.text
+
+
+def test_what_is_no_sample_has_neither(served: Served) -> None:
+    job = served.submit(SMALL | {"over": {MU: [0.1, 0.2]}})
+    served.ended(job)
+    for place in ("indices", "spreads"):
+        assert served.get(f"/v1/jobs/{job}/{place}").status_code == 422
+    assert served.get(f"/v1/jobs/{'0' * 24}/indices").status_code == 404
+    wrong = SMALL | {"over": None, "sample": {"ranges": {MU: "gauss(1)"}, "count": 8, "method": "saltelli"}}
+    told = served.post("/v1/jobs", wrong)
+    assert {p["where"] for p in told.json()["problems"]} == {f"sample.{MU}", "sample.count"}
+
+
+def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, job: Job) -> None:
+    page.locator("#joblist button", has_text="guide").first.click()
+    page.wait_for_selector("#indexplot .bars .point", state="attached")
+    told = page.locator("#answers").inner_text()
+    expected = job.indices()[0]
+    for e in (*expected["first"], *expected["total"]):
+        assert f"{e['path']}, " in told
+        assert page.evaluate(f"+({e['value']!r}).toPrecision(6)") == pytest.approx(e["value"], rel=1e-5)
+    bars = page.evaluate("() => document.getElementById('indexplot').data.map((t) => t.x)")
+    assert bars == [[e["value"] for e in expected[kind]] for kind in ("first", "total", "second")]
+    page.fill("#bound", "4.5")
+    page.wait_for_selector("#answers tr:has-text('probability')", state="attached")
+    assert page.evaluate("() => document.getElementById('spreadplot').data[0].x.length") == 64
+    picture(page, "sample")
+    page.check("input[value=sample]")
+    page.select_option("#method", "saltelli")
+    page.fill("#count", "32")
+    page.locator(".values").first.fill("normal(0.3, 0.02)")
+    until(page, "document.getElementById('jobverdict').textContent.includes('128 cases')")
+    page.locator(".values").first.fill("gauss(0.3, 0.02)")
+    until(page, "document.getElementById('jobverdict').textContent.includes('no distribution')")
