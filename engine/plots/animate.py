@@ -14,7 +14,11 @@ from engine.simulation.tables import finite
 
 SUFFIXES = (".html", ".htm")
 VIEWER = Path(__file__).with_name("viewer")
-SCRIPTS = ("data.js", "draw.js", "controls.js")
+SCRIPTS = (
+    "data.js", "camera.js", "solids.js", "shaders.js", "gl.js", "paint.js", "traces.js", "flat.js", "show.js", "panel.js",
+    "clock.js", "controls.js",
+)  # fmt: skip
+"""In this order: each uses what those before it define."""
 
 
 def animate(result: Result, path: str | os.PathLike[str]) -> Path:

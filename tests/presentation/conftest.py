@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from engine.simulation.result import Result, Stats
 from engine.simulation.run import simulate
 from engine.system.build import build
 from tests.laws import PAPER
+from tests.presentation.browser import SOFTWARE, browser
 
 REVERSALS = (1.0, 2.5)
 
@@ -66,3 +70,10 @@ def slider() -> Result:
 def double() -> Result:
     """A run of example 8.3."""
     return simulate("double_pendulum", until=2.0, every=0.01, overrides=PAPER)
+
+
+@pytest.fixture(scope="session")
+def chrome() -> Iterator[Any]:
+    """A browser that draws in three dimensions."""
+    with browser(*SOFTWARE) as made:
+        yield made

@@ -1,0 +1,79 @@
+"""A browser with a graphics card made of software, and what the pages that it opens say of themselves."""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+SOFTWARE = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+NO_WEBGL = ("--no-sandbox", "--disable-3d-apis")
+DESK, PHONE = {"width": 1000, "height": 700}, {"width": 390, "height": 844}
+
+
+def missing(why: str) -> None:
+    """Skip, or fail when the browser is required."""
+    if "chromium" in os.environ.get("TRUNNION_REQUIRE", ""):
+        pytest.fail(f"chromium is required (TRUNNION_REQUIRE): {why}")
+    pytest.skip(f"chromium: {why}")
+
+
+@contextmanager
+def browser(*flags: str) -> Iterator[Any]:
+    """Chromium as Playwright drives it."""
+    try:
+        from playwright.sync_api import Error, sync_playwright
+    except ImportError as e:
+        missing(f"playwright cannot be imported: {e}")
+    system = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    with sync_playwright() as p:
+        try:
+            made = p.chromium.launch(executable_path=system, args=list(flags))
+        except Error as e:
+            missing(f"no browser: {str(e).splitlines()[0]}")
+        yield made
+        made.close()
+
+
+class Opened:
+    """A page that shows a run. wrong: what its console said and what it asked for from elsewhere."""
+
+    def __init__(self, page: Any):
+        self.page, self.wrong = page, []
+        page.on("console", lambda m: self.wrong.append(m.text))
+        page.on("pageerror", lambda e: self.wrong.append(str(e)))
+        page.on("request", lambda r: None if r.url.startswith("file://") else self.wrong.append(r.url))
+
+    def ask(self, script: str) -> Any:
+        """The value of an expression in the page."""
+        return self.page.evaluate(f"(() => ({script}))()")
+
+    def do(self, script: str) -> None:
+        """Run statements in the page, then draw."""
+        self.page.evaluate(f"(() => {{ {script}; render(); }})()")
+
+    def pixels(self, canvas: str = "stage") -> np.ndarray:
+        """height × width × 3 of what a canvas shows, drawn now (0 to 255)."""
+        import base64
+
+        from PIL import Image
+
+        text = self.page.evaluate(f"(() => {{ render(); return document.getElementById('{canvas}').toDataURL('image/png'); }})()")
+        with Image.open(io.BytesIO(base64.b64decode(text.split(",")[1]))) as picture:
+            return np.asarray(picture.convert("RGBA"), float)
+
+
+def opened(browser: Any, file: Path, query: str = "", size: dict[str, int] = DESK, **context: Any) -> Opened:
+    """The page of a file, shown."""
+    page = browser.new_context(viewport=size, **context).new_page()
+    out = Opened(page)
+    page.goto(f"file://{file}{query}")
+    page.wait_for_function("document.documentElement.dataset.drawn !== undefined")
+    return out
