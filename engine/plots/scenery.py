@@ -137,7 +137,7 @@ def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray],
     straight = len(ends) == 2 and not any(np.allclose(p, 0) for p in ends)
     pairs = [(ends[0], ends[1])] if straight and _collinear(*ends) else [(np.zeros(3), p) for p in ends]
     rods = [meshes.rod(p, q, thick) for p, q in pairs if np.linalg.norm(q - p) > thick]
-    return meshes.join([*rods, meshes.sphere(2.2 * thick, 10)])
+    return meshes.join([*rods, meshes.sphere(2.2 * thick, grain.around // 2)])
 
 
 def _collinear(p: np.ndarray, q: np.ndarray) -> bool:

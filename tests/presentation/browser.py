@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import pytest
 
 SOFTWARE = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 NO_WEBGL = ("--no-sandbox", "--disable-3d-apis")
-DESK, PHONE = {"width": 1000, "height": 700}, {"width": 390, "height": 844}
+DESK, PHONE = {"width": 900, "height": 640}, {"width": 390, "height": 844}
 
 
 def missing(why: str) -> None:
@@ -26,20 +26,22 @@ def missing(why: str) -> None:
 
 
 @contextmanager
-def browser(*flags: str) -> Iterator[Any]:
-    """Chromium as Playwright drives it."""
+def browsers() -> Iterator[Callable[..., Any]]:
+    """A function of flags that starts Chromium as Playwright drives it (of which a process can have one)."""
     try:
         from playwright.sync_api import Error, sync_playwright
     except ImportError as e:
         missing(f"playwright cannot be imported: {e}")
     system = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     with sync_playwright() as p:
-        try:
-            made = p.chromium.launch(executable_path=system, args=list(flags))
-        except Error as e:
-            missing(f"no browser: {str(e).splitlines()[0]}")
-        yield made
-        made.close()
+
+        def start(*flags: str) -> Any:
+            try:
+                return p.chromium.launch(executable_path=system, args=list(flags))
+            except Error as e:
+                return missing(f"no browser: {str(e).splitlines()[0]}")
+
+        yield start
 
 
 class Opened:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from engine.simulation.result import Result, Stats
 from engine.simulation.run import simulate
 from engine.system.build import build
 from tests.laws import PAPER
-from tests.presentation.browser import SOFTWARE, browser
+from tests.presentation.browser import SOFTWARE, browsers
 
 REVERSALS = (1.0, 2.5)
 
@@ -73,7 +73,15 @@ def double() -> Result:
 
 
 @pytest.fixture(scope="session")
-def chrome() -> Iterator[Any]:
+def starts() -> Iterator[Callable[..., Any]]:
+    """Starts a browser with flags of its own."""
+    with browsers() as start:
+        yield start
+
+
+@pytest.fixture(scope="session")
+def chrome(starts: Callable[..., Any]) -> Iterator[Any]:
     """A browser that draws in three dimensions."""
-    with browser(*SOFTWARE) as made:
-        yield made
+    made = starts(*SOFTWARE)
+    yield made
+    made.close()

@@ -45,7 +45,7 @@ function graphics(canvas) {
   if (!gl) return null;
   const programs = {
     surface: program(gl, SURFACE_VERTEX, SURFACE, ["p", "n"]),
-    line: program(gl, LINE_VERTEX, PLAIN, ["corner", "a", "b", "n1", "n2", "always"]),
+    line: program(gl, LINE_VERTEX, PLAIN, ["corner", "a", "b"]),
     dot: program(gl, DOT_VERTEX, DOT, ["p"]),
     ground: program(gl, GROUND_VERTEX, GROUND_FRAGMENT, ["p"]),
   };
@@ -62,15 +62,15 @@ function graphics(canvas) {
   function lines(data, usage) {
     const made = array(() => {
       attributes(gl, quad, [[0, 2, 0]], 2);
-      return attributes(gl, data, [[1, 3, 0], [2, 3, 3], [3, 3, 6], [4, 3, 9], [5, 1, 12]], EDGE, 1, usage);
+      return attributes(gl, data, [[1, 3, 0], [2, 3, 3]], EDGE, 1, usage);
     });
     return { ...made, count: data.length / EDGE };
   }
 
-  // A mesh {v, f} for ``surface`` and ``edges``.
+  // A mesh {v, f} for ``surface`` and ``edges``; its smooth edges, of which those on the outline are picked for every picture.
   function shape(mesh) {
     const s = solid(mesh);
-    return { ...array(() => attributes(gl, s.surface, [[0, 3, 0], [1, 3, 3]], 6)), count: s.surface.length / 6, lines: lines(s.edges) };
+    return { ...array(() => attributes(gl, s.surface, [[0, 3, 0], [1, 3, 3]], 6)), count: s.surface.length / 6, creases: lines(s.creases), smooth: s.smooth };
   }
 
   const spot = array(() => attributes(gl, new Float32Array(3), [[0, 3, 0]], 3));

@@ -29,7 +29,8 @@ function prepared() {
   for (const j of run.joints) for (const c of j.contacts) if (c.arm !== 0 && c.wide > 0) patches.set(c, card.shape(patchOf(c)));
   const shells = new Set(run.joints.flatMap((j) => j.pins).filter(shell));
   const rails = run.rails.map((rail) => ({ part: rail.part, lines: card.lines(new Float32Array(dashes(rail.from, rail.to))) }));
-  return { shapes, patches, shells, rails, shaft: card.shape(SHAFT), head: card.shape(HEAD), coils: card.lines(new Float32Array(EDGE), card.gl.DYNAMIC_DRAW), traces: null };
+  const empty = () => card.lines(new Float32Array(EDGE), card.gl.DYNAMIC_DRAW);
+  return { shapes, patches, shells, rails, shaft: card.shape(SHAFT), head: card.shape(HEAD), coils: empty(), rim: empty(), traces: null };
 }
 
 // Whether a pin is as large as the body it is on (a drawer in its runners): then only its edges are drawn.
@@ -64,10 +65,19 @@ function cutting() {
   const side = look.cut === "view" || dot(n, view.toward) >= 0 ? n : n.map((x) => -x), m = moment(clock.t), spots = [];
   run.parts.forEach((part, i) => { const v = run.meshes[part.mesh].v; for (let k = 0; k < v.length; k += 3) spots.push(dot(side, add(m.poses[i].p, apply(m.poses[i].r, [v[k], v[k + 1], v[k + 2]])))); });
   const low = Math.min(...spots), high = Math.max(...spots);
-  return [...side, low + look.cutAt * (high - low)];
+  return [...side, low + (1.002 * look.cutAt - 0.001) * (high - low)]; // to a little beyond both ends
 }
 
 const pose = (b) => ({ uModel: placed(b.r, b.p), uTurn: turning(b.r) });
+
+// Edges of a shape: its creases, and its outline as the eye sees it.
+function outlined(shape, b, cam, how) {
+  const e = add(cam.eye.slice(0, 3), b.p, -cam.eye[3]), local = [0, 1, 2].map((k) => b.r[k] * e[0] + b.r[k + 3] * e[1] + b.r[k + 6] * e[2]);
+  card.edges(shape.creases, { ...pose(b), ...how });
+  if (!shape.smooth.length) return;
+  card.refill(things.rim, rim(shape.smooth, [...local, cam.eye[3]]));
+  card.edges(things.rim, { ...pose(b), ...how });
+}
 
 function bodies(m, cam, cut) {
   const gl = card.gl;
@@ -84,7 +94,7 @@ function bodies(m, cam, cut) {
   gl.disable(gl.POLYGON_OFFSET_FILL);
   for (const i of order) {
     const color = mixed(rgb(run.parts[i].color), [0, 0, 0], 0.62);
-    card.edges(things.shapes[run.parts[i].mesh].lines, { ...pose(m.poses[i]), uColor: [...color, look.xray ? 0.7 : 1], uCut: cut, uWidth: LINE * cam.ratio, uBias: 0 });
+    outlined(things.shapes[run.parts[i].mesh], m.poses[i], cam, { uColor: [...color, look.xray ? 0.7 : 1], uCut: cut, uWidth: LINE * cam.ratio, uBias: 0 });
   }
   gl.disable(gl.CULL_FACE);
   gl.depthMask(true);
@@ -96,9 +106,9 @@ function inside(m, cam, alpha, ink) {
   gl.enable(gl.CULL_FACE);
   for (const j of run.joints) {
     for (const pin of j.pins) {
-      const where = pose(m.pose(pin.part));
-      if (!things.shells.has(pin)) card.surface(things.shapes[pin.mesh], { ...where, uColor: [...rgb(run.colors.joint), alpha], uCut: OFF, uGhost: 0 });
-      card.edges(things.shapes[pin.mesh].lines, { ...where, uColor: [0.16, 0.17, 0.19, alpha], uCut: OFF, uWidth: cam.ratio, uBias: 0 });
+      const b = m.pose(pin.part);
+      if (!things.shells.has(pin)) card.surface(things.shapes[pin.mesh], { ...pose(b), uColor: [...rgb(run.colors.joint), alpha], uCut: OFF, uGhost: 0 });
+      outlined(things.shapes[pin.mesh], b, cam, { uColor: [0.16, 0.17, 0.19, alpha], uCut: OFF, uWidth: cam.ratio, uBias: 0 });
     }
   }
   for (const rail of things.rails) card.edges(rail.lines, { ...pose(m.pose(rail.part)), uColor: [...ink.line, alpha], uCut: OFF, uWidth: 1.5 * cam.ratio, uBias: 0 });

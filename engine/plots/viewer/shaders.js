@@ -37,17 +37,13 @@ void main() {
 
 const LINE_VERTEX = `#version 300 es
 in vec2 corner;
-in vec3 a, b, n1, n2;
-in float always;
+in vec3 a, b;
 uniform mat4 uModel, uView;
-uniform mat3 uTurn;
-uniform vec4 uEye;
 uniform vec2 uHalf;
 uniform float uWidth, uBias, uNear;
 out vec3 vP;
 void main() {
-  vec3 A = (uModel * vec4(a, 1.0)).xyz, B = (uModel * vec4(b, 1.0)).xyz, e = uEye.xyz - uEye.w * A;
-  if (always < 0.5 && dot(uTurn * n1, e) * dot(uTurn * n2, e) > 0.0) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+  vec3 A = (uModel * vec4(a, 1.0)).xyz, B = (uModel * vec4(b, 1.0)).xyz;
   vec4 P = uView * vec4(A, 1.0), Q = uView * vec4(B, 1.0);
   if (P.w < uNear && Q.w < uNear) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
   if (P.w < uNear) P = mix(P, Q, (uNear - P.w) / (Q.w - P.w));

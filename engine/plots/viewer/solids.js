@@ -2,7 +2,7 @@
 "use strict";
 
 const CREASE = Math.cos(40 * Math.PI / 180), LEVEL = 0.99999;
-const EDGE = 13; // numbers of an edge: two ends, the normals on both sides, whether it is always drawn
+const EDGE = 6, SMOOTH = 12; // numbers of an edge: two ends; of one that may be on the outline: the normals on both sides, too
 
 function newell(spots) {
   let n = [0, 0, 0];
@@ -21,7 +21,7 @@ function merged(v) {
   return ids;
 }
 
-// {surface: x, y, z and normal for each corner of each triangle; edges: EDGE numbers each} of a mesh {v, f}.
+// {surface: x, y, z and normal for each corner of each triangle; creases: EDGE numbers each; smooth: SMOOTH each} of a mesh {v, f}.
 function solid(mesh) {
   const v = mesh.v, ids = merged(v), spot = (i) => [v[3 * i], v[3 * i + 1], v[3 * i + 2]];
   const normals = mesh.f.map((face) => newell(face.map(spot))), units = normals.map(unit);
@@ -35,7 +35,7 @@ function solid(mesh) {
     if (!sides.has(key)) sides.set(key, { p: spot(i), q: spot(j), faces: [] });
     sides.get(key).faces.push(f);
   }));
-  const surface = [], edges = [];
+  const surface = [], creases = [], smooth = [];
   mesh.f.forEach((face, f) => {
     const corner = face.map((i) => {
       let n = [0, 0, 0];
@@ -46,15 +46,27 @@ function solid(mesh) {
   });
   for (const { p, q, faces } of sides.values()) {
     const n = units[faces[0]], o = faces.length === 2 ? units[faces[1]] : n, bend = faces.length === 2 ? dot(n, o) : -1;
-    if (bend < LEVEL) edges.push(...p, ...q, ...n, ...o, bend < CREASE ? 1 : 0);
+    if (bend < CREASE) creases.push(...p, ...q); else if (bend < LEVEL) smooth.push(...p, ...q, ...n, ...o);
   }
-  return { surface: new Float32Array(surface), edges: new Float32Array(edges) };
+  return { surface: new Float32Array(surface), creases: new Float32Array(creases), smooth: new Float32Array(smooth) };
 }
 
-// A line through points as edges that are always drawn.
+// Those smooth edges that are on the outline for an eye (place and 1, or direction and 0, in the shape's own axes): one of their
+// faces looks at it, the other does not.
+function rim(smooth, eye) {
+  const out = [], [x, y, z, w] = eye;
+  for (let i = 0; i < smooth.length; i += SMOOTH) {
+    const a = x - w * smooth[i], b = y - w * smooth[i + 1], c = z - w * smooth[i + 2];
+    const n = smooth[i + 6] * a + smooth[i + 7] * b + smooth[i + 8] * c, o = smooth[i + 9] * a + smooth[i + 10] * b + smooth[i + 11] * c;
+    if ((n > 0) !== (o > 0)) for (let k = 0; k < EDGE; k++) out.push(smooth[i + k]);
+  }
+  return new Float32Array(out);
+}
+
+// A line through points as edges.
 function strip(points) {
   const out = [];
-  for (let k = 0; k + 1 < points.length; k++) out.push(...points[k], ...points[k + 1], 0, 0, 0, 0, 0, 0, 1);
+  for (let k = 0; k + 1 < points.length; k++) out.push(...points[k], ...points[k + 1]);
   return out;
 }
 
