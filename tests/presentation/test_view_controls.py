@@ -133,7 +133,7 @@ CORNERS = """Array.from(times, (t) => {
 def test_the_whole_motion_fits_the_free_part_of_the_window(
     name: str, size: dict[str, int], chrome: Any, files: dict[str, Path]
 ) -> None:
-    """Every corner of every body at every row, projected, is beside all controls and within the window, and the picture is no smaller
+    """Every corner of every body at every row, projected, is beside all controls and within the window; the picture is no smaller
     than needed: it takes more than half of the width or the height."""
     page = opened(chrome, files[name], "", size)
     f, spots = page.ask("free()"), np.array(page.ask(CORNERS))
