@@ -111,9 +111,10 @@ function typed(e) {
 }
 
 // ?t=0.5 or #t=0.5 opens at that time; &play=1 starts, &names=1, &xray=1, &traces=1, &parallel=1, &section=view (x, y, z),
-// &theme=dark, &values=0 choose what is shown, &flat=1 draws without the graphics card.
+// &theme=dark, &values=0 choose what is shown, &flat=1 draws without the graphics card. What the page was made with comes first.
 function parameters() {
-  const given = new URLSearchParams(window.location.search.slice(1) + "&" + window.location.hash.slice(1));
+  const given = new URLSearchParams(run.shown);
+  for (const part of [window.location.search, window.location.hash]) new URLSearchParams(part.slice(1)).forEach((x, key) => given.set(key, x));
   for (const [name, key] of Object.entries(BUTTONS)) if (given.has(key) && look[key] !== (given.get(key) === "1")) toggle(name);
   if (["view", "x", "y", "z"].includes(given.get("section"))) section(given.get("section"));
   if (given.has("theme")) theme(given.get("theme") === "dark");
