@@ -24,6 +24,8 @@ from engine.scene.touching import sizes_given, touching
 from engine.system.frames import frame, matrix
 
 ON_GROUND = -1
+STOUT = 12.0
+"""A pin that is a symbol is drawn as for a mechanism so many times larger than the bodies it joins are thick, at most."""
 
 
 @dataclass(frozen=True)
@@ -103,16 +105,23 @@ def _size(scene: sm.Scene) -> float:
     sizes = []
     for name, b in scene.bodies.items():
         spots = [np.zeros(3), *_attached(scene, name), *(np.array(p) - np.array(b.center) for p in b.points.values())]
-        sizes.append(max([float(np.linalg.norm(p - q)) for p in spots for q in spots] + [_extent(b)]))
+        sizes.append(max([float(np.linalg.norm(p - q)) for p in spots for q in spots] + [max(_extents(b))]))
     return float(np.median([s for s in sizes if s > 0] or [1.0]))
 
 
-def _extent(b: sm.Body) -> float:
+def _extents(b: sm.Body) -> tuple[float, ...]:
+    """Edges of the box around a body's shape, m; 0 of a body without one."""
     if b.box is not None:
-        return max(b.box)
+        return b.box
     if b.cylinder is not None:
-        return max(b.cylinder.length, 2 * b.cylinder.radius)
-    return 2 * b.sphere if b.sphere is not None else 0.0
+        return b.cylinder.length, 2 * b.cylinder.radius
+    return (2 * b.sphere if b.sphere is not None else 0.0,)
+
+
+def _symbol(scene: sm.Scene, bodies: tuple[str, str], size: float) -> float:
+    """What the pin of a joint is measured by where the scene says no sizes, m: the mechanism, and the thinner of the two bodies."""
+    thin = [min(_extents(scene.bodies[name])) for name in bodies if name != GROUND]
+    return min([size, *(STOUT * t for t in thin if t > 0)])
 
 
 def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh], grain: Grain) -> Part:
@@ -158,7 +167,8 @@ def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size:
     points = (_from_center(scene, a.body, a.point), _from_center(scene, b.body, b.point))
     frames = (matrix(frame(a.axis, a.reference)), matrix(frame(b.axis, b.reference)))
     bare = JointMark(name, j.type, parts, points, frames, int(j.pin == "outboard"))
-    return replace(bare, pins=tuple(_pins(bare, j, size, grain)), contacts=tuple(_contacts(bare, j)))
+    pins = tuple(_pins(bare, j, _symbol(scene, (a.body, b.body), size), grain))
+    return replace(bare, pins=pins, contacts=tuple(_contacts(bare, j)))
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
