@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from engine.basics.extras import brought
 from engine.plots.frames import Frames
+from engine.plots.meshes import Mesh
 from engine.plots.motion import VIEW
 from engine.simulation.result import Result
 
@@ -39,11 +40,16 @@ def pace(result: Result) -> tuple[np.ndarray, float]:
 
 
 def film(
-    result: Result, path: Path, size: tuple[int, int] = SIZE, aside: tuple[float, float] = VIEW, tell: Tell | None = None
+    result: Result,
+    path: Path,
+    size: tuple[int, int] = SIZE,
+    aside: tuple[float, float] = VIEW,
+    tell: Tell | None = None,
+    shapes: Mapping[str, Mesh] | None = None,
 ) -> None:
-    """Write a film in the format that the suffix names. tell: (time reached, last time), s, after every frame. Missing, with the
-    line to type, for MP4 without PyAV."""
-    frames, (times, speed) = Frames(result, size, aside), pace(result)
+    """Write a film in the format that the suffix names. tell: (time reached, last time), s, after every frame; shapes: of bodies,
+    by name (``scenery``). Missing, with the line to type, for MP4 without PyAV."""
+    frames, (times, speed) = Frames(result, size, aside, shapes), pace(result)
     write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
     write(path, _drawn(frames, times, speed, tell))
 
