@@ -135,6 +135,7 @@ def test_buttons_are_large_enough_for_fingers_and_nothing_is_wider_than_a_phone(
     assert not page.page.locator("#values").is_visible()
     page.page.click("#numbers")
     assert page.page.locator("#values").is_visible()
+    assert page.ask("$('values').getBoundingClientRect().bottom <= $('foot').getBoundingClientRect().top")
 
 
 def luminance(rgb: np.ndarray) -> float:

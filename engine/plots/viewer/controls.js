@@ -53,6 +53,7 @@ function section(which) {
   if (which) $("cut").value = which;
   $("cutting").hidden = !which;
   press("section", Boolean(which));
+  settle();
   refresh();
 }
 

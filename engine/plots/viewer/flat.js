@@ -1,7 +1,8 @@
 // The picture without a graphics card: polygons from back to front, pins and contacts over them.
 "use strict";
 
-const layer = document.createElement("canvas");
+// Drawn by the processor (which many polygons want where the graphics card is made of software), then shown in one piece.
+const [layer, leaf] = [0, 1].map(() => document.createElement("canvas").getContext("2d", { willReadFrequently: true }));
 const LIGHT = unit([0.3, 0.65, 0.7]);
 const shades = new Map();
 
@@ -47,11 +48,11 @@ function polygons(ctx, faces) {
 }
 
 function lines(cam, points, color, width) {
-  paint.strokeStyle = color;
-  paint.lineWidth = width;
-  paint.beginPath();
-  points.forEach((p, k) => { const q = cam.project(p); if (k) paint.lineTo(q[0], q[1]); else paint.moveTo(q[0], q[1]); });
-  paint.stroke();
+  leaf.strokeStyle = color;
+  leaf.lineWidth = width;
+  leaf.beginPath();
+  points.forEach((p, k) => { const q = cam.project(p); if (k) leaf.lineTo(q[0], q[1]); else leaf.moveTo(q[0], q[1]); });
+  leaf.stroke();
 }
 
 function grid(m, cam, ink) {
@@ -80,17 +81,17 @@ function arrow(tail, tip, color) {
   const length = Math.hypot(tip[0] - tail[0], tip[1] - tail[1]);
   if (length < 1) return;
   const d = [(tip[0] - tail[0]) / length, (tip[1] - tail[1]) / length], h = Math.min(11, 0.6 * length);
-  paint.strokeStyle = paint.fillStyle = color;
-  paint.lineWidth = 2.2;
-  paint.beginPath();
-  paint.moveTo(tail[0], tail[1]);
-  paint.lineTo(tip[0] - 0.8 * h * d[0], tip[1] - 0.8 * h * d[1]);
-  paint.stroke();
-  paint.beginPath();
-  paint.moveTo(tip[0], tip[1]);
-  paint.lineTo(tip[0] - h * d[0] + 0.4 * h * d[1], tip[1] - h * d[1] - 0.4 * h * d[0]);
-  paint.lineTo(tip[0] - h * d[0] - 0.4 * h * d[1], tip[1] - h * d[1] + 0.4 * h * d[0]);
-  paint.fill();
+  leaf.strokeStyle = leaf.fillStyle = color;
+  leaf.lineWidth = 2.2;
+  leaf.beginPath();
+  leaf.moveTo(tail[0], tail[1]);
+  leaf.lineTo(tip[0] - 0.8 * h * d[0], tip[1] - 0.8 * h * d[1]);
+  leaf.stroke();
+  leaf.beginPath();
+  leaf.moveTo(tip[0], tip[1]);
+  leaf.lineTo(tip[0] - h * d[0] + 0.4 * h * d[1], tip[1] - h * d[1] - 0.4 * h * d[0]);
+  leaf.lineTo(tip[0] - h * d[0] - 0.4 * h * d[1], tip[1] - h * d[1] + 0.4 * h * d[0]);
+  leaf.fill();
 }
 
 function marks(m, cam) {
@@ -98,35 +99,38 @@ function marks(m, cam) {
   for (const c of m.contacts) arrow(cam.project(add(c.point, c.normal, c.force * k)), cam.project(c.point), css(ramp(pressed(c))));
   for (const c of m.contacts) {
     const p = cam.project(c.point), state = run.states[String(c.state)] || run.states.other;
-    paint.beginPath();
-    paint.arc(p[0], p[1], 5, 0, 2 * Math.PI);
-    paint.fillStyle = state[0];
-    paint.fill();
-    paint.strokeStyle = "#fff";
-    paint.lineWidth = 1.3;
-    paint.stroke();
+    leaf.beginPath();
+    leaf.arc(p[0], p[1], 5, 0, 2 * Math.PI);
+    leaf.fillStyle = state[0];
+    leaf.fill();
+    leaf.strokeStyle = "#fff";
+    leaf.lineWidth = 1.3;
+    leaf.stroke();
   }
 }
 
 function flat(m, cam, ink) {
-  const sheet = layer.getContext("2d"), solids = [], pins = [];
-  layer.width = over.width;
-  layer.height = over.height;
-  sheet.setTransform(paint.getTransform());
+  const solids = [], pins = [];
+  for (const sheet of [layer, leaf]) {
+    sheet.canvas.width = over.width;
+    sheet.canvas.height = over.height;
+    sheet.setTransform(paint.getTransform());
+  }
   grid(m, cam, ink);
   run.parts.forEach((part, i) => visible(run.meshes[part.mesh], m.poses[i], part.color, cam, (i % 4) * 0.07 * run.size, solids));
-  polygons(sheet, solids);
-  paint.globalAlpha = look.xray ? 0.3 : 0.9;
-  paint.drawImage(layer, 0, 0, cam.w, cam.h);
-  paint.globalAlpha = 1;
-  paint.setLineDash([9, 4, 2, 4]);
+  polygons(layer, solids);
+  leaf.globalAlpha = look.xray ? 0.3 : 0.9;
+  leaf.drawImage(layer.canvas, 0, 0, cam.w, cam.h);
+  leaf.globalAlpha = 1;
+  leaf.setLineDash([9, 4, 2, 4]);
   for (const rail of run.rails) { const b = m.pose(rail.part); lines(cam, [rail.from, rail.to].map((x) => add(b.p, apply(b.r, x))), css(ink.line), 1.2); }
-  paint.setLineDash([]);
+  leaf.setLineDash([]);
   springs(m, cam, ink);
   if (look.traces) for (const t of paths()) lines(cam, past(t, m.t), css(mixed(rgb(run.parts[t.part].color), ink.ink, 0.35)), 2);
   for (const j of run.joints) for (const pin of j.pins) visible(run.meshes[pin.mesh], m.pose(pin.part), run.colors.joint, cam, 0, pins);
-  paint.globalAlpha = 0.82;
-  polygons(paint, pins);
-  paint.globalAlpha = 1;
+  leaf.globalAlpha = 0.82;
+  polygons(leaf, pins);
+  leaf.globalAlpha = 1;
   marks(m, cam);
+  paint.drawImage(leaf.canvas, 0, 0, cam.w, cam.h);
 }

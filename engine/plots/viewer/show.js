@@ -18,6 +18,11 @@ function equip(refused) {
   document.getElementById("note").hidden = Boolean(card);
 }
 
+// The panel of values stands on the controls, however high they are.
+function settle() {
+  document.documentElement.style.setProperty("--foot", $("foot").offsetHeight + "px");
+}
+
 function resize() {
   const ratio = window.devicePixelRatio || 1;
   for (const c of [stage, over]) {
@@ -25,6 +30,7 @@ function resize() {
     c.height = Math.round(window.innerHeight * ratio);
   }
   paint.setTransform(ratio, 0, 0, ratio, 0, 0);
+  settle();
 }
 
 function deep(m, cam, ink) {
