@@ -72,9 +72,27 @@ class Opened:
             return np.asarray(picture.convert("RGBA"), float)
 
 
-def opened(browser: Any, file: Path, query: str = "", size: dict[str, int] = DESK, **context: Any) -> Opened:
-    """The page of a file, shown."""
-    page = browser.new_context(viewport=size, **context).new_page()
+OPEN: list[Any] = []
+"""Pages that end with the test: one that plays would slow down all that follow."""
+
+
+COARSE = 0.25
+"""Dots of the screen a pixel of the page, where only numbers are asked for: a graphics card made of software fills few faster."""
+
+
+def opened(
+    browser: Any,
+    file: Path,
+    query: str = "",
+    size: dict[str, int] = DESK,
+    kept: bool = False,
+    dots: float = COARSE,
+    **context: Any,
+) -> Opened:
+    """The page of a file, shown; closed when the test ends unless it is ``kept``. dots: of the screen a pixel of the page."""
+    page = browser.new_context(viewport=size, device_scale_factor=dots, **context).new_page()
+    if not kept:
+        OPEN.append(page.context)
     out = Opened(page)
     page.goto(f"file://{file}{query}")
     page.wait_for_function("document.documentElement.dataset.drawn !== undefined")

@@ -20,7 +20,7 @@ from engine.simulation.result import Result, Stats
 from engine.simulation.run import simulate
 from engine.system.build import build
 from tests.laws import PAPER
-from tests.presentation.browser import SOFTWARE, Opened, browsers, opened
+from tests.presentation.browser import OPEN, SOFTWARE, Opened, browsers, opened
 
 REVERSALS = (1.0, 2.5)
 
@@ -103,4 +103,11 @@ def shown(chrome: Any, press: Path) -> Iterator[Opened]:
     out = opened(chrome, press)
     yield out
     assert out.wrong == []
-    out.page.context.close()
+
+
+@pytest.fixture(autouse=True)
+def closed() -> Iterator[None]:
+    """Close the pages that the test has opened."""
+    yield
+    while OPEN:
+        OPEN.pop().close()

@@ -13,7 +13,7 @@ from engine.plots import view
 from engine.simulation.outcome import Outcome
 from engine.simulation.result import Result
 
-from .browser import DESK, Opened
+from .browser import COARSE, DESK, Opened
 
 
 def test_it_shows_outcome_curves_and_events(pendulum: Result) -> None:
@@ -57,7 +57,7 @@ def test_a_view_is_the_page_in_a_frame_that_reaches_nothing(swing: Result) -> No
 def test_a_view_moves_inside_the_notebook_and_opens_as_asked(swing: Result, chrome: Any, tmp_path: Path) -> None:
     file = tmp_path / "notebook.html"
     file.write_text(f"<!DOCTYPE html><title>notebook</title><div>{view(swing, 't=1.5&names=1', 480)._repr_html_()}</div>")
-    page = chrome.new_context(viewport=DESK).new_page()
+    page = chrome.new_context(viewport=DESK, device_scale_factor=COARSE).new_page()
     told = Opened(page)
     page.goto(f"file://{file}")
     inner = page.frame_locator("iframe")

@@ -29,7 +29,7 @@ def axle(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     """The wishbone axle, in which arms pass behind wheels, without what is drawn over the bodies."""
     scene = load_scene("wishbone_corner")
     run = simulate(scene, until=0.1, outputs=needed(scene))
-    page = opened(chrome, animate(run, tmp_path_factory.mktemp("view") / "axle.html"), "?values=0")
+    page = opened(chrome, animate(run, tmp_path_factory.mktemp("view") / "axle.html"), "?values=0", kept=True, dots=1)
     page.do("run.joints.forEach((j) => { j.pins = []; }); run.springs.length = 0; run.rails.length = 0; things = prepared()")
     return page
 
@@ -182,7 +182,7 @@ def test_every_contact_of_the_table_has_its_patch_on_its_pin(
 
 def test_a_contact_is_seen_where_it_is_in_the_colour_of_its_state(swing: Result, chrome: Any, tmp_path: Path) -> None:
     """Seen along its normal, the ball's contact shows at ball centre (the origin) + radius times the table's normal."""
-    page = opened(chrome, animate(swing, tmp_path / "s.html"), "?values=0")
+    page = opened(chrome, animate(swing, tmp_path / "s.html"), "?values=0", dots=1)
     for row in (15, 40, 90):
         n = [float(swing[f"ball.contact[1].normal[{k}]"][row]) for k in (1, 2, 3)]
         page.do(f"clock.t = {float(swing.time[row])!r}; run.arrow = 0; view.toward = unit({n})")

@@ -19,8 +19,8 @@ READABLE = 4.5
 """Contrast of text that readers with weak sight need (WCAG 2.1, 1.4.3)."""
 FINGER = 44
 """Pixels: the least size of a button for fingers (WCAG 2.1, 2.5.5)."""
-FIT = {"wishbone_corner": 0.5, "stewart_platform": 0.5, "governor": 0.5}
-"""Mechanisms that are wide, tall and spinning, and for how long they are run, s."""
+FIT = {"wishbone_corner": 0.5, "governor": 0.5}
+"""Mechanisms that are wide, and that are tall and spin, and for how long they are run, s."""
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +122,6 @@ def test_the_whole_motion_fits_the_free_part_of_the_window(
     assert f["y"] <= low[1] <= high[1] <= f["y"] + f["h"]
     assert max((high[0] - low[0]) / f["w"], (high[1] - low[1]) / f["h"]) > 0.5
     assert page.wrong == []
-    page.page.context.close()
 
 
 def test_buttons_are_large_enough_for_fingers_and_nothing_is_wider_than_a_phone(chrome: Any, press: Path) -> None:
@@ -155,7 +154,7 @@ def test_words_and_arrows_stand_out_in_both_themes(scheme: str, chrome: Any, pre
     assert page.ask("document.documentElement.dataset.theme") == scheme
     colors = {k: np.array(v) * 255 for k, v in page.ask("inks()").items()}
     assert (luminance(colors["paper"]) < 0.5) == (scheme == "dark")
-    corner = page.pixels()[120, 20, :3]
+    corner = page.pixels()[30, 5, :3]
     np.testing.assert_allclose(corner, colors["paper"], atol=12)
     color = "getComputedStyle(document.querySelector(s)).color.match(/[0-9.]+/g).slice(0, 3).map(Number)"
     words = page.ask(f"['#title', '#caption', '#clock', '#values b', '#legend', '#xray'].map((s) => {color})")
@@ -175,5 +174,5 @@ def test_every_joint_has_its_values_and_closed_ones_are_told(shown: Opened) -> N
     closed = shown.page.locator("#values details:not([open])").count()
     assert f"{closed} of {count} joints" in shown.page.inner_text("#values")
     shown.page.locator("#values details:not([open]) summary").first.click()
-    shown.page.wait_for_selector("#values details:not([open])")
+    shown.page.wait_for_function(f"document.querySelectorAll('#values details[open] table').length === {count - closed + 1}")
     assert shown.page.locator("#values details[open] svg").count() == shown.page.locator("#values tr").count()

@@ -32,17 +32,18 @@ def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
     assert 0.05 * whole.sum() < half.sum() < whole.sum()
 
 
-def test_glass_shows_what_is_inside(shown: Opened) -> None:
-    """The knee's pins lie within the knee: looked through, the picture there is darker (pins are grey), and arrows are in full."""
+def test_glass_shows_what_is_inside(chrome: Any, press: Path) -> None:
+    """Where arrows run within the links, the picture has their colour faintly through solid bodies, and fully through glass."""
+    page = opened(chrome, press, dots=1)
     arrows = "shown.m.contacts.map((c) => shown.cam.project(add(c.point, c.normal, 0.6 * c.force * run.arrow)))"
-    inner = [tuple(map(int, p[:2])) for p in shown.ask(arrows)]
+    inner = [tuple(map(int, p[:2])) for p in page.ask(arrows)]
 
     def strength() -> float:
-        picture = shown.pixels()[..., :3]
+        picture = page.pixels()[..., :3]
         return float(np.mean([picture[y, x, [0, 2]].sum() - 2 * picture[y, x, 1] for x, y in inner]))
 
     solid = strength()
-    shown.do("look.xray = true")
+    page.do("look.xray = true")
     assert strength() > solid + 20
 
 
@@ -71,7 +72,6 @@ def test_without_webgl_it_is_drawn_flat_and_says_so(starts: Callable[..., Any], 
     page.page.keyboard.press("d")
     assert np.abs(page.pixels("over") - before).max() > 50
     assert [w for w in page.wrong if "WebGL" not in w] == []
-    plain.close()
 
 
 def test_a_lost_graphics_card_is_stood_in_for_until_it_is_back(chrome: Any, press: Path) -> None:
