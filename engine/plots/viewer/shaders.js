@@ -36,13 +36,14 @@ void main() {
 }`;
 
 const LINE_VERTEX = `#version 300 es
-in vec2 corner;
 in vec3 a, b;
 uniform mat4 uModel, uView;
 uniform vec2 uHalf;
 uniform float uWidth, uBias, uNear;
 out vec3 vP;
 void main() {
+  int k = gl_VertexID % 6; // two triangles: along the line 0 1 1 0 1 0, across it - - + - + +
+  vec2 corner = vec2(k == 1 || k == 2 || k == 4 ? 1.0 : 0.0, k == 2 || k == 4 || k == 5 ? 1.0 : -1.0);
   vec3 A = (uModel * vec4(a, 1.0)).xyz, B = (uModel * vec4(b, 1.0)).xyz;
   vec4 P = uView * vec4(A, 1.0), Q = uView * vec4(B, 1.0);
   if (P.w < uNear && Q.w < uNear) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
