@@ -73,7 +73,6 @@ def simulate(
     animate: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html, .gif, .webp, .mp4.")
     ] = None,
-    shapes: Annotated[str | None, typer.Option(metavar="FILE.urdf", help="Draw bodies in it as this URDF shows its links.")] = None,
     linear: Annotated[
         str | None, typer.Option("--linearize", metavar="FILE", help="Write A, B, C, D at the end of the run: .json or .npz.")
     ] = None,
@@ -84,7 +83,7 @@ def simulate(
     from engine.cli.simulating import Wish, simulate_command
 
     words = words_of(scene, ctx)
-    wish = Wish(words, settings, changes or [], outputs, save, plot, animate, as_json, verbose, linear, shapes=shapes)
+    wish = Wish(words, settings, changes or [], outputs, save, plot, animate, as_json, verbose, linear)
     raise typer.Exit(simulate_command(wish))
 
 

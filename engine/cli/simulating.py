@@ -17,7 +17,6 @@ from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
 
 if TYPE_CHECKING:
-    from engine.plots.meshes import Mesh
     from engine.scene.model import Scene
     from engine.simulation.result import Result
 
@@ -42,8 +41,6 @@ class Wish:
     linearize: str | None = None
     kinematic: bool = False
     """Motion alone, by what drives prescribe."""
-    shapes: str | None = None
-    """URDF that says what bodies look like in a moving picture."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,6 @@ class Job:
     arguments: dict[str, Any]
     patterns: tuple[str, ...]
     files: dict[str, Path]
-    shapes: dict[str, Mesh] | None = None
 
 
 def simulate_command(wish: Wish) -> int:
@@ -98,24 +94,12 @@ def understood(wish: Wish) -> Job:
     scene = loaded(source, changes, law, found, wish.kinematic)
     if scene is not None and wish.kinematic:
         scene = found.attempt(partial(_prescribed, scene))
-    shapes = _shapes(wish, found)
     patterns = tuple(wish.outputs) if wish.outputs else scene.outputs if scene is not None else ()
     if scene is not None:
         found.problems += unknown_outputs(scene, wish.outputs or ())
     found.end()
     assert scene is not None
-    return Job(scene, arguments, patterns, {k: p for k, p in places.items() if p is not None}, shapes)
-
-
-def _shapes(wish: Wish, found: Findings) -> dict[str, Mesh] | None:
-    """What the URDF shows, for the moving picture that is asked for."""
-    if wish.shapes is None:
-        return None
-    if wish.animate is None:
-        found.add("--shapes", "there is no moving picture to draw them in", "add --animate FILE")
-    from engine.doors import shapes_of_urdf
-
-    return found.attempt(partial(shapes_of_urdf, wish.shapes), "--shapes")
+    return Job(scene, arguments, patterns, {k: p for k, p in places.items() if p is not None})
 
 
 def _prescribed(scene: Scene) -> Scene:
@@ -227,4 +211,4 @@ def _write(result: Result, job: Job, kind: str, path: Path) -> Path:
     from engine.plots import animate
 
     with Watch(path.name) as watch:
-        return animate(result, path, watch.tell, job.shapes)
+        return animate(result, path, watch.tell)

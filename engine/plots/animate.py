@@ -5,13 +5,12 @@ from __future__ import annotations
 import html
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 from engine.basics.files import writing
 from engine.plots.film import SUFFIXES as FILMS
 from engine.plots.film import film
-from engine.plots.meshes import Mesh
 from engine.plots.playback import content
 from engine.simulation.result import Result
 from engine.simulation.tables import finite
@@ -26,30 +25,24 @@ SCRIPTS = (
 """In this order: each uses what those before it define."""
 
 
-def animate(
-    result: Result,
-    path: str | os.PathLike[str],
-    tell: Callable[[float, float], None] | None = None,
-    shapes: Mapping[str, Mesh] | None = None,
-) -> Path:
+def animate(result: Result, path: str | os.PathLike[str], tell: Callable[[float, float], None] | None = None) -> Path:
     """Write a self-contained page that shows the run (opened from disk at ``…html?t=0.5`` it starts at that time), or a film.
 
-    tell: (time reached, last time), s, after every frame of a film. shapes: of bodies by name, each in its body's frame, such as
-    ``engine.doors.shapes_of_urdf`` gives, instead of the scene's. SceneError when the result lacks positions and orientations,
+    tell: (time reached, last time), s, after every frame of a film. SceneError when the result lacks positions and orientations,
     for a suffix not in ``SUFFIXES``, an unwritable folder, or MP4 without the extra ``video``.
     """
     with writing(path, SUFFIXES) as work:
         if work.suffix.lower() in FILMS:
-            film(result, work, tell=tell, shapes=shapes)
+            film(result, work, tell=tell)
         else:
-            work.write_text(page(result, shapes=shapes), encoding="utf-8")
+            work.write_text(page(result), encoding="utf-8")
     return Path(path)
 
 
-def page(result: Result, shown: str = "", shapes: Mapping[str, Mesh] | None = None) -> str:
+def page(result: Result, shown: str = "") -> str:
     """The page as HTML text. shown: how it opens where its address does not say, such as "t=0.5&names=1"
     (``viewer/README.md``)."""
-    given = content(result, shapes) | {"shown": shown}
+    given = content(result) | {"shown": shown}
     data = json.dumps(finite(given), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     parts = {
         "title": html.escape(result.scene.title or result.scene.name),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from engine.basics.extras import brought
 from engine.plots.frames import Frames
-from engine.plots.meshes import Mesh
 from engine.plots.motion import VIEW
 from engine.simulation.result import Result
 
@@ -40,16 +39,11 @@ def pace(result: Result) -> tuple[np.ndarray, float]:
 
 
 def film(
-    result: Result,
-    path: Path,
-    size: tuple[int, int] = SIZE,
-    aside: tuple[float, float] = VIEW,
-    tell: Tell | None = None,
-    shapes: Mapping[str, Mesh] | None = None,
+    result: Result, path: Path, size: tuple[int, int] = SIZE, aside: tuple[float, float] = VIEW, tell: Tell | None = None
 ) -> None:
-    """Write a film in the format that the suffix names. tell: (time reached, last time), s, after every frame; shapes: of bodies,
-    by name (``scenery``). Missing, with the line to type, for MP4 without PyAV."""
-    frames, (times, speed) = Frames(result, size, aside, shapes), pace(result)
+    """Write a film in the format that the suffix names. tell: (time reached, last time), s, after every frame. Missing, with the
+    line to type, for MP4 without PyAV."""
+    frames, (times, speed) = Frames(result, size, aside), pace(result)
     write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
     write(path, _drawn(frames, times, speed, tell))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from engine.plots.meshes import Grain, Mesh, cylinder, placed
 from engine.plots.motion import arrow_scale, bounds, first_view, motion, pressure_scale, rails, reach, round_force
 from engine.plots.palette import GRID, INK, JOINT, OPEN, PRESSURE, STATES
 from engine.plots.raster import Sheet, Solid, halved, over
-from engine.plots.scenery import ON_GROUND, scenery
+from engine.plots.scenery import scenery
 from engine.simulation.result import Result
 
 GRAIN = Grain(around=28, pieces=1)
@@ -45,9 +45,9 @@ def ramp(x: float) -> np.ndarray:
 class Frames:
     """The run seen from its first view, parallel, over a round piece of ground. size: width and height, pixels."""
 
-    def __init__(self, result: Result, size: tuple[int, int], aside: tuple[float, float], shapes: Mapping[str, Mesh] | None = None):
+    def __init__(self, result: Result, size: tuple[int, int], aside: tuple[float, float]):
         self.result, self.size = result, size
-        self.scene = scenery(result.scene, GRAIN, shapes)
+        self.scene = scenery(result.scene, GRAIN)
         self.moved = motion(result, [p.name for p in self.scene.parts])
         low, high = bounds(self.scene, self.moved)
         self.view = first_view(self.scene.up, low, high, aside)
@@ -62,7 +62,6 @@ class Frames:
         self.rails = rails(result, self.scene)
         self.areas = {c.columns: c.patch.area for j in self.scene.joints for c in j.contacts}
         self.bodies = [(Solid.made(p.mesh), rgb(p.color)) for p in self.scene.parts]
-        self.fixed = [Solid.made(m) for m in self.scene.fixed]
         self.pins = [(part, Solid.made(mesh)) for j in self.scene.joints for part, mesh in j.pins]
 
     def at(self, time: float, speed: float = 1.0) -> np.ndarray:
@@ -72,8 +71,6 @@ class Frames:
         self._ground(body, row)
         for i, (s, color) in enumerate(self.bodies):
             self._solid(body, s, i, row, color)
-        for s in self.fixed:
-            self._solid(body, s, ON_GROUND, row, rgb(JOINT))
         for part, s in self.pins:
             self._solid(inner, s, part, row, rgb(JOINT))
         self._threads(inner, row)

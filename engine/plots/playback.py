@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -16,7 +15,6 @@ from engine.plots.captions import caption, event_text
 from engine.plots.meshes import FINE, Mesh
 from engine.plots.motion import Motion, arrow_scale, bounds, first_view, motion, pressure_scale, rails, reach, round_force
 from engine.plots.scenery import JointMark, Scenery, scenery
-from engine.scene.refs import GROUND
 from engine.simulation.result import Result
 
 MOST_BYTES = 1_800_000
@@ -48,9 +46,9 @@ class _Channels:
         return self.places[names[0]]
 
 
-def content(result: Result, shapes: Mapping[str, Mesh] | None = None) -> dict[str, Any]:
-    """Everything the viewer draws from, as plain data. shapes: of bodies, by name (``scenery``)."""
-    scene = scenery(result.scene, FINE, shapes)
+def content(result: Result) -> dict[str, Any]:
+    """Everything the viewer draws from, as plain data."""
+    scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()
     parts = [
@@ -63,7 +61,6 @@ def content(result: Result, shapes: Mapping[str, Mesh] | None = None) -> dict[st
         }
         for i, p in enumerate(scene.parts)
     ]
-    fixed = [{"name": GROUND, "color": palette.JOINT, "mesh": meshes.place(m), "channel": -1, "traced": []} for m in scene.fixed]
     joints = [_joint(j, result, channels, meshes) for j in scene.joints]
     rubbing = [j for j in joints if j["contacts"]] or joints
     for j in joints:
@@ -71,7 +68,7 @@ def content(result: Result, shapes: Mapping[str, Mesh] | None = None) -> dict[st
     rows = thinned(result, len(channels.columns))
     block = np.column_stack(channels.columns)[rows].astype("<f4")
     return _frame(result, scene, moved) | {
-        "parts": [*parts, *fixed], "joints": joints, "meshes": meshes.data, "width": block.shape[1],
+        "parts": parts, "joints": joints, "meshes": meshes.data, "width": block.shape[1],
         "times": base64.b64encode(result.time[rows].astype("<f8").tobytes()).decode(),
         "rows": base64.b64encode(np.ascontiguousarray(block).tobytes()).decode(),
     }  # fmt: skip

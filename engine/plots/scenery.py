@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from engine.contact.journal import LENGTHS
 from engine.joints import REGISTRY
 from engine.plots import meshes
 from engine.plots.marks import ContactMark, Patch
-from engine.plots.meshes import SORTED, Grain, Mesh, placed
+from engine.plots.meshes import SORTED, Grain, Mesh
 from engine.plots.palette import BODIES
 from engine.plots.wheels import wheels
 from engine.scene import model as sm
@@ -57,7 +57,7 @@ class JointMark:
 class Scenery:
     """All parts, joints and springs of a scene; size: length of a typical body, m; up: unit vector against gravity.
 
-    springs: for each its two ends, (part, point measured from the part's mass centre). fixed: what stands on the ground.
+    springs: for each its two ends, (part, point measured from the part's mass centre).
     """
 
     parts: tuple[Part, ...]
@@ -65,28 +65,22 @@ class Scenery:
     size: float
     up: np.ndarray
     springs: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
-    fixed: tuple[Mesh, ...] = ()
 
 
-def scenery(scene: sm.Scene, grain: Grain = SORTED, shapes: Mapping[str, Mesh] | None = None) -> Scenery:
-    """The drawing of a scene, without any motion. grain: how finely its shapes are cut; shapes: of bodies (and "ground"), each in
-    the body's own frame, instead of those that the scene gives."""
-    own = shapes or {}
+def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
+    """The drawing of a scene, without any motion. grain: how finely its shapes are cut."""
     index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
     size = _size(scene)
     rolling = wheels(scene)
     rims = [[w.mesh for w in rolling if w.body == name] for name in scene.bodies]
     parts = tuple(_part(scene, name, i, size, rims[i], grain) for i, name in enumerate(scene.bodies))
-    at = {p.name: -np.array(scene.bodies[p.name].center) for p in parts}
-    parts = tuple(replace(p, mesh=placed(own[p.name], np.eye(3), at[p.name])) if p.name in own else p for p in parts)
     marks = [_joint(scene, name, j, index, size, grain) for name, j in scene.joints.items()]
     fixed = {m.name: tuple((ON_GROUND, w.mesh) for w in rolling if w.body == GROUND and w.pair == m.name) for m in marks}
     joints = tuple(replace(m, pins=m.pins + fixed[m.name]) for m in marks)
     g = np.array(scene.gravity, float)
     up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
     springs = [f.between for f in scene.forces.values() if isinstance(f, sm.SpringDamper)]
-    ends = tuple(tuple((index[body_of(e)], _point(scene, e)) for e in s) for s in springs)
-    return Scenery(parts, joints, size, up, ends, (own[GROUND],) if GROUND in own else ())
+    return Scenery(parts, joints, size, up, tuple(tuple((index[body_of(e)], _point(scene, e)) for e in s) for s in springs))
 
 
 def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:

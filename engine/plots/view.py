@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from engine.plots.animate import page
-from engine.plots.meshes import Mesh
 from engine.simulation.result import Result
 
 HEIGHT = 560
@@ -30,10 +28,9 @@ class View:
         )
 
 
-def view(result: Result, shown: str = "", height: int = HEIGHT, shapes: Mapping[str, Mesh] | None = None) -> View:
-    """The run in motion, to end a notebook's cell with. shown: how it opens, such as "t=0.5&names=1&section=view"; shapes: of
-    bodies, by name (``animate``).
+def view(result: Result, shown: str = "", height: int = HEIGHT) -> View:
+    """The run in motion, to end a notebook's cell with. shown: how it opens, such as "t=0.5&names=1&section=view".
 
     SceneError when the result lacks positions and orientations.
     """
-    return View(page(result, shown, shapes), f"{result.scene.title or result.scene.name}, moving", height)
+    return View(page(result, shown), f"{result.scene.title or result.scene.name}, moving", height)

@@ -12,8 +12,8 @@ function firstView() {
 
 // Mean of the mass centres: what the view follows.
 function centre(m) {
-  const c = [0, 0, 0], moving = m.poses.filter((b) => b !== GROUND);
-  for (const b of moving) for (let k = 0; k < 3; k++) c[k] += b.p[k] / moving.length;
+  const c = [0, 0, 0];
+  for (const b of m.poses) for (let k = 0; k < 3; k++) c[k] += b.p[k] / m.poses.length;
   return c;
 }
 

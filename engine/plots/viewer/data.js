@@ -61,7 +61,7 @@ const GROUND = { p: [0, 0, 0], r: [1, 0, 0, 0, 1, 0, 0, 0, 1] };
 // Poses of all parts, and every contact that carries a force: point, outward normal, force, state.
 function moment(t) {
   const w = locate(t);
-  const poses = run.parts.map((part) => part.channel < 0 ? GROUND : ({ p: three(w, part.channel), r: turned(w, part.channel + 3) }));
+  const poses = run.parts.map((part) => ({ p: three(w, part.channel), r: turned(w, part.channel + 3) }));
   const pose = (i) => (i < 0 ? GROUND : poses[i]);
   const contacts = [];
   for (const j of run.joints) {
