@@ -12,6 +12,8 @@ from engine.basics.extras import remedy, there
 from engine.basics.problems import Problem, SceneError
 
 PARQUET = ".parquet"
+WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
+"""Suffixes that a package beyond the plain installation writes: the package, the extra that brings it."""
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
@@ -23,9 +25,11 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
     if target.suffix.lower() not in suffixes:
         what = f"{text!r} ends in {target.suffix!r}" if target.suffix else f"{text!r} has no suffix"
         return [Problem(where, f"{what}, which does not say what to write", f"end it in {' or '.join(suffixes)}")]
-    if target.suffix.lower() == PARQUET and not there("pyarrow"):
-        hint = f"{remedy('tables')}{', or end it in .csv' if '.csv' in suffixes else ''}"
-        return [Problem(where, f"{text!r} needs the package pyarrow, which is not installed", hint)]
+    package, extra = WRITERS.get(target.suffix.lower(), ("", ""))
+    if package and not there(package):
+        others = [x for x in suffixes if x not in WRITERS]
+        hint = f"{remedy(extra)}{f', or end it in {others[0]}' if others else ''}"
+        return [Problem(where, f"{text!r} needs the package {package}, which is not installed", hint)]
     folder = target.parent
     if target.is_dir():
         return [Problem(where, f"{text!r} is a folder", "give the name of a file")]

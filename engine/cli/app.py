@@ -79,7 +79,9 @@ def simulate(
     outputs: Annotated[list[str] | None, OUTPUTS] = None,
     save: Annotated[str | None, TABLE] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="Draw the curves: .png, .svg or .pdf.")] = None,
-    animate: Annotated[str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html.")] = None,
+    animate: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html, .gif, .webp, .mp4.")
+    ] = None,
     linear: Annotated[
         str | None, typer.Option("--linearize", metavar="FILE", help="Write A, B, C, D at the end of the run: .json or .npz.")
     ] = None,

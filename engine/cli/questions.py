@@ -76,7 +76,6 @@ def inverse(
     raise typer.Exit(inverse_command(wish, InverseWish(motion, drive or [], outputs, save)))
 
 
-
 @app.command(cls=Listed, context_settings=OPEN)
 @with_settings("trunnion wear")
 def wear(
@@ -110,7 +109,9 @@ def kinematics(
     outputs: Annotated[list[str] | None, OUTPUTS] = None,
     save: Annotated[str | None, TABLE] = None,
     plot: Annotated[str | None, PICTURE] = None,
-    animate: Annotated[str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html.")] = None,
+    animate: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write a moving picture: .html, .gif, .webp, .mp4.")
+    ] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from engine.scene.model import Scene
     from engine.simulation.result import Result
 
-TABLES, PICTURES, PAGES = (".csv", ".parquet"), (".png", ".svg", ".pdf"), (".html", ".htm")
+TABLES, PICTURES = (".csv", ".parquet"), (".png", ".svg", ".pdf")
+MOVING = (".html", ".htm", ".gif", ".webp", ".mp4")
 MATRICES = (".json", ".npz")
+
+
 @dataclass(frozen=True)
 class Wish:
     """The words and options of the command as they were written."""
@@ -84,7 +87,7 @@ def understood(wish: Wish) -> Job:
     places = {
         "table": options.destination(wish.save, TABLES, "-o", found),
         "plot": options.destination(wish.plot, PICTURES, "--plot", found),
-        "animation": options.destination(wish.animate, PAGES, "--animate", found),
+        "animation": options.destination(wish.animate, MOVING, "--animate", found),
         "linearization": options.destination(wish.linearize, MATRICES, "--linearize", found),
     }
     changes = options.assignments(wish.changes, found)
@@ -107,9 +110,7 @@ def _prescribed(scene: Scene) -> Scene:
     return replace(bare, outputs=moving_columns(bare))
 
 
-def loaded(
-    source: str | None, changes: dict[str, Any], law: str | None, found: Findings, massless: bool = False
-) -> Scene | None:
+def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: Findings, massless: bool = False) -> Scene | None:
     """The scene with its changes; None when there are problems, which are kept."""
     from engine.scene.load import load_scene
     from engine.scene.overrides import apply
@@ -206,6 +207,8 @@ def _write(result: Result, job: Job, kind: str, path: Path) -> Path:
 
         used = result.settings
         return linearize(job.scene, used["until"], [p for p in job.patterns if p != "time"], rtol=used["rtol"]).save(path)
+    from engine.cli.progress import Watch
     from engine.plots import animate
 
-    return animate(result, path)
+    with Watch(path.name) as watch:
+        return animate(result, path, watch.tell)

@@ -93,9 +93,12 @@ def _result(source: Scene | Result, time: float) -> Result:
 
 def needed(scene: Scene) -> list[str]:
     """Patterns of the columns a picture draws from, without those that match nothing in this scene."""
-    rubs = any(j.friction for j in scene.joints.values())
+    from engine.scene.touching import touching
+
+    rubbing = [touching(j) for j in scene.joints.values() if j.friction is not None]
     moves = any(REGISTRY[j.type].nv for j in scene.joints.values())
-    return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:] if rubs else ())]
+    touches = any(element is not None and element.count for element in rubbing)
+    return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:4] if touches else ()), *(NEEDED[4:] if rubbing else ())]
 
 
 def frame_of(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:

@@ -16,6 +16,18 @@ PIECES = 8
 
 
 @dataclass(frozen=True)
+class Grain:
+    """How finely shapes are cut: sides of a cylinder, meridians of a sphere, pieces along an edge."""
+
+    around: int = ROUND
+    pieces: int = PIECES
+
+
+SORTED, FINE = Grain(), Grain(around=48, pieces=1)
+"""For drawing from back to front; for drawing by depth, where long faces do no harm and roundness shows."""
+
+
+@dataclass(frozen=True)
 class Mesh:
     """vertices (n×3); faces: indices, counter-clockwise from outside; edges: for each face a bit mask of the sides that
     are edges of the shape (side k joins vertices k and k + 1)."""
@@ -25,14 +37,14 @@ class Mesh:
     edges: tuple[int, ...]
 
 
-def box(a: float, b: float, c: float) -> Mesh:
+def box(a: float, b: float, c: float, grain: Grain = SORTED) -> Mesh:
     """A box centred at the origin with edges a, b, c along x, y, z, m."""
     half = np.array([a, b, c]) / 2
     shortest = max(min(a, b, c), 0.05 * max(a, b, c))
     parts = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
-        n, m = (int(np.clip(round(2 * half[k] / shortest), 1, PIECES)) for k in (u, v))
+        n, m = (int(np.clip(round(2 * half[k] / shortest), 1, grain.pieces)) for k in (u, v))
         for sign in (1.0, -1.0):
             parts.append(_face(axis, sign, half, n, m))
     return join(parts)
@@ -58,22 +70,23 @@ def _face(axis: int, sign: float, half: np.ndarray, n: int, m: int) -> Mesh:
     return Mesh(grid.reshape(-1, 3), tuple(faces), tuple(edges))
 
 
-def cylinder(radius: float, length: float, axis: int = 0) -> Mesh:
+def cylinder(radius: float, length: float, axis: int = 0, grain: Grain = SORTED) -> Mesh:
     """A cylinder centred at the origin along x, y or z (axis 0, 1, 2); radius and length in m."""
-    pieces = int(np.clip(round(length / max(2 * radius, 1e-9)), 1, PIECES))
-    turn = 2 * np.pi * np.arange(ROUND) / ROUND
+    pieces = int(np.clip(round(length / max(2 * radius, 1e-9)), 1, grain.pieces))
+    sides = grain.around
+    turn = 2 * np.pi * np.arange(sides) / sides
     rings = [
-        np.column_stack([np.full(ROUND, x), radius * np.cos(turn), radius * np.sin(turn)])
+        np.column_stack([np.full(sides, x), radius * np.cos(turn), radius * np.sin(turn)])
         for x in np.linspace(-length / 2, length / 2, pieces + 1)
     ]
     faces: list[tuple[int, ...]] = []
     edges = []
     for i in range(pieces):
-        for k in range(ROUND):
-            a, b = i * ROUND + k, i * ROUND + (k + 1) % ROUND
-            faces.append((a, b, b + ROUND, a + ROUND))
+        for k in range(sides):
+            a, b = i * sides + k, i * sides + (k + 1) % sides
+            faces.append((a, b, b + sides, a + sides))
             edges.append((1 if i == 0 else 0) | (4 if i == pieces - 1 else 0))
-    faces += [tuple(range(ROUND))[::-1], tuple(range(pieces * ROUND, (pieces + 1) * ROUND))]
+    faces += [tuple(range(sides))[::-1], tuple(range(pieces * sides, (pieces + 1) * sides))]
     edges += [0, 0]
     vertices = np.concatenate(rings)
     return Mesh(np.roll(vertices, axis, axis=1), tuple(faces), tuple(edges))
@@ -90,7 +103,7 @@ def sphere(radius: float, around: int = ROUND) -> Mesh:
         for k in range(around):
             a, b = i * around + k, i * around + (k + 1) % around
             ring = (a, a + around, b + around, b)
-            faces.append(ring[:3] if i == rows - 1 else (a, a + around, b + around) if i == 0 else ring)
+            faces.append((a, a + around, b) if i == rows - 1 else (a, a + around, b + around) if i == 0 else ring)
     return Mesh(vertices, tuple(faces), (0,) * len(faces))
 
 
@@ -107,6 +120,13 @@ def surface(points: np.ndarray, faces: np.ndarray) -> Mesh:
 
     edges = tuple(sum(sharp(i, k) << k for k in range(3)) for i in range(len(faces)))
     return Mesh(points, tuple((int(a), int(b), int(c)) for a, b, c in faces), edges)
+
+
+def solid(shape: str, sizes: Sequence[float], axis: int = 0, grain: Grain = SORTED) -> Mesh:
+    """A "sphere" (radius), "cylinder" (radius, length; along ``axis``) or "box" (three edges), m."""
+    if shape == "sphere":
+        return sphere(sizes[0], grain.around)
+    return cylinder(sizes[0], sizes[1], axis, grain) if shape == "cylinder" else box(sizes[0], sizes[1], sizes[2], grain)
 
 
 def rod(start: np.ndarray, end: np.ndarray, radius: float) -> Mesh:

@@ -124,6 +124,16 @@ def arrow_scale(result: Result, scene: Scenery) -> float:
     return 0.45 * scene.size / top if top > 0 else 0.0
 
 
+def pressure_scale(result: Result, scene: Scenery) -> float:
+    """Nominal pressure (normal force over projected area) that most contacts stay below, Pa. 0 without contacts."""
+    pressures = [
+        result[f"{c.columns}.normal_force"] / c.patch.area
+        for j in scene.joints for c in j.contacts if c.patch.area > 0 and f"{c.columns}.normal_force" in result
+    ]  # fmt: skip
+    top = float(np.nanpercentile(np.concatenate(pressures), 98)) if pressures else 0.0
+    return top if top > 0 else 0.0
+
+
 def round_force(scale: float, size: float) -> float:
     """A round force (1, 2 or 5 times a power of ten) whose arrow is about a third of a body long."""
     if scale <= 0:

@@ -15,6 +15,8 @@ STATES = {1: ("#D55E00", "slipping +"), -1: ("#0072B2", "slipping −"), 0: ("#0
 OPEN = ("#9A9A9A", "no contact")
 ARROW = "#B00020"
 JOINT = "#6B6F76"
+PRESSURE = ("#E9A43B", "#D8344F", "#9B3FD1")
+"""Nominal pressure, from none to the largest: seen on light and dark, told apart by lightness as well."""
 
 
 def color(i: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,8 @@ from engine.joints import REGISTRY
 from engine.plots import palette
 from engine.plots.angles import rotation_vector
 from engine.plots.captions import caption, event_text
-from engine.plots.meshes import Mesh
-from engine.plots.motion import Motion, arrow_scale, bounds, first_view, motion, rails, reach, round_force
+from engine.plots.meshes import FINE, Mesh
+from engine.plots.motion import Motion, arrow_scale, bounds, first_view, motion, pressure_scale, rails, reach, round_force
 from engine.plots.scenery import JointMark, Scenery, scenery
 from engine.simulation.result import Result
 
@@ -47,7 +48,7 @@ class _Channels:
 
 def content(result: Result) -> dict[str, Any]:
     """Everything the viewer draws from, as plain data."""
-    scene = scenery(result.scene)
+    scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()
     parts = [
@@ -56,6 +57,7 @@ def content(result: Result) -> dict[str, Any]:
             "color": _hex(p.color),
             "mesh": meshes.place(p.mesh),
             "channel": channels.add(*_pose(moved, i)),
+            "traced": [{"name": n, "at": x.tolist()} for n, x in (p.points or {p.name: np.zeros(3)}).items()],
         }
         for i, p in enumerate(scene.parts)
     ]
@@ -114,7 +116,8 @@ def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -
         state = channels.named(c.state)
         if force is not None and normal is not None:
             state = channels.add(np.zeros(len(result))) if state is None else state
-            where: dict[str, Any] = {"part": c.part, "base": c.base.tolist(), "arm": c.arm}
+            where: dict[str, Any] = {"part": c.part, "base": c.base.tolist(), "arm": c.arm, "axis": c.axis.tolist()}
+            where |= asdict(c.patch)
             if c.follows is not None:
                 where["bases"] = channels.add(*c.bases(result).T)
             contacts.append(where | {"force": force, "normal": normal, "state": state})
@@ -178,7 +181,7 @@ def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
         "springs": [[{"part": part, "point": point.tolist()} for part, point in ends] for ends in scene.springs],
         "rails": [{"part": p, "from": a.tolist(), "to": b.tolist()} for p, a, b in rails(result, scene)],
         "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
-        "colors": {"arrow": palette.ARROW, "joint": palette.JOINT, "ink": palette.INK}, **_speeds(result),
+        "colors": {"joint": palette.JOINT, "ramp": palette.PRESSURE}, "pressure": pressure_scale(result, scene), **_speeds(result),
     }  # fmt: skip
 
 

@@ -13,7 +13,8 @@ from engine.contact.base import OVERLAP
 from engine.contact.journal import LENGTHS
 from engine.joints import REGISTRY
 from engine.plots import meshes
-from engine.plots.meshes import Mesh
+from engine.plots.marks import ContactMark, Patch
+from engine.plots.meshes import SORTED, Grain, Mesh
 from engine.plots.palette import BODIES
 from engine.plots.wheels import wheels
 from engine.scene import model as sm
@@ -21,10 +22,11 @@ from engine.scene.poses import sides_of
 from engine.scene.refs import GROUND, body_of, point_of
 from engine.scene.surfaces import unpacked
 from engine.scene.touching import sizes_given, touching
-from engine.simulation.result import Result
 from engine.system.frames import frame, matrix
 
 ON_GROUND = -1
+STOUT = 12.0
+"""A pin that is a symbol is drawn as for a mechanism so many times larger than the bodies it joins are thick, at most."""
 
 
 @dataclass(frozen=True)
@@ -35,32 +37,6 @@ class Part:
     color: str
     mesh: Mesh
     points: dict[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class ContactMark:
-    """A place where pin and bearing touch: ``base`` (on part ``part``) + ``arm`` times the outward normal.
-
-    columns: prefix of its columns; state: column of its friction state; follows: of parts that overlap, where it is along ``axis``
-    from ``base`` (column of the travel, lengths of the inboard and the outboard part, which end: ±1).
-    """
-
-    columns: str
-    state: str
-    part: int
-    base: np.ndarray
-    arm: float
-    axis: np.ndarray | None = None
-    follows: tuple[str, float, float, float] | None = None
-
-    def bases(self, result: Result) -> np.ndarray:
-        """``base`` in every row (rows × 3)."""
-        if self.follows is None or self.axis is None or self.follows[0] not in result:
-            return np.tile(self.base, (len(result), 1))
-        column, inner, outer, end = self.follows
-        away = result[column]
-        low, high = np.maximum(-inner / 2, away - outer / 2), np.minimum(inner / 2, away + outer / 2)
-        return self.base + ((low + high) / 2 + end * (high - low) / 2)[:, None] * self.axis
 
 
 @dataclass(frozen=True)
@@ -92,13 +68,14 @@ class Scenery:
     springs: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
 
 
-def scenery(scene: sm.Scene) -> Scenery:
-    """The drawing of a scene, without any motion."""
+def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
+    """The drawing of a scene, without any motion. grain: how finely its shapes are cut."""
     index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
     size = _size(scene)
     rolling = wheels(scene)
-    parts = tuple(_part(scene, name, i, size, [w.mesh for w in rolling if w.body == name]) for i, name in enumerate(scene.bodies))
-    marks = [_joint(scene, name, j, index, size) for name, j in scene.joints.items()]
+    rims = [[w.mesh for w in rolling if w.body == name] for name in scene.bodies]
+    parts = tuple(_part(scene, name, i, size, rims[i], grain) for i, name in enumerate(scene.bodies))
+    marks = [_joint(scene, name, j, index, size, grain) for name, j in scene.joints.items()]
     fixed = {m.name: tuple((ON_GROUND, w.mesh) for w in rolling if w.body == GROUND and w.pair == m.name) for m in marks}
     joints = tuple(replace(m, pins=m.pins + fixed[m.name]) for m in marks)
     g = np.array(scene.gravity, float)
@@ -129,45 +106,53 @@ def _size(scene: sm.Scene) -> float:
     sizes = []
     for name, b in scene.bodies.items():
         spots = [np.zeros(3), *_attached(scene, name), *(np.array(p) - np.array(b.center) for p in b.points.values())]
-        sizes.append(max([float(np.linalg.norm(p - q)) for p in spots for q in spots] + [_extent(b)]))
+        sizes.append(max([float(np.linalg.norm(p - q)) for p in spots for q in spots] + [max(_extents(b))]))
     return float(np.median([s for s in sizes if s > 0] or [1.0]))
 
 
-def _extent(b: sm.Body) -> float:
+def _extents(b: sm.Body) -> tuple[float, ...]:
+    """Edges of the box around a body's shape, m; 0 of a body without one."""
     if b.surface is not None:
-        return float(np.ptp(np.array(unpacked(b.surface)[0]), axis=0).max())
+        return tuple(map(float, np.ptp(np.array(unpacked(b.surface)[0]), axis=0)))
     if b.box is not None:
-        return max(b.box)
+        return b.box
     if b.cylinder is not None:
-        return max(b.cylinder.length, 2 * b.cylinder.radius)
-    return 2 * b.sphere if b.sphere is not None else 0.0
+        return b.cylinder.length, 2 * b.cylinder.radius
+    return (2 * b.sphere if b.sphere is not None else 0.0,)
 
 
-def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh]) -> Part:
+def _symbol(scene: sm.Scene, bodies: tuple[str, str], size: float) -> float:
+    """What the pin of a joint is measured by where the scene says no sizes, m: the mechanism, and the thinner of the two bodies."""
+    thin = [min(_extents(scene.bodies[name])) for name in bodies if name != GROUND]
+    return min([size, *(STOUT * t for t in thin if t > 0)])
+
+
+def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh], grain: Grain) -> Part:
     b = scene.bodies[name]
     around = [meshes.placed(rim, np.eye(3), -np.array(b.center, float)) for rim in rims]
     points = {n: np.array(p, float) - np.array(b.center, float) for n, p in b.points.items()}
-    return Part(name, b.color or BODIES[i % len(BODIES)], meshes.join([_mesh(scene, name, b, points, size), *around]), points)
+    shape = meshes.join([_mesh(scene, name, b, points, size, grain), *around])
+    return Part(name, b.color or BODIES[i % len(BODIES)], shape, points)
 
 
-def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float) -> Mesh:
+def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float, grain: Grain) -> Mesh:
     """The body's surface or shape; a body without one is rods from its mass centre to its joints and named points."""
     if b.surface is not None:
         spots, faces = unpacked(b.surface)
         return meshes.surface(np.array(spots) - np.array(b.center, float), np.array(faces))
     if b.box is not None:
-        return meshes.box(*b.box)
+        return meshes.box(*b.box, grain)
     if b.cylinder is not None:
-        return meshes.cylinder(b.cylinder.radius, b.cylinder.length, "xyz".index(b.cylinder.axis[-1]))
+        return meshes.cylinder(b.cylinder.radius, b.cylinder.length, "xyz".index(b.cylinder.axis[-1]), grain)
     if b.sphere is not None:
-        return meshes.sphere(b.sphere)
+        return meshes.sphere(b.sphere, grain.around)
     joints = _attached(scene, name)
     thick = 0.015 * size
     ends = _distinct([*joints, *points.values()], thick)
     straight = len(ends) == 2 and not any(np.allclose(p, 0) for p in ends)
     pairs = [(ends[0], ends[1])] if straight and _collinear(*ends) else [(np.zeros(3), p) for p in ends]
     rods = [meshes.rod(p, q, thick) for p, q in pairs if np.linalg.norm(q - p) > thick]
-    return meshes.join([*rods, meshes.sphere(2.2 * thick, 10)])
+    return meshes.join([*rods, meshes.sphere(2.2 * thick, grain.around // 2)])
 
 
 def _collinear(p: np.ndarray, q: np.ndarray) -> bool:
@@ -182,13 +167,14 @@ def _distinct(points: list[np.ndarray], apart: float) -> list[np.ndarray]:
     return out
 
 
-def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size: float) -> JointMark:
+def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size: float, grain: Grain) -> JointMark:
     a, b = sides_of(scene, j)
     parts = (index[a.body], index[b.body])
     points = (_from_center(scene, a.body, a.point), _from_center(scene, b.body, b.point))
     frames = (matrix(frame(a.axis, a.reference)), matrix(frame(b.axis, b.reference)))
     bare = JointMark(name, j.type, parts, points, frames, int(j.pin == "outboard"))
-    return replace(bare, pins=tuple(_pins(bare, j, size)), contacts=tuple(_contacts(bare, j)))
+    pins = tuple(_pins(bare, j, _symbol(scene, (a.body, b.body), size), grain))
+    return replace(bare, pins=pins, contacts=tuple(_contacts(bare, j)))
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
@@ -198,7 +184,7 @@ def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[
     return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 
-def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
+def _pins(m: JointMark, j: sm.Joint, size: float, grain: Grain) -> Iterator[tuple[int, Mesh]]:
     """(part, mesh) of the pin: true to size where friction gives one, else a small symbol. A joint whose type cannot have
     friction gets the pin of a journal."""
     kind = REGISTRY[j.type]
@@ -209,8 +195,10 @@ def _pins(m: JointMark, j: sm.Joint, size: float) -> Iterator[tuple[int, Mesh]]:
     element, rub = (own, j.friction) if own is not None and own.count else (usual, None)
     for solid in element.pins(_sizes(element, rub, size)):
         side = _side(m, solid.on if rub is not None or element.ideal == "pin" else element.ideal)
-        mesh = getattr(meshes, solid.shape)(*solid.sizes, *((solid.axis,) if solid.shape == "cylinder" else ()))
-        yield m.parts[side], meshes.placed(mesh, m.frames[side], m.points[side])
+        yield (
+            m.parts[side],
+            meshes.placed(meshes.solid(solid.shape, solid.sizes, solid.axis, grain), m.frames[side], m.points[side]),
+        )
 
 
 def _side(m: JointMark, on: str) -> int:
@@ -225,13 +213,15 @@ def _contacts(m: JointMark, j: sm.Joint) -> Iterator[ContactMark]:
     element = touching(j)
     assert element is not None
     sizes = _sizes(element, j.friction, 0.0)
+    solids = element.pins(sizes)
     for i, p in enumerate(element.places(sizes)):
+        names = f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]"
+        patch = Patch.at(p, solids[min(p.pair, len(solids) - 1)].shape)
         if j.ends == OVERLAP:
-            names = f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]"
             inner, outer = (sizes[s.name] for s in LENGTHS)
             follows = (f"{m.name}.q[1]", inner, outer, float(np.sign(p.along)))
-            yield ContactMark(*names, m.parts[0], m.points[0], p.arm, m.frames[0][:, p.axis], follows)
+            yield ContactMark(*names, m.parts[0], m.points[0], p.arm, m.frames[0][:, p.axis], patch, follows)
             continue
         side = _side(m, p.on) if j.ends is None else _side(m, j.ends)
-        base = m.points[side] + p.along * m.frames[side][:, p.axis]
-        yield ContactMark(f"{m.name}.contact[{i + 1}]", f"{m.name}.friction.state[{p.pair + 1}]", m.parts[side], base, p.arm)
+        axis = m.frames[side][:, p.axis]
+        yield ContactMark(*names, m.parts[side], m.points[side] + p.along * axis, p.arm, axis, patch)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 from engine.kernel.columns import columns
+from engine.plots import animate
+from engine.plots.mechanism import needed
 from engine.scene import load_scene
 from engine.scene.model import Scene
 from engine.simulation.event import Event
@@ -14,6 +20,7 @@ from engine.simulation.result import Result, Stats
 from engine.simulation.run import simulate
 from engine.system.build import build
 from tests.laws import PAPER
+from tests.presentation.browser import OPEN, SOFTWARE, Opened, browsers, opened
 
 REVERSALS = (1.0, 2.5)
 
@@ -66,3 +73,41 @@ def slider() -> Result:
 def double() -> Result:
     """A run of example 8.3."""
     return simulate("double_pendulum", until=2.0, every=0.01, overrides=PAPER)
+
+
+@pytest.fixture(scope="module")
+def starts() -> Iterator[Callable[..., Any]]:
+    """Starts a browser with flags of its own. While it is there no other event loop can run, so that it ends with its module."""
+    with browsers() as start:
+        yield start
+
+
+@pytest.fixture(scope="module")
+def chrome(starts: Callable[..., Any]) -> Iterator[Any]:
+    """A browser that draws in three dimensions."""
+    made = starts(*SOFTWARE)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="session")
+def press(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    scene = load_scene("toggle_press")
+    run = simulate(scene, until=1.0, overrides={"parameters.speed": -0.02}, outputs=needed(scene))
+    return animate(run, tmp_path_factory.mktemp("press") / "press.html")
+
+
+@pytest.fixture
+def shown(chrome: Any, press: Path) -> Iterator[Opened]:
+    """The press, as a desk shows it; nothing may have gone wrong in the end."""
+    out = opened(chrome, press)
+    yield out
+    assert out.wrong == []
+
+
+@pytest.fixture(autouse=True)
+def closed() -> Iterator[None]:
+    """Close the pages that the test has opened."""
+    yield
+    while OPEN:
+        OPEN.pop().close()

@@ -12,6 +12,7 @@ from engine.plots.meshes import Mesh
 from engine.plots.motion import arrow_scale, motion, round_force
 from engine.plots.scenery import scenery
 from engine.scene import load_scene, model_names
+from engine.scene.library import design_names
 from engine.simulation.result import Result
 
 
@@ -66,6 +67,17 @@ def joint_gap(result: Result, row: int) -> float:
             ends = [x + r @ p for (x, r), p in zip(places, j.points, strict=True)]
             gaps.append(float(np.linalg.norm(ends[1] - ends[0])))
     return max(gaps)
+
+
+@pytest.mark.parametrize("name", design_names())
+def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
+    """A trolley of 40 mm on a panel of two metres had pins of 100 mm."""
+    scene = load_scene(name)
+    drawn = scenery(scene)
+    for j in drawn.joints:
+        joined = [np.ptp(drawn.parts[p].mesh.vertices, axis=0).min() for p in j.parts if p >= 0]
+        for _, mesh in j.pins if scene.joints[j.name].friction is None else ():
+            assert np.ptp(mesh.vertices, axis=0).min() <= min(joined) * 1.001
 
 
 @pytest.mark.parametrize("run", ["swing", "slider", "double"])

@@ -17,8 +17,10 @@ import pytest
 from engine.basics.problems import SceneError
 from engine.plots import animate
 from engine.plots.animate import page
+from engine.plots.mechanism import needed
 from engine.plots.motion import motion
 from engine.plots.playback import MOST_BYTES, MOST_ROWS, content, thinned
+from engine.scene import load_scene
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 
@@ -52,7 +54,7 @@ def test_springs_between_points_are_shown_from_end_to_end() -> None:
         (p, r), (q, t) = (moved.pose(e["part"], 0) for e in ends)
         line = q + t @ ends[1]["point"] - p - r @ ends[0]["point"]
         assert np.linalg.norm(line) == pytest.approx(0.5, abs=1e-9)  # a triangle of two sides 0.5 at 60 degrees
-    assert "springs(m, project)" in page(run)
+    assert "run.springs.map" in page(run)
 
 
 def test_long_runs_are_thinned_but_keep_both_sides_of_every_event(pendulum: Result) -> None:
@@ -114,3 +116,10 @@ def test_a_browser_opens_it_from_disk_at_the_time_asked_for(swing: Result, tmp_p
     assert angle == pytest.approx(np.degrees(swing["ball.contact[1].angle"][row]), rel=1e-3)
     assert len(re.findall(r"<span[^>]*left:", text)) == len(swing.events)
     assert "slipping" in text
+
+
+def test_friction_that_follows_no_load_needs_no_contacts_to_be_seen() -> None:
+    """Patterns that match nothing are refused, so none may be asked for: a door whose seal drags could not be animated."""
+    scene = load_scene("door_closer")
+    run = simulate(scene, until=0.05, every=0.05, outputs=needed(scene))
+    assert content(run)["joints"][0]["contacts"] == []

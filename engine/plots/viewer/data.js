@@ -74,7 +74,7 @@ function moment(t) {
       const body = pose(c.part);
       const base = c.bases === undefined ? c.base : three(w, c.bases);
       const point = add(add(body.p, apply(body.r, base)), world, c.arm);
-      contacts.push({ joint: j, point, normal: world, force: f, state: Math.round(nearest(w, c.state)) });
+      contacts.push({ joint: j, mark: c, point, normal: world, force: f, state: Math.round(nearest(w, c.state)) });
     }
   }
   return { t, w, poses, pose, contacts };
