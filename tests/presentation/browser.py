@@ -57,6 +57,14 @@ class Opened:
         """The value of an expression in the page."""
         return self.page.evaluate(f"(() => ({script}))()")
 
+    def until(self, what: str) -> None:
+        """Wait until an expression holds (Playwright's own waiting is forbidden by the page's policy as soon as it has to wait)."""
+        for _ in range(600):
+            if self.ask(what):
+                return
+            self.page.wait_for_timeout(50)
+        pytest.fail(f"it never came to this: {what}")
+
     def do(self, script: str) -> None:
         """Run statements in the page, then draw."""
         self.page.evaluate(f"(() => {{ {script}; render(); }})()")
@@ -95,5 +103,5 @@ def opened(
         OPEN.append(page.context)
     out = Opened(page)
     page.goto(f"file://{file}{query}")
-    page.wait_for_function("document.documentElement.dataset.drawn !== undefined")
+    out.until("document.documentElement.dataset.drawn !== undefined")
     return out

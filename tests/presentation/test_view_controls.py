@@ -174,5 +174,5 @@ def test_every_joint_has_its_values_and_closed_ones_are_told(shown: Opened) -> N
     closed = shown.page.locator("#values details:not([open])").count()
     assert f"{closed} of {count} joints" in shown.page.inner_text("#values")
     shown.page.locator("#values details:not([open]) summary").first.click()
-    shown.page.wait_for_function(f"document.querySelectorAll('#values details[open] table').length === {count - closed + 1}")
+    shown.until(f"document.querySelectorAll('#values details[open] table').length === {count - closed + 1}")
     assert shown.page.locator("#values details[open] svg").count() == shown.page.locator("#values tr").count()

@@ -77,11 +77,11 @@ def test_without_webgl_it_is_drawn_flat_and_says_so(starts: Callable[..., Any], 
 def test_a_lost_graphics_card_is_stood_in_for_until_it_is_back(chrome: Any, press: Path) -> None:
     page = opened(chrome, press)
     page.page.evaluate("window.lose = card.gl.getExtension('WEBGL_lose_context'); window.lose.loseContext()")
-    page.page.wait_for_function("card.gl.isContextLost()")
+    page.until("card.gl.isContextLost()")
     page.do("")
     assert (page.pixels("over")[..., 3] > 200).mean() > 0.01
     page.page.evaluate("window.lose.restoreContext()")
-    page.page.wait_for_function("card && !card.gl.isContextLost()")
+    page.until("card && !card.gl.isContextLost()")
     assert np.ptp(page.pixels()[..., :3], axis=2).max() > 50
     assert (page.pixels("over")[..., 3] > 200).mean() < 0.01
 
