@@ -10,11 +10,12 @@ from engine.contact.ball import BALL
 from engine.contact.base import ContactElement
 from engine.contact.constant import BOTH, CROSSED, SLIDING, TURNING
 from engine.contact.cross import CROSS
-from engine.contact.journal import JOURNAL
+from engine.contact.journal import JOURNAL, PRELOAD
 from engine.contact.shaft import SHAFT
 from engine.contact.sleeve import SLEEVE
 from engine.contact.teeth import TEETH
 from engine.contact.thread import THREAD
+from engine.friction import REGISTRY as LAWS
 from engine.friction import numbers as law_numbers
 
 if TYPE_CHECKING:
@@ -39,6 +40,12 @@ CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.n
 """Elements of friction that does not follow the load, by whether the freedoms of their joint turn."""
 GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)
 """Numbers by which a joint says that it has such friction."""
+
+
+def preloads(n: Number, law: str, adams: bool) -> bool:
+    """Whether a number is there for every joint with this law, 0 where none is given: one part then does with a preload and
+    without."""
+    return n.name == PRELOAD.name and LAWS[law].sets and not adams
 
 
 def element_of(usual: str, turns: tuple[bool, ...], named: Iterable[str]) -> str:

@@ -17,12 +17,12 @@ from engine.contact import GIVEN, element_of
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import FIXED, OVERLAP
 from engine.contact.journal import PRELOAD
+from engine.contact.registry import preloads
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
 from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
 from engine.system.elements import everything
-from engine.system.friction import preloads
 from engine.system.profiles import MOVES
 from engine.system.structure import Fit, FrictionElement, Joint, Slider
 

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import math
 
-from engine.basics.numbers import Number
-from engine.contact.journal import PRELOAD
+from engine.contact.registry import preloads
 from engine.friction import REGISTRY as LAWS
 from engine.scene import model as sm
 from engine.scene.touching import given, touching
 from engine.system.leaves import Leaf, ParameterTable
 from engine.system.structure import FrictionElement, Joint, Slider
-
-
-def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether a number is there for everyone, 0 where none is given, so that one part does with a preload and without."""
-    return n.name == PRELOAD.name and LAWS[law].sets and not adams
 
 
 def _sign(teeth: tuple[Leaf, ...]) -> float:
