@@ -55,8 +55,10 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
     assert np.abs(r["energy.residual"]).max() <= 100.0 * rtol * r["energy.dissipated"][-1]
 
 
-@pytest.mark.parametrize("kernel", ["compiled", "parts"])
-@pytest.mark.parametrize("method", ["auto", "rosenbrock", "rk8"])
+@pytest.mark.parametrize(("method", "kernel"), [
+    *((method, "compiled") for method in ("auto", "rosenbrock", "rk8")), ("rosenbrock", "parts"),
+    *(pytest.param(method, "parts", marks=pytest.mark.slow) for method in ("auto", "rk8")),  # half a minute each
+])  # fmt: skip
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
     """A ball of this loop goes to and fro between its branches up to some thousand times, from 0.04685 s on. Friction at the end of
     each is that of the branch up to there: the rows were on the far side of it, 6e-5 beyond the cone."""

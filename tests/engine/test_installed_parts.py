@@ -156,7 +156,7 @@ def test_the_build_of_a_wheel_needs_nothing_but_what_it_asks_for() -> None:
     asked = re.search(r"^requires = (\[.*\])$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)
     assert asked is not None
     assert "pydantic" not in asked.group(1)
-    blocked = "import sys\nfor name in ('pydantic', 'yaml', 'typer', 'pyarrow', 'scipy', 'matplotlib'):\n    sys.modules[name] = None\n"
+    blocked = "import sys\nfor name in ('pydantic', 'yaml', 'typer', 'scipy', 'matplotlib'):\n    sys.modules[name] = None\n"
     done = subprocess.run(
         [sys.executable, "-c", f"{blocked}import engine.parts.building"], cwd=ROOT, capture_output=True, text=True, check=False
     )
