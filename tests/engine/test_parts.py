@@ -137,13 +137,18 @@ def test_rows_that_are_empty_by_structure_are_found_by_evaluation(name: str) -> 
     agree(load_scene(name))
 
 
+def named(scene: str | tuple) -> str:
+    """A scene's name, which is the same in every process that collects tests."""
+    return scene if isinstance(scene, str) else f"{scene[0].__name__}{scene[1]}"
+
+
 SAME = [(scene, {"method": method}) for scene in (*RUNS, (tree, 2), (tree, 3), (loop, 1)) for method in ("auto", "rosenbrock")]
 LONG = ("andrews", "rosenbrock")
 """A Jacobian unit of its own to compile, a third of a minute."""
 
 
 @pytest.mark.parametrize(("scene", "how"), [
-    pytest.param(scene, how, id=f"{scene}-{how['method']}", marks=[pytest.mark.slow] if (scene, how["method"]) == LONG else [])
+    pytest.param(scene, how, id=f"{named(scene)}-{how['method']}", marks=[pytest.mark.slow] if (scene, how["method"]) == LONG else [])
     for scene, how in SAME
 ])  # fmt: skip
 def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple, how: dict) -> None:
