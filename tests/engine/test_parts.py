@@ -147,10 +147,14 @@ LONG = ("andrews", "rosenbrock")
 """A Jacobian unit of its own to compile, a third of a minute."""
 
 
-@pytest.mark.parametrize(("scene", "how"), [
-    pytest.param(scene, how, id=f"{named(scene)}-{how['method']}", marks=[pytest.mark.slow] if (scene, how["method"]) == LONG else [])
-    for scene, how in SAME
-])  # fmt: skip
+def settings() -> list:
+    """All of them, the long one marked."""
+    ids = [f"{named(scene)}-{how['method']}" for scene, how in SAME]
+    slow = [[pytest.mark.slow] if (scene, how["method"]) == LONG else [] for scene, how in SAME]
+    return [pytest.param(*each, id=name, marks=marks) for each, name, marks in zip(SAME, ids, slow, strict=True)]
+
+
+@pytest.mark.parametrize(("scene", "how"), settings())
 def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple, how: dict) -> None:
     given = load_scene(scene) if isinstance(scene, str) else scene[0](scene[1])
     one, other = (simulate(given, until=1.0, every=0.1, rtol=1e-8, kernel=k, **how) for k in ("compiled", "parts"))
