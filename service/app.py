@@ -12,7 +12,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from engine.basics.version import version
-from service.api import admin, bodies, following, jobs, keeping, problems, questions, results, scenes, sensitivities
+from service.api import admin, bodies, following, jobs, keeping, looking, problems, questions, results, scenes, sensitivities
 from service.api.door import Door
 from service.api.operations import named
 from service.api.problems import ProblemDocument
@@ -49,7 +49,7 @@ def app_of(service: Service) -> FastAPI:
     app.state.rates = Rates(service.settings.limits.rate)
     app.state.failures = Rates(FAILURES)
     problems.install(app)
-    for part in (jobs, following, results, questions, scenes, sensitivities, keeping, admin, page):
+    for part in (jobs, following, results, looking, questions, scenes, sensitivities, keeping, admin, page):
         app.include_router(part.router)
     app.add_middleware(Door, most=service.settings.limits.body, open=service.settings.open)
     app.add_middleware(Counting, metrics=service.metrics)

@@ -18,6 +18,7 @@ from engine.batch.series import save_dataset
 from engine.scene.given import Names, names_given
 from engine.scene.overrides import Given, scene_given
 from service.asking import ENDED, HERE, Server
+from service.looked import Looks
 
 if TYPE_CHECKING:
     import pandas
@@ -75,7 +76,7 @@ class Connection:
         return [Job(self.server, document) for document in found]
 
 
-class Job:
+class Job(Looks):
     """A job of a server. document: what the server said of it last."""
 
     def __init__(self, server: Server, document: dict[str, Any]):

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.basics.problems import Problem, SceneError
 from engine.joints import REGISTRY
 from engine.plots.labels import label
 from engine.plots.motion import NEEDED, VIEW, arrow_scale, bounds, first_view, motion, rails, round_force
@@ -70,14 +69,9 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
 
 def at_start(scene: Scene) -> Figure:
     """A picture of the assembled start. SceneError when the scene cannot be assembled."""
-    from engine.simulation.run import simulate
-    from engine.simulation.summary import started
+    from engine.plots.begun import begun
 
-    soon = SOONEST * float(scene.simulation.until)
-    result = simulate(scene, until=soon, every=soon, outputs=needed(scene))
-    if not started(result):
-        raise SceneError([Problem("--plot", f"there is no start to draw: {result.outcome.name}", result.outcome.advice)])
-    return mechanism(result, 0.0)
+    return mechanism(begun(scene, "--plot"), 0.0)
 
 
 def _result(source: Scene | Result, time: float) -> Result:

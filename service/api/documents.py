@@ -16,6 +16,7 @@ State = Literal["queued", "running", "cancelling", "done", "failed", "cancelled"
 EXAMPLE_JOB: dict[str, Any] = {
     "id": "0123456789abcdef01234567",
     "state": "running",
+    "stage": "running",
     "scene": "spherical_pendulum",
     "label": "",
     "tags": [],
@@ -48,6 +49,7 @@ class JobDocument(BaseModel):
 
     id: str
     state: State
+    stage: str = Field(description="waiting, starting, deriving (its equations), compiling (them), running; at last how it ended.")
     scene: str
     label: str
     tags: list[str]
@@ -93,13 +95,21 @@ def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
     return {**{k: a[k] for k in ("start", "worker", "result")}, "begun": stamp(a["begun"]), "ended": stamp(a["ended"])}
 
 
-def job_document(j: Job) -> dict[str, Any]:
-    """A job as clients see it."""
+def stage_of(j: Job, told: str = "") -> str:
+    """Where a job is, in a word. told: what its first worker says that it is at, asked for while there are no rows."""
+    if j.state == "queued":
+        return "waiting"
+    return j.state if j.state != "running" else "running" if j.done else told or "starting"
+
+
+def job_document(j: Job, told: str = "") -> dict[str, Any]:
+    """A job as clients see it. told: as for ``stage_of``."""
     eta = seconds_to_go(j, time.time()) if j.state == "running" else None
     place = f"/v1/jobs/{j.id}"
     return {
         "id": j.id,
         "state": j.state,
+        "stage": stage_of(j, told),
         "scene": j.scene,
         "label": j.label,
         "tags": list(j.tags),

@@ -20,6 +20,7 @@ from service.api.keeping import afford, forget, found, owned
 from service.api.problems import Json, Refusal, documented, with_header
 from service.api.security import Caller, need
 from service.api.service import Service, service
+from service.executor.stages import stage_kept
 from service.executor.telling import allowed
 from service.request import JobRequest
 from service.store.rows import Job
@@ -121,7 +122,13 @@ async def check(request: Request, caller: Reader, s: Here) -> Response:
 @router.get("/{job}", response_model=JobDocument, responses=documented(404))
 def job(job: str, caller: Reader, s: Here) -> Response:
     """A job: state, progress, rows by outcome, what went wrong."""
-    return Json(job_document(found(s, job)))
+    there = found(s, job)
+    return Json(job_document(there, told_stage(s, there)))
+
+
+def told_stage(s: Service, job: Job | None) -> str:
+    """What the first worker of a job that has no rows yet says that it is at."""
+    return stage_kept(s.parts, job.id) if job is not None and job.state == "running" and not job.done else ""
 
 
 @router.delete(
@@ -199,7 +206,8 @@ async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIt
             for e in fresh:
                 after = e.id
                 yield ServerSentEvent(json.dumps({"time": e.time, **e.data}), event=e.kind, id=str(e.id))
-            document = job_document(now) if now else {}
+            stage = await run_in_threadpool(told_stage, s, now)
+            document = job_document(now, stage) if now else {}
             progress = json.dumps({k: v for k, v in document.items() if k != "eta_seconds"})
             if progress != told:
                 told = progress

@@ -162,7 +162,7 @@ async def trajectory(
     import pyarrow as pa
 
     kind = chosen(format, accept)
-    table = pa.ipc.open_stream(await _replayed(s, request, job, case, outputs, "table")).read_all()
+    table = pa.ipc.open_stream(await replayed(s, request, job, case, outputs, "table")).read_all()
     headers = {"Content-Disposition": f'attachment; filename="{job}-{case}.{SUFFIX[kind]}"'}
     return StreamingResponse(stream(kind, table.schema, [table]), 200, headers, MEDIA[kind])
 
@@ -180,10 +180,10 @@ async def trajectory(
 )
 async def animation(job: str, case: int, caller: Reader, s: Here, request: Request) -> Response:
     """One case as a moving picture (open it with ``?t=0.5`` to begin at that time)."""
-    return HTMLResponse(await _replayed(s, request, job, case, None, "animation"))
+    return HTMLResponse(await replayed(s, request, job, case, None, "animation"))
 
 
-async def _replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
+async def replayed(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """What running a case again on the cluster gives, as bytes."""
     digest, changes = await run_in_threadpool(_check, s, job, case, outputs)
     call = Call(run_trajectory, (s.parts.url, job, digest, case, outputs, kind, changes), s.replays, REPLAYS_AT_ONCE, priority=10)

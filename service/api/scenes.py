@@ -6,11 +6,11 @@ import tempfile
 from pathlib import Path
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from fastapi import Path as InPath
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, Field
-from starlette.responses import Response
+from starlette.responses import HTMLResponse, Response
 
 from engine.basics.problems import Problem
 from engine.scene.library import bundled_names, model_file
@@ -106,6 +106,27 @@ def schema(caller: Reader) -> Response:
 async def check(request: Request, caller: Reader, s: Here) -> Response:
     """What a scene is: its numbers, its columns; or every problem it has (422), with lines."""
     return Response(await told(s, request, caller, "check_scene"), media_type="application/json")
+
+
+@router.post(
+    "/scenes/view",
+    response_class=HTMLResponse,
+    responses={
+        200: {"description": "A page by itself.", "content": {"text/html": {"schema": {"type": "string"}}}},
+        **documented(413),
+    },
+    openapi_extra=asks(SceneSource, SCENES),
+)
+async def view(
+    request: Request,
+    caller: Reader,
+    s: Here,
+    shown: Annotated[str, Query(max_length=200, pattern=r"^[\w=&.-]*$", description="How it opens, such as names=1&xray=1.")] = "",
+) -> Response:
+    """The assembled start of a scene, to be turned: bodies, pins, contact places, forces; or every problem it has (422)."""
+    body, limits = await body_of(request), s.settings.limits
+    given = (body, media_of(request), limits, shown)
+    return HTMLResponse(await at_desk(s.checks, caller, "draw_scene", *given, seconds=limits.check_seconds))
 
 
 @router.post(

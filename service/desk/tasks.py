@@ -89,6 +89,14 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
 
 
 @task
+def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
+    """The page of a scene's assembled start."""
+    from engine.plots.begun import start_page
+
+    return start_page(scene_of(read(SceneSource, body, media), limits), shown).encode()
+
+
+@task
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:
     """What a job would make, as JSON."""
     made = plan_of_request(read(JobRequest, body, media), limits)

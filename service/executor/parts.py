@@ -122,6 +122,10 @@ class Parts:
         """Path of the file that tells workers to stop working on a job."""
         return f"{self.root}/{job}/stopped"
 
+    def stage_file(self, job: str) -> str:
+        """Path of the file in which a worker tells what it is at."""
+        return f"{self.root}/{job}/stage"
+
     def job_file(self, job: str) -> str:
         """Path of the file from which workers read the job."""
         return f"{self.root}/{job}/job.json"

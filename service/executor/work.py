@@ -10,8 +10,8 @@ import time
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
-from typing import Any
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,9 +20,15 @@ from engine.batch.plan import Runner, Stopped
 from engine.studies.following import Told
 from service.executor.parts import Parts, outcomes
 from service.executor.sealed import Piece, Spoiled, digest_of
+from service.executor.stages import DERIVING, RUNNING, Tell, staged
+from service.plain import text_of
 from service.request import plan_of_document
 
+if TYPE_CHECKING:
+    from engine.simulation.result import Result
+
 KEPT = 4
+MOST_EVENTS = 2000
 MARKER_SECONDS = 0.1
 """Between two looks whether the job was stopped, at least; where parts are far away so much longer"""
 LOOKS_PART = 0.05
@@ -56,7 +62,8 @@ def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf, valu
     watch = Watch(parts, piece.job, seconds, longest)
     if values is not None and isinstance(runner.plan.cases.values, Told):
         runner.plan.cases.values.tell(start, values)
-    with watched(watch.look):
+    with watched(watch.look), staged(parts, piece.job, wanted=start == 0) as watch.tell:
+        watch.tell(DERIVING if runner.plan.kernel == "compiled" else RUNNING)
         try:
             table, reached = runner.chunk(start, stop, watch), stop
         except Stopped as overran:
@@ -90,12 +97,15 @@ class Watch:
     def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf):
         self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest
         self.stepping = inf
+        self.tell: Tell = lambda stage: None
         self.marker, self.looked = parts.marker(job), time.monotonic()
         self.pause = MARKER_SECONDS
 
     def __call__(self, done: int) -> bool:
         now = time.monotonic()
-        self.stepping = min(self.stepping, now)
+        if self.stepping > now:
+            self.stepping = now
+            self.tell(RUNNING)
         self._wanted(now)
         return now < self.end and now - self.stepping < self.longest
 
@@ -161,8 +171,8 @@ def forget() -> None:
 def run_trajectory(
     url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str, changes: Mapping[str, float] | None = None
 ) -> bytes:
-    """One case again with all its rows: an Arrow stream (``table``), or the page of its moving picture (``animation``). changes:
-    its numbers, where they follow from results."""
+    """One case again with all its rows: an Arrow stream (``table``), the page of its moving picture (``animation``), or its events
+    as JSON (``events``). changes: its numbers, where they follow from results."""
     from engine.batch.sweeping import trajectory
     from engine.plots.animate import page
     from engine.plots.mechanism import needed
@@ -171,7 +181,19 @@ def run_trajectory(
         plan = _runner(Parts(url), job, digest).plan
         if kind == "animation":
             return page(trajectory(plan, case, needed(plan.scene), changes)).encode()
+        if kind == "events":
+            return events_bytes(trajectory(plan, case, outputs, changes))
         return arrow_bytes(trajectory(plan, case, outputs, changes).to_arrow())
+
+
+def events_bytes(result: Result) -> bytes:
+    """The outcome of a run and its first events, as JSON."""
+    from engine.plots.captions import event_text
+
+    told = [{"time": e.time, "kind": e.kind, "joint": e.joint, "text": event_text(e)} for e in result.events[:MOST_EVENTS]]
+    o = result.outcome
+    end = {"name": o.name, "time": o.time if isfinite(o.time) else None, "joint": o.joint, "advice": o.advice}
+    return text_of({"events": told, "count": len(result.events), "outcome": end})
 
 
 def arrow_bytes(table: Any) -> bytes:

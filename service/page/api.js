@@ -1,6 +1,11 @@
 // Requests to the server, and small helpers for the page.
 
 export const $ = (id) => document.getElementById(id);
+export const ENDED = ["done", "failed", "cancelled"];
+const heard = new Set();
+
+// Whoever wants to know whether the server answers: told true or false with every request.
+export const onAnswer = (tell) => heard.add(tell);
 
 export class Told extends Error {
   constructor(document) {
@@ -27,25 +32,35 @@ export function useKey(text) {
   document.cookie = `trunnion_key=${encodeURIComponent(text)}; path=/; SameSite=Strict`; // for downloads, events and pictures
 }
 
-export async function ask(method, path, body, signal) {
-  const headers = key() ? { Authorization: `Bearer ${key()}` } : {};
+async function sent(method, path, body, signal, more) {
+  const headers = { ...(key() ? { Authorization: `Bearer ${key()}` } : {}), ...more };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   let answer;
   try {
     answer = await fetch(path, { method, headers, signal, body: body === undefined ? undefined : JSON.stringify(body) });
   } catch (e) {
     if (e.name === "AbortError") throw e;
-    throw new Told({ title: "the server does not answer; is it running?", status: 0 });
+    heard.forEach((tell) => tell(false));
+    throw new Told({ title: "the server does not answer", status: 0 });
   }
-  if (answer.ok) return answer.status === 204 ? null : answer.json();
+  heard.forEach((tell) => tell(true));
+  if (answer.ok) return answer;
   const problem = await answer.json().catch(() => ({ title: `status ${answer.status}`, status: answer.status }));
-  if (answer.status === 401) {
+  if (answer.status === 401 && $("keyform")) {
     $("keyform").hidden = false;
     if (!key()) problem.detail = "an API key is needed here";
   }
   throw new Told(problem);
 }
 
+export async function ask(method, path, body, signal, more) {
+  const answer = await sent(method, path, body, signal, more);
+  return answer.status === 204 ? null : answer.json();
+}
+
+export const askText = async (method, path, body, signal) => (await sent(method, path, body, signal)).text();
+
+// Work put off until nothing has happened for a while; what is under way is given up when it is asked for again.
 export function later(work, wait = 300) {
   let timer = 0, running = null;
   return (...given) => {
@@ -53,13 +68,20 @@ export function later(work, wait = 300) {
     timer = setTimeout(() => {
       running?.abort();
       running = new AbortController();
-      work(running.signal, ...given).catch((e) => { if (e.name !== "AbortError") notice(e.message); });
+      work(running.signal, ...given).catch(wrong);
     }, wait);
   };
 }
 
 export function notice(text) {
-  $("notice").textContent = text || "";
+  const box = $("notice");
+  box.hidden = !text;
+  box.replaceChildren(...(text ? [text, " ", make("button", { type: "button", "aria-label": "dismiss", onclick: () => notice("") }, "×")] : []));
+}
+
+// An error nobody else tells: at the top, unless it is that the server is gone, which the banner says.
+export function wrong(e) {
+  if (e.name !== "AbortError" && e.status !== 0) notice(e.problems?.length ? e.problems.map((p) => `${p.where}: ${p.what}`).join("; ") : e.message);
 }
 
 export function problemItem(p, jump) {
@@ -73,4 +95,23 @@ export const downloads = (path) => KINDS.map(([kind, name]) => make("a", { href:
 
 export function number(x) {
   return x == null ? "–" : Math.abs(x) >= 1e5 || (x !== 0 && Math.abs(x) < 1e-3) ? x.toExponential(3) : String(+x.toPrecision(6));
+}
+
+export const many = (n) => n.toLocaleString("en");
+export const few = (n, one, more = `${one}s`) => `${many(n)} ${n === 1 ? one : more}`;
+
+// Choices of a select; what was chosen stays chosen where it is still there.
+export function choices(select, options, first) {
+  const before = select.value;
+  select.replaceChildren(...options.map(([value, text, title]) => make("option", { value, title }, text ?? value)));
+  const values = options.map((o) => o[0]);
+  select.value = values.includes(before) ? before : values.includes(first) ? first : values[0] ?? "";
+}
+
+// A time as people write it: the hour today, else the day, too; the whole of it is in the title.
+export function dated(text) {
+  const at = new Date(text), now = new Date(), today = at.toDateString() === now.toDateString();
+  const day = { day: "numeric", month: "short", ...(at.getFullYear() === now.getFullYear() ? {} : { year: "numeric" }) };
+  const hour = at.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
+  return make("time", { datetime: text, title: at.toString() }, today ? `today ${hour}` : `${at.toLocaleDateString("en-GB", day)}, ${hour}`);
 }

@@ -1,91 +1,90 @@
-// The list of jobs, and the one looked at: its progress as it goes, its problems, its downloads.
+// Lists of jobs: the latest beside a new run; all of them, to be found, gone to, compared.
 
-import { $, ask, downloads, make, notice, problemItem } from "./api.js";
+import { $, ENDED, ask, dated, few, later, make, wrong } from "./api.js";
+import * as router from "./router.js";
+import { onReturn } from "./server.js";
 
-const ENDED = ["done", "failed", "cancelled"];
-let shown = null, source = null, cursor = null, changed = () => {}, grown = () => {};
-const known = new Map();
+const PAGE = 30, LOOK = 2500, MOST = 6;
+let known = new Map(), cursor = null, chosen = new Set();
 
-export async function begin(onChanged, onGrown) {
-  [changed, grown] = [onChanged, onGrown];
-  $("cancel").addEventListener("click", () => ask("DELETE", `/v1/jobs/${shown}`).then(update).catch((e) => notice(e.message)));
-  $("older").addEventListener("click", () => more().catch((e) => notice(e.message)));
+export function begin() {
+  $("older").addEventListener("click", () => more().catch(wrong));
+  $("search").addEventListener("input", later(() => anew()));
+  $("comparechosen").addEventListener("click", () => router.go(`/compare?jobs=${[...chosen].join(",")}`));
   $("joblist").addEventListener("keydown", arrows);
-  await more();
-  const first = known.keys().next().value;
-  if (first) await show(known.get(first), false);
+  onReturn(() => { if (router.here() === "list") anew().catch(wrong); });
 }
 
+export async function enter() {
+  await anew().catch(wrong);
+  const timer = setInterval(() => {
+    if (!document.hidden && [...known.values()].some((j) => !ENDED.includes(j.state))) fresh().catch(() => {});
+  }, LOOK);
+  return () => clearInterval(timer);
+}
+
+async function anew() {
+  [known, cursor] = [new Map(), null];
+  await more();
+}
+
+const asking = (from) => "/v1/jobs?" + new URLSearchParams({ limit: PAGE, ...($("search").value ? { search: $("search").value } : {}), ...(from ? { cursor: from } : {}) });
+
 async function more() {
-  const page = await ask("GET", "/v1/jobs?limit=30" + (cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""));
+  const page = await ask("GET", asking(cursor));
   for (const job of page.jobs) known.set(job.id, job);
   cursor = page.next;
   $("older").hidden = !cursor;
   list();
 }
 
+async function fresh() {
+  for (const job of (await ask("GET", asking(null))).jobs) known.set(job.id, job);
+  list();
+}
+
+export async function recent() {
+  const { jobs } = await ask("GET", "/v1/jobs?limit=5");
+  fill($("recent"), jobs, false);
+  if (!jobs.length) $("recent").replaceChildren(make("li", { class: "empty" }, "None yet. Press Run: the first sweep of a model takes a few seconds."));
+}
+
+function list() {
+  const rows = [...known.values()].sort((a, b) => (a.created < b.created ? 1 : -1));
+  fill($("joblist"), rows, true);
+  if (!rows.length) $("joblist").replaceChildren(make("li", { class: "empty" }, $("search").value ? "No job has that in its label, tags, scene or id." : "No jobs yet: begin a new run."));
+  picked();
+}
+
+// Rows are put in place of those before without taking the focus from them.
+function fill(box, jobs, choosing) {
+  const focused = box.contains(document.activeElement) ? [document.activeElement.tagName, document.activeElement.dataset.job] : null;
+  box.replaceChildren(...jobs.map((job) => row(job, choosing)));
+  if (focused) [...box.querySelectorAll(focused[0])].find((n) => n.dataset.job === focused[1])?.focus();
+}
+
+function row(job, choosing) {
+  const name = job.label || job.scene, going = !ENDED.includes(job.state);
+  const failed = Object.entries(job.outcomes).reduce((sum, [o, n]) => sum + (o === "done" ? 0 : n), job.lost);
+  const told = [few(job.cases, "case"), failed ? `${failed.toLocaleString("en")} not done` : "", job.tags.join(" ")].filter(Boolean).join(" · ");
+  const box = choosing ? make("input", { type: "checkbox", "data-job": job.id, "aria-label": `compare ${name} ${job.id.slice(0, 8)}`, onchange: (e) => { if (e.target.checked) chosen.add(job.id); else chosen.delete(job.id); picked(); } }) : null;
+  if (box) box.checked = chosen.has(job.id);
+  const link = make("a", { href: `/jobs/${job.id}`, "data-route": true, "data-job": job.id }, name);
+  const meter = going ? make("progress", { max: 1, value: job.progress, "aria-label": `progress of ${name}` }) : null;
+  return make("li", { class: "jobrow" }, box, make("span", { class: "what" }, link, make("small", {}, told)), make("span", { class: `pill ${job.state}` }, going ? job.stage : job.state), meter, make("span", { class: "when" }, dated(job.created)));
+}
+
+function picked() {
+  for (const id of [...chosen]) if (!known.has(id)) chosen.delete(id);
+  $("comparechosen").disabled = chosen.size < 2 || chosen.size > MOST;
+  $("comparechosen").textContent = chosen.size ? `Compare ${chosen.size}` : "Compare";
+}
+
 // Arrow keys move along the list.
 function arrows(e) {
   const step = { ArrowDown: 1, ArrowUp: -1 }[e.key];
   if (!step) return;
-  const buttons = [...$("joblist").querySelectorAll("button")], at = buttons.indexOf(document.activeElement);
-  buttons[Math.min(buttons.length - 1, Math.max(0, at + step))]?.focus();
+  const links = [...$("joblist").querySelectorAll("a")], at = links.findIndex((a) => a.closest("li") === document.activeElement.closest("li"));
+  links[Math.min(links.length - 1, Math.max(0, at + step))]?.focus();
   e.preventDefault();
-}
-
-function list() {
-  const focused = document.activeElement?.dataset?.job;
-  const rows = [...known.values()].sort((a, b) => (a.created < b.created ? 1 : -1)).map((job) => {
-    const when = new Date(job.created).toLocaleTimeString();
-    const words = make("span", {}, `${job.label || job.scene} · ${job.cases.toLocaleString("en")} case${job.cases === 1 ? "" : "s"}`);
-    const state = make("span", { class: job.state === "failed" ? "failed" : "" }, `${job.state} · ${when}`);
-    const meter = make("meter", { min: 0, max: 1, value: job.progress, "aria-hidden": "true" });
-    const button = make("button", { type: "button", "data-job": job.id, "aria-current": String(job.id === shown) }, words, state, meter);
-    button.addEventListener("click", () => show(job, true).catch((e) => notice(e.message)));
-    return make("li", {}, button);
-  });
-  $("joblist").replaceChildren(...(rows.length ? rows : [make("li", { class: "hint" }, "none yet")]));
-  if (focused) $("joblist").querySelector(`[data-job="${focused}"]`)?.focus();
-}
-
-export async function show(job, focus) {
-  shown = job.id;
-  known.set(job.id, job);
-  source?.close();
-  $("job").hidden = false;
-  $("jobtitle").textContent = `${job.label || job.scene} (${job.id.slice(0, 8)})`;
-  const asked = make("a", { href: `/v1/jobs/${job.id}/request`, target: "_blank", rel: "noopener" }, "what was asked");
-  $("downloads").replaceChildren("Download the table:", ...downloads(`/v1/jobs/${job.id}/results`), asked);
-  update(job);
-  if (focus) $("jobtitle").focus();
-  await changed(job, true);
-  if (!ENDED.includes(job.state)) follow(job.id);
-}
-
-function follow(id) {
-  source = new EventSource(`/v1/jobs/${id}/events`);
-  const mine = source;
-  source.addEventListener("progress", (e) => {
-    const job = JSON.parse(e.data);
-    update(job);
-    if (id === shown && job.done && !ENDED.includes(job.state)) grown(job).catch((x) => notice(x.message));
-  });
-  for (const kind of ENDED) {
-    source.addEventListener(kind, () => {
-      mine.close();
-      ask("GET", `/v1/jobs/${id}`).then((job) => { update(job); if (id === shown) return changed(job, false); }).catch((e) => notice(e.message));
-    });
-  }
-}
-
-function update(job) {
-  known.set(job.id, job);
-  list();
-  if (job.id !== shown) return;
-  $("bar").value = job.progress;
-  const outcomes = Object.entries(job.outcomes).map(([name, n]) => `${n.toLocaleString("en")} ${name.replace(/_/g, " ")}`).join(", ");
-  const left = job.state === "running" && job.eta_seconds != null ? `, about ${Math.ceil(job.eta_seconds)} s to go` : "";
-  $("state").textContent = `${job.state}: ${job.done.toLocaleString("en")} of ${job.cases.toLocaleString("en")}${outcomes ? ` (${outcomes})` : ""}${left}`;
-  $("cancel").hidden = ENDED.includes(job.state);
-  $("jobproblems").replaceChildren(...job.problems.map((p) => problemItem(p)));
 }

@@ -1,15 +1,25 @@
 // Puts the page together.
 
-import { $, notice, useKey } from "./api.js";
+import { $, notice, useKey, wrong } from "./api.js";
+import * as compare from "./compare.js";
+import * as editor from "./editor.js";
 import * as form from "./form.js";
+import * as job from "./job.js";
 import * as jobs from "./jobs.js";
-import * as plots from "./plots.js";
+import * as preview from "./preview.js";
+import * as router from "./router.js";
+import * as server from "./server.js";
 
 async function begin() {
   notice("");
-  plots.begin();
-  await form.begin((job) => jobs.show(job, true));
-  await jobs.begin(plots.changed, plots.grown);
+  server.begin();
+  editor.begin(form.typed);
+  preview.begin();
+  job.begin();
+  jobs.begin();
+  compare.begin();
+  form.begin();
+  await router.begin({ compose: form.enter, list: jobs.enter, job: job.enter, compare: compare.enter });
   document.body.dataset.ready = "true";
 }
 
@@ -18,4 +28,4 @@ $("keyform").addEventListener("submit", (e) => {
   useKey($("key").value.trim());
   location.reload();
 });
-begin().catch((e) => notice(e.message));
+begin().catch(wrong);

@@ -18,9 +18,19 @@ POLICY = (
 router = APIRouter(include_in_schema=False)
 
 
+STAGE = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+    "frame-ancestors 'self'"
+)
+"""Of the empty page into which a picture is put: as the picture itself has it, it may fetch nothing."""
+
+
 @router.get("/")
+@router.get("/jobs")
+@router.get("/jobs/{job}")
+@router.get("/compare")
 def index() -> Response:
-    """The web page."""
+    """The web page; its script looks at the address."""
     said = {"Content-Security-Policy": POLICY, "X-Frame-Options": "DENY"}
     return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, said, "text/html")
 
@@ -43,6 +53,12 @@ def _plotly() -> bytes:
     from plotly.offline import get_plotlyjs
 
     return get_plotlyjs().encode()
+
+
+@router.get("/page/stage.html")
+def stage() -> Response:
+    """An empty page, into which the picture of a scene is put."""
+    return Response((HERE / "stage.html").read_text(encoding="utf-8"), 200, {"Content-Security-Policy": STAGE}, "text/html")
 
 
 @router.get("/page/{name}")

@@ -1,10 +1,14 @@
 // What a sample says: which numbers decide over a result (Sobol indices), how it is spread, how often it is above a bound. What a
 // study has found: the best numbers, or where outcomes change.
 
-import { $, ask, later, make, notice, number } from "./api.js";
-import { LOOK, TOOLS, title } from "./plots.js";
+import { $, ask, later, make, number } from "./api.js";
+import * as charts from "./charts.js";
+import * as outcomes from "./outcomes.js";
+import { middles } from "./table.js";
+import { short, title, unit } from "./words.js";
 
-const COLORS = { first: "#0072b2", total: "#d55e00", second: "#009e73", cases: "#56b4e9" };
+const SHADES = { first: 0, total: 1, second: 2, cases: 5 };
+const shade = (kind) => outcomes.color(SHADES[kind]);
 const WORDS = { first: "alone (first)", total: "with all others (total)", second: "two together (second)" };
 let job = null, table = null, method = "", indices = [];
 
@@ -17,7 +21,8 @@ export function begin() {
 export function clear() {
   $("questions").hidden = true;
   $("bound").value = "";
-  for (const id of ["indexplot", "spreadplot", "studyplot"]) { Plotly.purge($(id)); $(id).hidden = true; }
+  for (const id of ["indexplot", "spreadplot", "studyplot"]) { charts.clear($(id)); $(id).hidden = true; }
+  for (const part of [$("answers").tHead, $("answers").tBodies[0]]) part.replaceChildren();
 }
 
 // A job whose rows are there is looked at.
@@ -66,61 +71,48 @@ async function told() {
   answers(index, spread);
 }
 
-const short = (paths) => {
-  for (let n = 1; ; n++) {
-    const cut = paths.map((p) => p.split(".").slice(-n).join("."));
-    if (new Set(cut).size === cut.length || cut.every((c, i) => c === paths[i])) return new Map(paths.map((p, i) => [p, cut[i]]));
-  }
-};
-
 const bar = (kind, names, found) => ({
-  type: "bar", orientation: "h", name: WORDS[kind], y: names, x: found.map((e) => e.value), marker: { color: COLORS[kind] },
-  error_x: { type: "data", symmetric: false, array: found.map((e) => e.high - e.value), arrayminus: found.map((e) => e.value - e.low), color: "#1c2430", thickness: 1.2 },
+  type: "bar", orientation: "h", name: WORDS[kind], y: names, x: found.map((e) => e.value), marker: { color: shade(kind) },
+  error_x: { type: "data", symmetric: false, array: found.map((e) => e.high - e.value), arrayminus: found.map((e) => e.value - e.low), color: charts.inks().ink, thickness: 1.2 },
   hovertemplate: "%{y}: %{x:.3f}<extra>" + WORDS[kind] + "</extra>",
 });
 
 async function bars(index) {
-  const paths = index.first.map((e) => e.path), names = short(paths);
-  const there = (found) => found.filter((e) => e.value != null);
+  const names = short(index.first.map((e) => e.path)), there = (found) => found.filter((e) => e.value != null);
   const of = (e) => names.get(e.path), pair = (e) => e.paths.map((p) => names.get(p)).join(" × ");
   const traces = ["first", "total"].map((kind) => bar(kind, there(index[kind]).map(of), there(index[kind])));
   traces.push(bar("second", there(index.second).map(pair), there(index.second)));
-  const look = { ...LOOK, showlegend: true, legend: { orientation: "h", y: 1.12 }, margin: { ...LOOK.margin, l: 140, t: 30 }, barmode: "group", xaxis: title("part of the variance, with 95 % intervals"), yaxis: { autorange: "reversed", automargin: true } };
-  await Plotly.react($("indexplot"), traces, look, TOOLS);
+  const layout = { ...charts.legend, barmode: "group", xaxis: charts.axis("part of the variance, with 95 % intervals"), yaxis: charts.axis("", { autorange: "reversed" }) };
+  await charts.draw($("indexplot"), traces, layout, `Sobol indices of ${index.of}, with intervals`);
 }
 
+// How often the result is what, of all cases that are done, with quantiles and the bound asked about.
 async function histogram(spread) {
-  const at = table.columns.findIndex((c) => c.name === spread.of), outcome = table.columns.findIndex((c) => c.name === "outcome");
-  const each = method === "saltelli" ? 2 * table.columns.findIndex((c) => c.name === "outcome") : 1; // paths + case: 2 (n + 1)
-  const own = (r) => each === 1 || r[0] % each === 0 || r[0] % each === each - 1;
-  const values = table.rows.filter((r) => own(r) && r[outcome] === "done" && r[at] != null).map((r) => r[at]);
+  const got = await table.bins(spread.of, "", "", { nx: 40, words: ["outcome=done"] }), ink = charts.inks().ink;
   const line = (x, color, dash) => ({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, line: { color, width: 1.5, dash } });
   const known = spread.quantiles.filter((q) => q.value != null), bounds = spread.above;
-  const shapes = [...known.map((q) => line(q.value, "#1c2430", "solid")), ...bounds.map((b) => line(b.bound, COLORS.total, "dash"))];
+  const shapes = [...known.map((q) => line(q.value, ink, "solid")), ...bounds.map((b) => line(b.bound, shade("total"), "dash"))];
   const word = (x, text, y, color) => ({ x, y, yref: "paper", text, showarrow: false, xanchor: "left", font: { size: 11, color } });
-  const words = [...known.map((q) => word(q.value, `${+(100 * q.probability).toPrecision(4)} %`, 1, "#1c2430")), ...bounds.map((b) => word(b.bound, `above: ${number(100 * b.value)} %`, 0.85, COLORS.total))];
-  const unit = spread.unit && spread.unit !== "1" ? ` (${spread.unit})` : "";
-  const look = { ...LOOK, xaxis: title(spread.of + unit), yaxis: title("cases"), shapes, annotations: words, bargap: 0.02 };
-  await Plotly.react($("spreadplot"), [{ type: "histogram", x: values, nbinsx: 40, marker: { color: COLORS.cases } }], look, TOOLS);
+  const words = [...known.map((q) => word(q.value, `${+(100 * q.probability).toPrecision(4)} %`, 1, ink)), ...bounds.map((b) => word(b.bound, `above: ${number(100 * b.value)} %`, 0.85, shade("total")))];
+  const at = middles(got.x), layout = { xaxis: charts.axis(title(table.column(spread.of))), yaxis: charts.axis("cases"), shapes, annotations: words, bargap: 0.02 };
+  await charts.draw($("spreadplot"), [{ type: "bar", x: got.cells.x.map((i) => at[i]), y: got.cells.cases, marker: { color: shade("cases") } }], layout, `how often ${spread.of} is what, with quantiles`);
 }
 
 function answers(index, spread) {
   const rows = [];
-  const row = (what, e, unit = "") => rows.push(make("tr", {}, make("th", { scope: "row" }, what), make("td", {}, e.value == null ? "–" : `${number(e.value)} ${unit}`.trim()), make("td", {}, [e.low, e.high].map((x) => (x == null ? "no end" : number(x))).join(" to "))));
-  const unit = spread?.unit && spread.unit !== "1" ? spread.unit : "";
+  const row = (what, e, unit_ = "") => rows.push(make("tr", {}, make("th", { scope: "row" }, what), make("td", {}, e.value == null ? "–" : `${number(e.value)} ${unit_}`.trim()), make("td", {}, [e.low, e.high].map((x) => (x == null ? "no end" : number(x))).join(" to "))));
+  const u = unit(spread?.unit);
   for (const kind of ["first", "total"]) for (const e of index?.[kind] ?? []) row(`${e.path}, ${WORDS[kind]}`, e);
-  for (const q of spread?.quantiles ?? []) row(`${+(100 * q.probability).toPrecision(4)} % lie below`, q, unit);
-  for (const b of spread?.above ?? []) row(`above ${number(b.bound)} ${unit}: probability`, b);
-  const head = ["", "value", "95 % interval"].map((x) => make("th", { scope: "col" }, x));
-  $("answers").tHead.replaceChildren(make("tr", {}, ...head));
+  for (const q of spread?.quantiles ?? []) row(`${+(100 * q.probability).toPrecision(4)} % lie below`, q, u);
+  for (const b of spread?.above ?? []) row(`above ${number(b.bound)} ${u}: probability`, b);
+  $("answers").tHead.replaceChildren(headed(["", "value", "95 % interval"]));
   $("answers").tBodies[0].replaceChildren(...rows);
 }
 
 // -- studies
 
-const SHAPES = ["circle", "x", "square", "triangle-up", "diamond", "star"], SHADES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000"];
-const column = (name) => table.columns.findIndex((c) => c.name === name);
-const named = (name) => { const unit = table.columns[column(name)]?.unit; return unit && unit !== "1" ? `${name} (${unit})` : name; };
+const column = (name) => table.at(name);
+const named = (name) => title(table.column(name));
 
 async function study() {
   const { answer } = await ask("GET", `/v1/jobs/${job.id}/answer`);
@@ -131,23 +123,15 @@ async function study() {
   await (answer.kind === "optimise" ? best(answer) : boundaries(answer));
 }
 
-// Outcomes by colour and shape, never joined by lines.
-function points(x, y) {
-  const low = Math.min(...table.rows.map(y).filter((v) => v != null)); // along the lower end: cases without a value
-  const at = column("outcome"), outcomes = [...new Set(["done", ...table.rows.map((r) => r[at])])];
-  return outcomes.map((outcome, k) => {
-    const rows = table.rows.filter((r) => r[at] === outcome);
-    return { type: "scatter", mode: "markers", name: outcome.replace(/_/g, " "), x: rows.map(x), y: rows.map((r) => y(r) ?? low), text: rows.map((r) => `case ${r[0]}: ${outcome}`), marker: { symbol: SHAPES[k % 6], color: SHADES[k % 6], size: 6 } };
-  });
-}
+const points = (x, y) => charts.points(table.rows, column("outcome"), x, y, (r) => charts.hover(table.columns, r), null);
 
 async function best(answer) {
   const of = column(answer.of), known = answer.path.filter((p) => p.value != null), last = known.at(-1);
   const traces = points((r) => r[0], (r) => r[of]);
-  if (last) traces.push({ type: "scatter", mode: "lines", name: "best so far", line: { shape: "hv", color: "#cc79a7", width: 2 }, x: [...known.map((p) => p.case), answer.cases - 1], y: [...known.map((p) => p.value), last.value] });
-  await Plotly.react($("studyplot"), traces, { ...LOOK, showlegend: true, legend: { orientation: "h", y: 1.12 }, xaxis: title("case"), yaxis: title(named(answer.of)) }, TOOLS);
-  const rows = [...answer.numbers.map((n) => [n.path, n.value, n.unit]), ...Object.entries(answer.results).map(([n, v]) => [n, v, table.columns[column(n)]?.unit])];
-  fill(["", "value", ""], [...rows.map(([n, v, u]) => [n, number(v), u === "1" ? "" : (u ?? "")]), ["case", String(answer.case), ""]]);
+  if (last) traces.push({ type: "scatter", mode: "lines", name: "best so far", line: { shape: "hv", color: outcomes.color(3), width: 2 }, x: [...known.map((p) => p.case), answer.cases - 1], y: [...known.map((p) => p.value), last.value] });
+  await charts.draw($("studyplot"), traces, { ...charts.legend, xaxis: charts.axis("case"), yaxis: charts.axis(named(answer.of)) }, `${answer.of} of each case, and the best so far`);
+  const rows = [...answer.numbers.map((n) => [n.path, n.value, n.unit]), ...Object.entries(answer.results).map(([n, v]) => [n, v, table.column(n)?.unit])];
+  fill(["", "value", ""], [...rows.map(([n, v, u]) => [n, number(v), unit(u)]), ["case", String(answer.case), ""]]);
 }
 
 async function boundaries(answer) {
@@ -156,14 +140,16 @@ async function boundaries(answer) {
     type: "rect", x0: b.low[0], x1: b.high[0], yref: answer.paths[1] ? "y" : "paper", y0: answer.paths[1] ? b.low[1] : 0, y1: answer.paths[1] ? b.high[1] : 1,
     line: { width: answer.paths[1] ? 0 : 1, color: "#8a8a8a" }, fillcolor: "rgba(138,138,138,.5)", layer: "below",
   }));
-  const look = { ...LOOK, showlegend: true, legend: { orientation: "h", y: 1.12 }, shapes, xaxis: title(named(answer.paths[0])), yaxis: up ? title(named(up)) : { visible: false } };
-  await Plotly.react($("studyplot"), points((r) => r[x], (r) => (up ? r[y] : 0)), look, TOOLS);
+  const layout = { ...charts.legend, shapes, xaxis: charts.axis(named(answer.paths[0])), yaxis: up ? charts.axis(named(up)) : { visible: false } };
+  await charts.draw($("studyplot"), points((r) => r[x], (r) => (up ? r[y] : 0)), layout, "cases of the study, and where outcomes change");
   fill([...answer.paths, "between them"], answer.boundaries.slice(0, 50).map((b) => [
     ...b.low.map((low, k) => `${number(low)} … ${number(b.high[k])}`), b.change == null ? b.outcomes.join(" | ").replace(/_/g, " ") : `jumps by ${number(b.change)}`,
   ]));
 }
 
+const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { scope: "col" }, x) : make("td"))));
+
 function fill(heads, rows) {
-  $("answers").tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make("th", { scope: "col" }, x))));
+  $("answers").tHead.replaceChildren(headed(heads));
   $("answers").tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, first), ...rest.map((x) => make("td", {}, x)))));
 }

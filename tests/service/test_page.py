@@ -1,11 +1,8 @@
-"""The web page in headless Chromium: a scene is chosen, a sweep run, its answers looked at. Nothing comes from elsewhere."""
+"""The web page in headless Chromium: a scene is drawn and run, its answers are looked at. Nothing comes from elsewhere."""
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,89 +12,28 @@ import engine
 from engine.kernel.columns import columns
 from engine.scene import load_scene
 from engine.system.build import build
-from tests.service.conftest import missing
+from tests.service.paged import PICTURES, browser, page, picture, run, tab, told, until
 from tests.service.serving import MU, ROOT, SMALL, Served, eventually
 
-PICTURES = os.environ.get("TRUNNION_PICTURES", "")
-"""A folder to leave screenshots in, to be looked at."""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    try:
-        from playwright.sync_api import Error, sync_playwright
-    except ImportError as e:
-        missing("chromium", f"playwright cannot be imported: {e}")
-    system = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    with sync_playwright() as p:
-        try:
-            b = p.chromium.launch(executable_path=system, args=["--no-sandbox"])
-        except Error as e:
-            missing("chromium", f"no browser: {str(e).splitlines()[0]}")
-        yield b
-        b.close()
-
-
-@pytest.fixture(scope="module")
-def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
-    """A tab, and what its pages log as errors or ask anyone else for. One for all tests: a new one compiles all scripts anew."""
-    context = browser.new_context(viewport={"width": 1500, "height": 1000})
-    context.set_default_timeout(60_000)
-    p = context.new_page()
-    errors: list[str] = []
-    home = f"http://127.0.0.1:{served.port}"
-    p.on("console", lambda m: errors.append(m.text) if m.type == "error" and "422" not in m.text else None)
-    p.on("pageerror", lambda e: errors.append(str(e)))
-    p.on("request", lambda r: None if r.url.startswith((home, "data:", "blob:")) else errors.append(f"asked for {r.url}"))
-    yield p, errors
-    context.close()
-
-
-@pytest.fixture
-def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
-    """The page, loaded anew; the test fails when it logs an error or asks anyone else for anything."""
-    p, errors = tab
-    errors.clear()
-    p.goto(f"http://127.0.0.1:{served.port}")
-    p.wait_for_selector("body[data-ready]")
-    yield p
-    p.goto("about:blank")  # what it still does ends here
-    assert errors == []
-
-
-def until(page: Any, true: str) -> None:
-    """Wait until an expression holds (asked from here: the page's policy lets nothing be evaluated in it again and again)."""
-    eventually(lambda: page.evaluate(f"() => {true}"), 60.0)
-
-
-def picture(page: Any, name: str) -> None:
-    if PICTURES:
-        page.screenshot(path=str(Path(PICTURES) / f"{name}.png"), full_page=True)
-
-
-def run(page: Any, values: str, until: str) -> None:
-    page.locator(".values").first.fill(values)
-    page.fill("#until", until)
-    page.wait_for_selector("#jobverdict.good")
-    page.wait_for_timeout(500)
-    page.wait_for_selector("#jobverdict.good")
-    page.click("#submit")
+__all__ = ["browser", "page", "tab"]
+FORCE = "max:ball.contact[1].normal_force"
 
 
 def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
-    page.wait_for_selector("#verdict.good")
     run(page, "0.1:0.6:26", "3")
-    until(page, "document.getElementById('state').textContent.startsWith('done: 26 of 26')")
-    page.wait_for_selector("#sweepplot .scatterlayer .trace")
+    told(page, "done: 26 of 26")
+    assert re.fullmatch(r".*/jobs/[0-9a-f]{24}(\?.*)?", page.url)
+    until(page, "document.getElementById('sweepplot').data?.[0].x.length === 26")
+    page.select_option("#up", FORCE)
+    title = "document.getElementById('sweepplot').layout.{}axis.title.text.replaceAll('<br>', ' ')"
+    until(page, f"{title.format('y')} === 'largest normal force at contact 1 of ball (N)'")
+    assert page.evaluate(title.format("x")) == "coefficient of friction of ball"
+    expected = engine.sweep("spherical_pendulum", {MU: "0.1:0.6:26"}, reductions=[FORCE], until=3.0)
+    trace = page.evaluate("document.getElementById('sweepplot').data.map((t) => [t.mode, t.y, t.marker.symbol])")
+    assert trace == [["markers", expected.table[FORCE].to_pylist(), "circle"]]  # never joined by lines
+    page.fill("#cases", "25")
+    until(page, "document.getElementById('casevalues').textContent.includes('= 0.6')")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
-    until(page, "document.getElementById('sweepplot').data[0].x.length === 26")
-    page.select_option("#up", "max:ball.contact[1].normal_force")
-    page.fill("#case", "25")
-    until(page, "document.getElementById('casevalues').textContent.includes('0.6')")
-    expected = engine.sweep("spherical_pendulum", {MU: "0.1:0.6:26"}, reductions=["max:ball.contact[1].normal_force"], until=3.0)
-    shown = page.evaluate("document.getElementById('sweepplot').data[0].y")
-    assert shown == expected.table["max:ball.contact[1].normal_force"].to_pylist()
-    page.wait_for_timeout(600)
     picture(page, "sweep")
     links = page.eval_on_selector_all("#downloads a", "x => x.map(a => a.getAttribute('href'))")
     assert [x.split("=")[1] for x in links[:4]] == ["csv", "parquet", "arrow", "json"]
@@ -108,87 +44,100 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
         assert Path(d.value.path()).read_text().count("\n") == 1 + rows
 
 
-def test_a_long_job_is_seen_growing_and_can_be_cancelled(page: Any) -> None:
+def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any, served: Served) -> None:
     """Any column of the scene can be looked at meanwhile, and cases that are not there yet are said to be not there."""
-    page.wait_for_selector("#verdict.good")
     run(page, "0.1:0.6:200000", "2")
-    drawn = "document.getElementById('sweepplot').data?.[0].x.length ?? 0"
-    until(page, f"({drawn}) > 0")
-    before = page.evaluate(f"() => {drawn}")
-    until(page, f"({drawn}) > {before}")
+    counted = "document.getElementById('sweepnote').textContent"
+    until(page, f"{counted}.startsWith('All ')")
+    before = page.inner_text("#sweepnote")
+    until(page, f"{counted} !== {before!r}")
+    assert page.locator("#stages .now").inner_text() == "Running"
     until(page, "document.getElementById('column').options.length > 0")
     offered = page.eval_on_selector_all("#column option", "x => x.map(o => o.value)")
     assert offered == [c.name for c in columns(build(load_scene("spherical_pendulum")).system)]
     page.select_option("#column", "pendulum.position[3]")
-    until(page, "document.querySelector('#timeplot .ytitle')?.textContent === 'pendulum.position[3] (m)'")
-    page.fill("#case", "199999")
+    page.click("#addcolumn")
+    until(page, "document.getElementById('timeplot').data?.some((t) => t.name === 'pendulum.position[3]')")
+    page.fill("#cases", "199999")
     until(page, "document.getElementById('casevalues').textContent.includes('not there')")
     assert page.inner_text("#state").startswith("running")
     page.click("#cancel")
-    until(page, "document.getElementById('state').textContent.startsWith('cancelled')")
-    assert "Cases 0 to 19,999 of 200,000" in page.inner_text("#sweepnote")
+    told(page, "cancelled")
+    job = page.url.split("/jobs/")[1][:24]
+    done = served.job(job)["done"]
+    until(page, f"{counted}.startsWith('All {done:,} cases, counted in cells')")
     picture(page, "long")
 
 
-def test_mistakes_are_shown_as_they_are_typed_and_can_be_gone_to(page: Any) -> None:
+def test_mistakes_are_written_at_their_lines_and_fields_and_can_be_gone_to(page: Any) -> None:
     good = page.input_value("#scene")
-    page.fill("#scene", good.replace("mu: 0.6", "mu: -0.6").replace("type: spherical", "type: sperical"))
+    page.fill("#scene", good.replace("type: spherical", "type: sperical"))
     page.wait_for_selector("#verdict.bad li")
-    text = page.inner_text("#verdict")
-    assert "spherical" in text
+    line = 1 + good[: good.index("type: spherical")].count("\n")
+    mark = page.locator("#marks .mark")
+    assert "sperical" in mark.inner_text()
+    box, text = mark.bounding_box(), page.locator("#scene").bounding_box()
+    height, scrolled = page.evaluate("[parseFloat(getComputedStyle(document.getElementById('scene')).lineHeight), scene.scrollTop]")
+    assert box["y"] - text["y"] + scrolled == pytest.approx(8 + (line - 1) * height, abs=3)  # 8: the editor's own margin
     assert page.is_disabled("#submit")
     assert "scene has to be right first" in page.inner_text("#jobverdict")
     picture(page, "mistakes")
     page.click("#verdict button >> nth=0")
-    assert page.evaluate("document.activeElement.id") == "scene"
+    assert page.evaluate("[document.activeElement.id, String(getSelection())]") == ["scene", "    type: sperical"]
     page.fill("#scene", good)
     page.wait_for_selector("#verdict.good")
+    assert page.locator("#marks .mark").count() == 0
     page.locator(".values").first.fill("0.1:0.6")
+    page.fill("#until", "-1")
     page.wait_for_selector("#jobverdict.bad li")
-    assert "first:last:count" in page.inner_text("#jobverdict")
+    assert "first:last:count" in page.inner_text(".axis .now")
+    assert page.get_attribute("#until", "aria-invalid") == "true"
 
 
 @pytest.fixture(scope="module")
 def earlier(served: Served) -> str:
     """A job that is in the list before the page is loaded."""
-    return served.submit(SMALL)
+    return served.submit(SMALL | {"label": "an earlier one"})
 
 
 def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> None:
-    reached = set()
+    reached, on = set(), "(() => { const a = document.activeElement; return a.id || a.className || a.tagName; })()"
     page.evaluate("document.activeElement.blur()")
-    for _ in range(45):
+    for _ in range(24):
         page.keyboard.press("Tab")
-        reached.add(
-            page.evaluate("document.activeElement.id || document.activeElement.className || document.activeElement.dataset.job")
-        )
-    assert {"model", "scene", "path", "values", "addaxis", "reductions", "until", "submit"} <= reached
+        reached.add(page.evaluate(on))
+    assert {"model", "submit", "scene", "path", "values", "addaxis", "reductions", "until", "IFRAME"} <= reached
     page.locator(".values").first.focus()
     page.keyboard.press("Control+A")
     page.keyboard.type("0.2, 0.3")
     page.fill("#until", "0.5")
-    until(page, "document.getElementById('jobverdict').textContent === '2 cases'")
+    until(page, "document.getElementById('count').textContent === '2 cases'")
     page.locator("#until").press("Enter")
-    until(page, "document.getElementById('state').textContent.startsWith('done: 2 of 2')")
+    told(page, "done: 2 of 2")
     assert page.evaluate("document.activeElement.id") == "jobtitle"
-    page.locator("#joblist button").first.focus()
+    page.wait_for_selector("#timeplot .scatterlayer .trace")
+    page.locator("#at").focus()
+    page.keyboard.press("End")
+    clock = "document.getElementById('animation').contentDocument?.getElementById('clock')?.textContent"
+    until(page, f"{clock} === 't = 0.5000 s'")
+    page.locator("nav a", has_text="Jobs").press("Enter")
+    page.wait_for_selector("#joblist a")
+    page.locator("#joblist a").first.focus()
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
-    page.wait_for_selector("#joblist li:nth-child(2) button[aria-current=true]")
+    until(page, "document.getElementById('jobtitle').textContent !== '…' && location.pathname.startsWith('/jobs/')")
+    page.go_back()
+    page.wait_for_selector("#joblist a:visible")
 
 
 TIMES = (0.3, 0.9, 1.4)
 
 
 def test_a_case_is_seen_moving_with_contact_points_in_place_and_forces_to_scale(page: Any, served: Served) -> None:
-    page.wait_for_selector("#verdict.good")
     run(page, "0.6", "2")
-    until(page, "document.getElementById('state').textContent.startsWith('done: 1 of 1')")
-    page.wait_for_selector("#timeplot .scatterlayer .trace")
-    page.click("#animate")
+    told(page, "done: 1 of 1")
     page.wait_for_selector("#animation:visible")
-    frame = page.frame_locator("#animation")
-    frame.locator("#clock").wait_for()
+    page.frame_locator("#animation").locator("#clock").wait_for()
     picture(page, "animation")
     address = page.get_attribute("#animationlink", "href")
     result = engine.simulate("spherical_pendulum", until=2.0)

@@ -10,8 +10,8 @@ import pytest
 import engine
 from engine.cli import main
 from service.client import Job, connect
+from tests.service.paged import browser, page, picture, show, tab, until
 from tests.service.serving import MU, SMALL, Served
-from tests.service.test_page import browser, page, picture, tab, until
 
 __all__ = ["browser", "page", "tab"]
 TRAVEL = "final:guide.q[1]"
@@ -74,7 +74,7 @@ def test_what_is_no_sample_has_neither(served: Served) -> None:
 
 
 def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, job: Job) -> None:
-    page.locator("#joblist button", has_text="guide").first.click()
+    show(page, f"/jobs/{job.id}")
     page.wait_for_selector("#indexplot .bars .point", state="attached")
     told = page.locator("#answers").inner_text()
     expected = job.indices()[0]
@@ -85,11 +85,14 @@ def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, jo
     assert bars == [[e["value"] for e in expected[kind]] for kind in ("first", "total", "second")]
     page.fill("#bound", "4.5")
     page.wait_for_selector("#answers tr:has-text('probability')", state="attached")
-    assert page.evaluate("() => document.getElementById('spreadplot').data[0].x.length") == 64
+    counted = page.evaluate("() => document.getElementById('spreadplot').data[0].y.reduce((a, b) => a + b)")
+    assert counted == sum(v is not None for v in job.to_arrow()[expected["of"]].to_pylist())
     picture(page, "sample")
+    show(page, "/")
+    page.wait_for_selector("#jobverdict.good")
     page.check("input[value=sample]")
     page.select_option("#method", "saltelli")
-    page.fill("#count", "32")
+    page.fill("#samplecount", "32")
     page.locator(".values").first.fill("normal(0.3, 0.02)")
     until(page, "document.getElementById('jobverdict').textContent.includes('128 cases')")
     page.locator(".values").first.fill("gauss(0.3, 0.02)")

@@ -13,8 +13,8 @@ import engine
 from engine.basics.problems import SceneError
 from engine.cli import main
 from service.client import Connection, Job, connect
+from tests.service.paged import browser, page, picture, show, tab, until
 from tests.service.serving import SMALL, Served, eventually
-from tests.service.test_page import browser, page, picture, tab, until
 from tests.service.test_recovery import QUICK, children
 
 __all__ = ["browser", "page", "tab"]
@@ -107,15 +107,16 @@ def test_what_cannot_be_asked_of_a_study_is_refused(there: Connection, served: S
 
 
 def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Job, where: Job) -> None:
-    page.locator("#joblist button", has_text="best").first.click()
+    show(page, f"/jobs/{best.id}")
     page.wait_for_selector("#studyplot .scatterlayer .point", state="attached")
     told = page.locator("#answers").inner_text()
     for path in (MU, C):
         assert path in told
     picture(page, "best")
-    page.locator("#joblist button", has_text="where").first.click()
+    show(page, f"/jobs/{where.id}")
     page.wait_for_selector("#answers td:has-text('jammed')", state="attached")
     picture(page, "where")
+    show(page, "/")
     page.select_option("#model", "double_pendulum")
     until(page, "document.querySelector('.path')?.value.includes('friction')")
     page.locator(".path").first.fill(MU)
@@ -129,6 +130,8 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
     page.click("#submit")
     until(page, "document.getElementById('state').textContent.startsWith('done')")
     page.wait_for_selector("#answers tr:has-text('max:guide.q[1]')", state="attached")
+    page.click("#edit")
+    until(page, "document.getElementById('jobverdict').textContent.includes('at most 20 cases')")
     page.check("input[value=refine]")
     page.fill("#goalof", "outcome")
     until(page, "document.getElementById('jobverdict').textContent.includes('at most 20 cases')")

@@ -121,6 +121,12 @@ function shift(dx, dy) {
   view.shift = add(add(view.shift, view.right, -dx / s), view.up, dy / s);
 }
 
+// Where the viewer stands, told and taken over: by a page that shows a scene again after a change of it.
+function standing(before) {
+  if (before) { view = { ...firstView(), ...before }; refresh(); }
+  return view;
+}
+
 function zoom(k) { view.zoom = Math.min(60, Math.max(0.05, view.zoom * k)); }
 
 // Views along the axes: the front is the level direction of the first view that is nearest to an axis.

@@ -25,6 +25,7 @@ function render() {
   $("clock").textContent = text;
   update($("values"));
   tip();
+  document.dispatchEvent(new CustomEvent("shown", { detail: { t: clock.t, playing: clock.playing } })); // for a page that this one is part of
 }
 
 function frame(now) {

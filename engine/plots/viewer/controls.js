@@ -112,7 +112,7 @@ function typed(e) {
 }
 
 // ?t=0.5 or #t=0.5 opens at that time; &play=1 starts, &names=1, &xray=1, &traces=1, &parallel=1, &section=view (x, y, z),
-// &theme=dark, &values=0 choose what is shown, &flat=1 draws without the graphics card. What the page was made with comes first.
+// &theme=dark, &values=0, &bare=1 (no title, no legend) choose what is shown, &flat=1 draws without the graphics card. What the page was made with comes first.
 function parameters() {
   const given = new URLSearchParams(run.shown);
   for (const part of [window.location.search, window.location.hash]) new URLSearchParams(part.slice(1)).forEach((x, key) => given.set(key, x));
@@ -120,6 +120,7 @@ function parameters() {
   if (["view", "x", "y", "z"].includes(given.get("section"))) section(given.get("section"));
   if (given.has("theme")) theme(given.get("theme") === "dark");
   if (given.has("values")) numbers(given.get("values") !== "0");
+  document.documentElement.toggleAttribute("data-bare", given.get("bare") === "1");
   const t = Number(given.get("t"));
   seek(given.has("t") && Number.isFinite(t) ? t : start);
   if (given.get("play") && !STILL.matches) play(true);
@@ -159,6 +160,8 @@ function begin() {
   Object.assign($("scrub"), { min: String(start), max: String(end) });
   theme(DARK.matches);
   numbers(!PHONE.matches);
+  document.documentElement.toggleAttribute("data-still", last === 0);
+  document.documentElement.toggleAttribute("data-framed", window !== window.top && window.matchMedia("(hover: hover)").matches);
   section("");
   buttons();
   hands();

@@ -1,0 +1,69 @@
+// Plots: Plotly from the installed package, fetched when the first one is drawn, in the colours of the page.
+
+import { make, number } from "./api.js";
+import * as outcomes from "./outcomes.js";
+import { lines } from "./words.js";
+
+const TOOLS = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "autoScale2d"] };
+const drawn = new Set();
+let loading = null;
+
+export const plotly = () => (loading ??= new Promise((resolve, reject) => {
+  const script = make("script", { src: "/page/plotly.min.js" });
+  script.addEventListener("load", () => resolve(window.Plotly));
+  script.addEventListener("error", () => { loading = null; reject(new Error("the plots could not be loaded")); });
+  document.head.append(script);
+}));
+
+export function inks() {
+  const style = getComputedStyle(document.documentElement), get = (name) => style.getPropertyValue(`--${name}`).trim();
+  return { ink: get("ink"), soft: get("soft"), line: get("line"), paper: get("paper"), accent: get("accent") };
+}
+
+export const axis = (text, more = {}) => ({ title: { text: lines(text), font: { size: text.length > 60 ? 11 : 13 }, standoff: 8 }, automargin: true, zeroline: false, ...more });
+
+// Colours for a layout with whatever axes it has.
+function colored(layout) {
+  const { ink, line } = inks(), out = { paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { family: "system-ui, sans-serif", size: 12.5, color: ink } };
+  for (const name of Object.keys(layout)) if (/^[xy]axis\d*$/.test(name)) out[name] = { ...layout[name], gridcolor: line, linecolor: line, tickcolor: line };
+  return { ...layout, ...out };
+}
+
+export const legend = { showlegend: true, legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" } };
+
+// Draw into a box; said is what the picture shows, for who does not see it.
+export async function draw(box, traces, layout, said) {
+  const P = await plotly();
+  if (!box.isConnected || box.closest("[hidden]")) return null;
+  box.setAttribute("aria-label", said);
+  drawn.add(box);
+  await P.react(box, traces, colored({ margin: { l: 20, r: 16, t: 16, b: 20 }, showlegend: false, hovermode: "closest", ...layout }), TOOLS);
+  return box;
+}
+
+export function clear(...boxes) {
+  for (const box of boxes) if (drawn.delete(box)) window.Plotly?.purge(box);
+}
+
+export function on(box, what, work) {
+  box.removeAllListeners?.(what);
+  box.on?.(what, work);
+}
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  for (const box of drawn) if (box.isConnected && box.layout) window.Plotly.relayout(box, colored(box.layout));
+});
+
+// Cases as points, one trace an outcome: never joined by lines. chosen: which are picked out, null for all.
+export function points(rows, at, x, y, text, chosen) {
+  const known = rows.map(y).filter((v) => v != null && Number.isFinite(v)), low = Math.min(...known), high = Math.max(...known);
+  const floor = known.length ? low - 0.06 * ((high - low) || Math.abs(low) || 1) : 0; // below all: cases without the number
+  const names = [...new Set(rows.map((r) => r[at]))].sort((a, b) => (a === "done" ? -1 : b === "done" ? 1 : a < b ? -1 : 1));
+  return names.map((outcome) => {
+    const mine = rows.filter((r) => r[at] === outcome), { color, shape } = outcomes.of(outcome), size = mine.length > 1000 ? 4 : mine.length > 200 ? 5.5 : 8;
+    const opacity = chosen ? mine.map((r) => (chosen(r) ? 0.95 : 0.12)) : mine.length > 1000 ? 0.6 : 0.9;
+    return { type: "scatter", mode: "markers", name: outcomes.said(outcome), x: mine.map(x), y: mine.map((r) => y(r) ?? floor), customdata: mine.map((r) => r[0]), text: mine.map(text), hovertemplate: "%{text}<extra></extra>", marker: { color, symbol: shape, size, opacity } };
+  });
+}
+
+export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice").slice(0, 14).map(([c, v]) => `${c.name} = ${typeof v === "number" ? number(v) : v}`).join("<br>");
