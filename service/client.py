@@ -37,6 +37,8 @@ def submit(
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of the sample.")] = 0,
     sampling: Annotated[str, typer.Option(metavar="HOW", help="latin, random, sobol or saltelli.")] = "latin",
     reduce: Annotated[list[str] | None, typer.Option(metavar="KIND:WHAT", help="What to keep of each case (repeatable).")] = None,
+    trajectories: Annotated[list[str] | None, typer.Option(metavar="PATTERN", help="Columns whose rows are kept.")] = None,
+    spacing: Annotated[str | None, typer.Option(metavar="S", help="How far apart the rows kept are (default: all).")] = None,
     changes: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number (repeatable).")] = None,
     label: Annotated[str, typer.Option(metavar="TEXT", help="Words of your own.")] = "",
     tag: Annotated[list[str] | None, typer.Option(metavar="TAG", help="A word to find it by (repeatable).")] = None,
@@ -48,6 +50,7 @@ def submit(
 ) -> None:
     """Submit a batch; print the job's id."""
     from engine.cli import options
+    from engine.cli.keeping import Kept
     from engine.cli.options import Findings
     from engine.cli.simulating import loaded
     from engine.cli.sweeping import ranges, spans
@@ -56,11 +59,13 @@ def submit(
     found = Findings()
     axes, sampled = spans(over or (), "--over", found), ranges(sample or (), found)
     body = options.settings("trunnion jobs submit", settings, found)
+    kept = Kept(trajectories or (), spacing).planned(found)
     read = loaded(scene, options.assignments(changes or (), found), None, found)
     found.end()
     assert read is not None
     body |= {"scene": scene_to_dict(read), "reductions": reduce or [], "label": label, "tags": tag or []}
     body |= {"over": {p: v if ":" in v else v.split(",") for p, v in axes.items()}} if axes else {}
+    body |= {n: v for n, v in kept.items() if v}
     body |= {"sample": {"ranges": sampled, "count": count, "seed": seed, "method": sampling}} if sampled else {}
     s = Server(server, key)
     job = s.ask("POST", "/v1/jobs", json=body, headers={"Idempotency-Key": idempotency_key} if idempotency_key else {}).json()
@@ -134,16 +139,20 @@ def results(
     job: Id,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help=".csv, .parquet, .arrows or .json.")],
     case: Annotated[int | None, typer.Option(metavar="N", help="All rows of one case instead.")] = None,
+    rows: Annotated[bool, typer.Option("--rows", help="The rows kept of all cases instead (see submit --trajectories).")] = False,
     server: Url = HERE,
     key: Secret = "",
 ) -> None:
-    """Fetch a job's table, or the trajectory of one case."""
+    """Fetch a job's table, the trajectory of one case, or the rows kept of all."""
     kind = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "json"}.get(output.suffix.lower())
     if kind is None:
         raise SceneError(
             [Problem("-o", f"{str(output)!r} does not say what to write", "end it in .csv, .parquet, .arrows or .json")]
         )
-    path = f"/v1/jobs/{job}/results" if case is None else f"/v1/jobs/{job}/cases/{case}/trajectory"
+    if rows and case is not None:
+        raise SceneError([Problem("--rows", "--case asks for something else", "keep one of them")])
+    what = "trajectories" if rows else "results" if case is None else f"cases/{case}/trajectory"
+    path = f"/v1/jobs/{job}/{what}"
     Server(server, key).save(path, output, params={"format": kind})
     print(f"wrote {output}")
 

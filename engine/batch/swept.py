@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
 from engine.basics.files import writing
+from engine.basics.problems import Problem, SceneError
 from engine.batch.answers import indices_of, spreads_of
 from engine.batch.dims import dataset
 from engine.batch.indices import Indices
 from engine.batch.plan import Plan
 from engine.batch.quantiles import USUAL, Spread
+from engine.batch.series import save_dataset
 from engine.scene.given import Names, names_given
 from engine.simulation.result import Result
 
@@ -66,16 +68,14 @@ class Sweep:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write CSV or Parquet, by suffix; whole or not at all. SceneError for another suffix or an unwritable folder."""
-        with writing(path, SUFFIXES) as work:
-            if work.suffix.lower() == ".csv":
-                from pyarrow import csv
+        return _saved(self.table, path)
 
-                csv.write_csv(self.table, work)
-            else:
-                import pyarrow.parquet as pq
-
-                pq.write_table(self.table, work, compression="zstd")
-        return Path(path)
+    def save_trajectories(self, path: str | os.PathLike[str]) -> Path:
+        """Write the rows that were kept: CSV or Parquet, by suffix, or without one a Parquet data set, a folder a case
+        (``case=0/part-0.parquet``, …). SceneError where no rows were kept."""
+        if self.trajectories is None:
+            raise SceneError([Problem("trajectories", "no rows were kept", "name their columns: trajectories")])
+        return _saved(self.trajectories, path) if Path(path).suffix else save_dataset(self.trajectories, path)
 
     def indices(self, of: Names = ()) -> list[Indices]:
         """Which varied numbers decide over results (default: all): Sobol indices with intervals, of a sample whose sampling is
@@ -92,6 +92,20 @@ class Sweep:
     def trajectory(self, case: int, outputs: Sequence[str] | None = None) -> Result:
         """One case run again, keeping all its rows."""
         return trajectory(self.plan, case, outputs)
+
+
+def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
+    """Write a table as CSV or Parquet, by suffix; whole or not at all."""
+    with writing(path, SUFFIXES) as work:
+        if work.suffix.lower() == ".csv":
+            from pyarrow import csv
+
+            csv.write_csv(table, work)
+        else:
+            import pyarrow.parquet as pq
+
+            pq.write_table(table, work, compression="zstd")
+    return Path(path)
 
 
 def trajectory(

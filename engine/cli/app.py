@@ -46,6 +46,9 @@ SAMPLING = typer.Option(metavar="HOW", help="latin, random, sobol, or saltelli: 
 QUANTILES = typer.Option(metavar="P,…", help="Quantiles of what is kept at these probabilities, with intervals.")
 ABOVE = typer.Option(metavar="KIND:WHAT=BOUND", help="How probably it is above a bound (repeatable).")
 SAMPLED = typer.Option(metavar="FILE", help="Draw a sample's indices, or how it is spread: .png, .svg or .pdf.")
+TRAJECTORIES = typer.Option(metavar="PATTERN", help="Columns whose rows are kept of every case (repeatable).")
+SPACING = typer.Option(metavar="S", help="How far apart the rows kept are (default: all).")
+ROWS = typer.Option(metavar="FILE", help="Where the rows kept go: .csv, .parquet, or a folder, a Parquet data set by case.")
 TABLE = typer.Option("-o", "--output", metavar="FILE", help="Write .csv or .parquet.")
 JSON = typer.Option("--json", help="Print one JSON document instead of text.")
 VERBOSE = typer.Option("-v", "--verbose", help="Tell what is being done, and details of defects, on standard error.")
@@ -120,6 +123,9 @@ def sweep(
         list[str] | None,
         typer.Option(metavar="KIND:WHAT", help="max, min, mean, final of a column pattern; first, count of an event (repeatable)."),
     ] = None,
+    trajectories: Annotated[list[str] | None, TRAJECTORIES] = None,
+    spacing: Annotated[str | None, SPACING] = None,
+    rows: Annotated[str | None, ROWS] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     save: Annotated[str | None, TABLE] = None,
     plot: Annotated[str | None, SAMPLED] = None,
@@ -128,12 +134,13 @@ def sweep(
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
     """Run a scene over many values of its numbers: one row a case."""
+    from engine.cli.keeping import Kept
     from engine.cli.sweeping import SweepWish, sweep_command
 
-    words = words_of(scene, ctx)
+    words, kept = words_of(scene, ctx), Kept(trajectories or (), spacing, rows)
     wish = SweepWish(
         words, settings, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), save, plot,
-        quantiles or (), above or (), workers, as_json, verbose,
+        quantiles or (), above or (), workers, as_json, verbose, kept,
     )  # fmt: skip
     raise typer.Exit(sweep_command(wish))
 

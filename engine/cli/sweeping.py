@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from engine.basics.interrupts import held
 from engine.cli import options
+from engine.cli.keeping import Kept
 from engine.cli.options import Findings
 from engine.cli.running import DONE, FAILED, print_json
 from engine.cli.simulating import PICTURES, TABLES, loaded, talk
@@ -41,6 +42,7 @@ class SweepWish:
     workers: int | None = None
     as_json: bool = False
     verbose: bool = False
+    kept: Kept = field(default_factory=Kept)
 
 
 def sweep_command(wish: SweepWish) -> int:
@@ -52,7 +54,7 @@ def sweep_command(wish: SweepWish) -> int:
     talk(wish.verbose)
     found = Findings()
     place = options.destination(wish.save, TABLES, "-o", found)
-    picture = options.destination(wish.plot, PICTURES, "--plot", found)
+    picture, rows = options.destination(wish.plot, PICTURES, "--plot", found), wish.kept.place(found)
     asked = questions(wish.quantiles, wish.above, picture, found)
     chosen = planned(wish, found)
     if chosen is not None:
@@ -64,8 +66,11 @@ def sweep_command(wish: SweepWish) -> int:
     if place is not None:
         with held():
             result.save(place)
+    if rows is not None:
+        with held():
+            result.save_trajectories(rows)
     answers = answered(result, asked)
-    files = {n: str(f) for n, f in (("table", place), ("picture", picture)) if f}
+    files = {n: str(f) for n, f in (("table", place), ("rows", rows), ("picture", picture)) if f}
     code = DONE if result.counts.get("done") and not result.stopped else FAILED
     if wish.as_json:
         print_json({"exit_code": code, "problems": []} | document(result) | answers.document() | {"files": files})
@@ -99,7 +104,8 @@ def planned(wish: SweepWish, found: Findings) -> Plan | None:
     if scene is None or not (over or sample):
         return None
     make = partial(plan, scene, over or None, None, sample or None, count=wish.count, seed=wish.seed, sampling=wish.sampling)
-    return found.attempt(partial(make, keep=tuple(wish.reduce), run=run))
+    kept = wish.kept.planned(found)
+    return found.attempt(partial(make, keep=tuple(wish.reduce), run=run, **kept))
 
 
 def spans(texts: Sequence[str], where: str, found: Findings) -> dict[str, str]:

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pyarrow.parquet as pq
 import pytest
 
+import engine
 from engine.cli import extensions, main
 from service.__main__ import main as serve
 from service.client import app as jobs_app
@@ -69,6 +70,21 @@ def test_a_job_is_submitted_waited_for_and_fetched(told: Told, tmp_path: Path) -
     for words in (("show", job["id"]), ("watch", job["id"]), ("cancel", job["id"]), ("list",)):
         code, out, _ = told(*words)
         assert (code, job["id"] in out, "done" in out) == (0, True, True)
+
+
+def test_rows_of_all_cases_are_kept_and_fetched(told: Told, tmp_path: Path) -> None:
+    over, kept = f"{MU}=0.1:0.6:3", ["--trajectories", "ball.qd[2]", "--spacing", "100 ms"]
+    code, job, _ = told("submit", "spherical_pendulum", "--over", over, "--until", "0.5", *kept, "--wait", "--json")
+    assert code == 0
+    file = tmp_path / "rows.csv"
+    assert told("results", json.loads(job)["id"], "--rows", "-o", str(file))[0] == 0
+    expected = engine.sweep("spherical_pendulum", {MU: "0.1:0.6:3"}, trajectories=["ball.qd[2]"], spacing=0.1, until=0.5)
+    assert expected.trajectories is not None
+    head, *lines = file.read_text().splitlines()
+    assert head == '"case","time","ball.qd[2]"'
+    assert [[float(x) for x in line.split(",")] for line in lines] == [list(r.values()) for r in expected.trajectories.to_pylist()]
+    assert told("submit", "spherical_pendulum", "--over", over, "--spacing", "0.1")[0] == 2
+    assert told("results", "0" * 24, "--rows", "--case", "1", "-o", str(file))[0] == 2
 
 
 def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
