@@ -8,6 +8,7 @@ import * as router from "./router.js";
 import { title, unit, words } from "./words.js";
 
 const MOST_CASES = 12, MOST_COLUMNS = 6, MOST_EVENTS = 200, DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
+const STROKES = ["none", "6 4", "2 3", "6 3 2 3", "11 4", "11 3 2 3"];
 let job = null, table = null, offered = [], shown = [], kept = new Map(), turn = 0, span = [0, 1], at = 0;
 
 export function begin() {
@@ -115,10 +116,11 @@ function told(numbers, heads) {
 
 async function plotted(numbers, runs, columns, found) {
   const about = columns.map((name) => found[0].columns.find((c) => c.name === name)), units = [...new Set(about.map((c) => c.unit))];
-  const traces = [], layout = { ...charts.legend, showlegend: columns.length * runs.length > 1, hovermode: "x", xaxis: charts.axis("time (s)", { anchor: `y${units.length > 1 ? units.length : ""}` }), shapes: [] };
+  dashed();
+  const traces = [], layout = { hovermode: "x", xaxis: charts.axis("time (s)", { anchor: `y${units.length > 1 ? units.length : ""}` }), shapes: [] };
   units.forEach((u, k) => {
     const mine = about.filter((c) => c.unit === u), room = 1 / units.length;
-    layout[`yaxis${k ? k + 1 : ""}`] = charts.axis(mine.length === 1 ? title(mine[0]) : unit(u) ? `${mine.length} columns (${unit(u)})` : `${mine.length} columns`, { domain: [1 - (k + 1) * room + 0.03 * (k < units.length - 1), 1 - k * room - 0.03 * (k > 0)] });
+    layout[`yaxis${k ? k + 1 : ""}`] = charts.axis(mine.length === 1 ? title(mine[0]) : unit(u) ? `${mine.length} columns (${unit(u)})` : `${mine.length} columns`, { domain: [1 - (k + 1) * room + 0.03 * (k < units.length - 1), 1 - k * room - 0.03 * (k > 0)] }, Math.floor(42 / units.length));
   });
   span = [0, 0];
   runs.forEach((n, i) => {
@@ -141,6 +143,14 @@ async function plotted(numbers, runs, columns, found) {
   charts.on($("timeplot"), "plotly_afterplot", line);
   charts.on($("timeplot"), "plotly_relayout", line);
   cursor(Math.min(at, span[1]));
+}
+
+// How the line of each column is drawn stands beside its name; the colours of the cases stand with these.
+function dashed() {
+  [...$("shown").children].forEach((chip, k) => {
+    chip.querySelector("svg")?.remove();
+    if (shown.length > 1) chip.prepend(outcomes.stroke(STROKES[k % 6]));
+  });
 }
 
 function lowest(times, t) {

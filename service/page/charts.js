@@ -20,7 +20,9 @@ export function inks() {
   return { ink: get("ink"), soft: get("soft"), line: get("line"), paper: get("paper"), accent: get("accent") };
 }
 
-export const axis = (text, more = {}) => ({ title: { text: lines(text), font: { size: text.length > 60 ? 11 : 13 }, standoff: 8 }, automargin: true, zeroline: false, ...more });
+const ROOM = 42, NARROW = 30; // characters of a line of a title
+
+export const axis = (text, more = {}, room = window.innerWidth < 600 ? NARROW : ROOM) => ({ title: { text: lines(text, room), font: { size: text.length > 60 ? 11 : 13 }, standoff: 8 }, automargin: true, zeroline: false, ...more });
 
 // Colours for a layout with whatever axes it has.
 function colored(layout) {

@@ -162,7 +162,9 @@ async function submit() {
   $("submit").disabled = true;
   $("submit").textContent = "Sending …";
   try {
-    const job = await ask("POST", "/v1/jobs", asked.request(), undefined, { "Idempotency-Key": sendKey });
+    const body = asked.request();
+    if (facts.name === "scene" && !body.label) body.label = $("model").value; // the scene has no name of its own
+    const job = await ask("POST", "/v1/jobs", body, undefined, { "Idempotency-Key": sendKey });
     sendKey = crypto.getRandomValues(new Uint32Array(4)).join("-");
     await router.go(`/jobs/${job.id}`);
   } finally {

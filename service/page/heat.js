@@ -36,7 +36,8 @@ function failing(got, at = null) {
 // A result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
   const n = table.large ? 80 : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
-  const coarse = got.x.values && got.y.values ? got : await table.bins(x, y, up, { nx: got.x.values ? 200 : n, ny: got.y.values ? 200 : n, within: selection });
+  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // not as many numbers as cases
+  const coarse = grid ? got : await table.bins(x, y, up, { nx: n, ny: n, within: selection });
   if (!still()) return null;
   const c = coarse.cells, z = matrix(coarse, (k) => c.mean[k]), text = matrix(coarse, (k) => told(c, k, up));
   const data = { x: middles(coarse.x), y: middles(coarse.y), z, colorscale: "Viridis", colorbar: BAR(title(table.column(up)), box), name: "" };
@@ -48,7 +49,7 @@ export async function field(box, { table, x, y, up, selection, still }, kind) {
   await charts.draw(box, traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(y))) }, said);
   const most = Math.max(0, ...c.cases), none = c.mean.filter((v) => v == null).length;
   return [
-    `All ${few(coarse.cases, "case")}${most > 1 ? `, up to ${many(most)} in a cell, which shows their mean` : ""}.`,
+    `${selection.size ? "" : "All "}${few(coarse.cases, "case")}${most > 1 ? `, up to ${many(most)} in a cell, which shows their mean` : ""}.`,
     none ? `${few(none, "cell")} without this number.` : "", traces.length > 1 ? "Marks: cells in which cases did not end as done." : "",
   ];
 }
@@ -73,5 +74,5 @@ export async function density(box, { table, x, up, selection, still }) {
   const said = `${words(table.column(up))} against ${words(table.column(x))}: how many of ${few(all.cases, "case")} lie where`;
   await charts.draw(box, traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
   const lost = Object.values(got.missing).reduce((a, b) => a + b, 0);
-  return [`All ${few(all.cases, "case")}, counted in cells.`, lost ? `${few(lost, "case")} without this number.` : "", traces.length > 1 ? "Marks below: where cases did not end as done." : "", "A click looks at one of a cell's cases."];
+  return [`${selection.size ? "" : "All "}${few(all.cases, "case")}, counted in cells.`, lost ? `${few(lost, "case")} without this number.` : "", traces.length > 1 ? "Marks below: where cases did not end as done." : "", "A click looks at one of a cell's cases."];
 }

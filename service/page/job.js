@@ -31,8 +31,8 @@ export async function enter(query, id) {
   questions.clear();
   cases.clear();
   notice("");
-  for (const part of ["over", "closer"]) $(part).hidden = true;
-  for (const box of ["stages", "outcomes", "jobproblems", "downloads", "jobabout"]) $(box).replaceChildren();
+  for (const part of ["over", "closer", "pending"]) $(part).hidden = true;
+  for (const box of ["stages", "outcomes", "jobproblems", "downloads", "jobabout", "trouble"]) $(box).replaceChildren();
   $("jobtitle").textContent = "…";
   $("state").textContent = "";
   try {
@@ -67,6 +67,7 @@ async function rows(query) {
   if (id !== job.id) return;
   table = now;
   for (const part of ["over", "closer"]) $(part).hidden = !some;
+  $("pending").hidden = some || ENDED.includes(job.state);
   if (!some) return;
   await Promise.all([over.changed(table), ENDED.includes(job.state) ? questions.changed(job, table) : null, cases.changed(job, table, query)]);
 }
@@ -83,6 +84,12 @@ function follow(id) {
     mine.addEventListener(kind, () => {
       mine.close();
       if (id === job.id) ask("GET", `/v1/jobs/${id}`).then((now) => { if (id === job.id) { update(now); return rows(); } return null; }).catch(wrong);
+    });
+  }
+  for (const kind of ["chunk_retried", "chunk_failed"]) {
+    mine.addEventListener(kind, (e) => {
+      const { error, first_case: first, last_case: last } = JSON.parse(e.data);
+      if (id === job.id) $("trouble").textContent = `Cases ${many(first)} to ${many(last)} ${kind === "chunk_failed" ? "could not be run" : "are tried again"}: ${error}`;
     });
   }
   mine.addEventListener("error", () => { ask("GET", `/v1/jobs/${id}`).catch(() => {}); }); // which says that the server is gone, when it is
@@ -105,6 +112,7 @@ function update(now) {
   seen.add(now.stage);
   const going = !ENDED.includes(now.state);
   staged(going);
+  if (!going) $("trouble").textContent = ""; // its problems say it now
   $("bar").value = now.progress;
   $("bar").hidden = !going;
   const left = now.state === "running" && now.eta_seconds != null ? `, about ${few(Math.ceil(now.eta_seconds), "second")} to go` : "";

@@ -22,14 +22,16 @@ export const shape = (k) => SHAPES[k % SHAPES.length];
 export const of = (name) => ({ color: color(place(name)), shape: shape(place(name)) });
 export const said = (name) => name.replace(/_/g, " ");
 
-// A mark for a legend, as an image that needs no words of its own.
-export function mark({ color: c, shape: s }) {
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg"), path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  for (const [name, value] of Object.entries({ viewBox: "0 0 16 16", width: 12, height: 12, "aria-hidden": "true" })) svg.setAttribute(name, value);
-  path.setAttribute("d", DRAWN[s]);
-  path.setAttribute("fill", c);
-  svg.append(path);
+// A picture of one path for a legend, that needs no words of its own.
+function drawn(width, height, box, path) {
+  const [svg, line] = ["svg", "path"].map((tag) => document.createElementNS("http://www.w3.org/2000/svg", tag));
+  for (const [name, value] of Object.entries({ viewBox: box, width, height, "aria-hidden": "true" })) svg.setAttribute(name, value);
+  for (const [name, value] of Object.entries(path)) line.setAttribute(name, value);
+  svg.append(line);
   return svg;
 }
+
+export const mark = ({ color: c, shape: s }) => drawn(12, 12, "0 0 16 16", { d: DRAWN[s], fill: c });
+export const stroke = (dashes) => drawn(34, 6, "0 0 34 6", { d: "M0 3h34", stroke: "currentColor", "stroke-width": 2, "stroke-dasharray": dashes });
 
 export const chips = (counts) => Object.entries(counts).map(([name, n]) => make("li", {}, mark(of(name)), ` ${many(n)} ${said(name)}`));

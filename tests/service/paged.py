@@ -92,5 +92,6 @@ def told(page: Any, start: str) -> None:
 
 def show(page: Any, address: str) -> None:
     """Go to an address of the page."""
-    page.goto(page.url.split("/", 3)[0] + "//" + page.url.split("/")[2] + address)
-    page.wait_for_selector("body[data-ready]")
+    page.goto("/".join(page.url.split("/")[:3]) + address)
+    if not address.startswith("/docs"):
+        page.wait_for_selector("body[data-ready]")

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import engine
+from engine.scene.library import bundled_names
 from service.remote import Job, connect
 from tests.service.conftest import missing
 from tests.service.paged import browser, page, picture, run, show, tab, told, until
@@ -115,6 +116,27 @@ def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanis
     assert "cases=0%2C1" in page.url
     page.reload()
     until(page, f"document.getElementById('timeplot').data && {lines}.length === 4")
+
+
+@pytest.mark.slow  # two minutes
+def test_what_the_page_proposes_for_each_bundled_model_finishes(page: Any, served: Served) -> None:
+    def checked() -> None:
+        page.wait_for_timeout(700)
+        page.wait_for_selector("#jobverdict.good")
+
+    asked = {}
+    for name in bundled_names():
+        show(page, "/docs")
+        page.evaluate("sessionStorage.clear()")
+        show(page, "/")
+        page.select_option("#model", name)
+        checked()
+        page.click("#submit")
+        until(page, "location.pathname.startsWith('/jobs/')")
+        asked[name] = page.url.split("/jobs/")[1][:24]
+    ended = {name: served.ended(job, 600.0) for name, job in asked.items()}
+    print({name: (d["outcomes"], d["stepping_seconds"]) for name, d in ended.items()})
+    assert {name: (d["state"], d["done"]) for name, d in ended.items()} == dict.fromkeys(asked, ("done", 21))
 
 
 def test_a_jobs_scene_comes_back_into_the_form_and_gives_the_same_job(page: Any, grid: Job, served: Served) -> None:

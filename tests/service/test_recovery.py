@@ -16,6 +16,7 @@ import pytest
 
 import engine
 from tests.service.databases import DatabaseMissing, packaged
+from tests.service.paged import browser, until
 from tests.service.serving import MU, ROOT, SMALL, Served, eventually, free_port
 
 LONG: dict[str, Any] = {
@@ -26,6 +27,7 @@ LONG: dict[str, Any] = {
 }
 CASES = 300
 QUICK = ("--lease", "0.6", "--chunk-seconds", "0.1")
+__all__ = ["browser"]
 BRIM = Path(__file__).parent / "brim"
 
 
@@ -142,6 +144,19 @@ def test_a_disk_that_has_room_again_in_time_costs_only_retries(brimming: tuple[S
     eventually(lambda: s.get(f"/v1/jobs/{job}/attempts").json()[0:1] and s.get(f"/v1/jobs/{job}/attempts").json()[0]["result"])
     full.unlink()
     assert (s.ended(job)["state"], len(s.rows(job))) == ("done", 40)
+
+
+def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: tuple[Served, Path], browser: Any) -> None:
+    s, full = brimming
+    full.write_text("part-\n")
+    job = s.submit(SMALL)
+    page = browser.new_page()
+    page.goto(f"http://127.0.0.1:{s.port}/jobs/{job}")
+    until(page, "document.getElementById('trouble').textContent.includes('No space left')")
+    full.unlink()
+    until(page, "document.getElementById('state').textContent.startsWith('done: 40 of 40')")
+    assert page.inner_text("#trouble") == ""
+    page.close()
 
 
 def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: Path) -> None:
