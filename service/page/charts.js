@@ -4,7 +4,12 @@ import { make, number } from "./api.js";
 import * as outcomes from "./outcomes.js";
 import { lines } from "./words.js";
 
-const TOOLS = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "autoScale2d"] };
+// Plotly offers to send a plot to its makers: not from here.
+const AWAY = ["sendChartToCloud", "sendDataToCloud", "editInChartStudio"];
+const tools = () => ({
+  responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 600 ? false : "hover", plotlyServerURL: "",
+  modeBarButtonsToRemove: ["lasso2d", "autoScale2d", ...AWAY],
+});
 const drawn = new Set();
 let loading = null;
 
@@ -26,7 +31,9 @@ export const axis = (text, more = {}, room = window.innerWidth < 600 ? NARROW : 
 
 // Colours for a layout with whatever axes it has.
 function colored(layout) {
-  const { ink, line } = inks(), out = { paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { family: "system-ui, sans-serif", size: 12.5, color: ink } };
+  const { ink, soft, accent, line } = inks(), out = {
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: soft, activecolor: accent },
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { family: "system-ui, sans-serif", size: 12.5, color: ink } };
   for (const name of Object.keys(layout)) if (/^[xy]axis\d*$/.test(name)) out[name] = { ...layout[name], gridcolor: line, linecolor: line, tickcolor: line };
   return { ...layout, ...out };
 }
@@ -39,7 +46,7 @@ export async function draw(box, traces, layout, said) {
   if (!box.isConnected || box.closest("[hidden]")) return null;
   box.setAttribute("aria-label", said);
   drawn.add(box);
-  await P.react(box, traces, colored({ margin: { l: 20, r: 16, t: 16, b: 20 }, showlegend: false, hovermode: "closest", ...layout }), TOOLS);
+  await P.react(box, traces, colored({ margin: { l: 20, r: 16, t: window.innerWidth < 600 ? 16 : 30, b: 20 }, showlegend: false, hovermode: "closest", ...layout }), tools());
   return box;
 }
 

@@ -35,6 +35,10 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     until(page, "document.getElementById('casevalues').textContent.includes('= 0.6')")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
     picture(page, "sweep")
+    offered = page.eval_on_selector_all(".modebar-btn", "x => x.map((b) => b.dataset.title)")
+    assert offered  # and none of them sends a plot to its makers
+    assert not [t for t in offered if "hare" in t or "loud" in t or "Studio" in t]
+    assert page.evaluate("document.getElementById('sweepplot')._context.plotlyServerURL") == ""
     links = page.eval_on_selector_all("#downloads a", "x => x.map(a => a.getAttribute('href'))")
     assert [x.split("=")[1] for x in links[:4]] == ["csv", "parquet", "arrow", "json"]
     assert links[4].endswith("/request")
