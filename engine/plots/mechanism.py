@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.basics.problems import Problem, SceneError
 from engine.joints import REGISTRY
 from engine.plots.labels import label
 from engine.plots.motion import NEEDED, VIEW, arrow_scale, bounds, first_view, motion, rails, round_force
@@ -69,9 +71,20 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
 
 def at_start(scene: Scene) -> Figure:
     """A picture of the assembled start. SceneError when the scene cannot be assembled."""
-    from engine.plots.begun import begun
-
     return mechanism(begun(scene, "--plot"), 0.0)
+
+
+def begun(scene: Scene, where: str) -> Result:
+    """The row at the start, with all that pictures draw from. where: what asked, in problems. SceneError when the scene cannot be
+    assembled."""
+    from engine.simulation.run import simulate
+    from engine.simulation.summary import started
+
+    soon = SOONEST * float(scene.simulation.until)
+    result = simulate(scene, until=soon, every=soon, outputs=needed(scene))
+    if not started(result):
+        raise SceneError([Problem(where, f"there is no start to draw: {result.outcome.name}", result.outcome.advice)])
+    return replace(result, data=result.data[:1], events=())
 
 
 def _result(source: Scene | Result, time: float) -> Result:

@@ -99,7 +99,7 @@ def bins(
     job: str,
     caller: Reader,
     s: Here,
-    x: Annotated[str, Query(max_length=1000, description="A column of numbers.")],
+    x: Annotated[str, Query(min_length=1, max_length=1000, description="A column of numbers.")],
     y: Annotated[str, Query(max_length=1000, description="Another; none: bins along x alone.")] = "",
     of: Annotated[str, Query(max_length=1000, description="A third, whose least, mean and largest value each bin has.")] = "",
     nx: Annotated[int, Query(ge=1, le=MOST_BINS, description="Most bins along x.")] = 60,
@@ -118,8 +118,13 @@ def bins(
     if problems:
         raise SceneError(problems)
 
+    def counted() -> bytes:
+        return text_of(_counted(s, job, (x, y, of), (nx, ny), conditions))
+
+    body = b"" if "if-none-match" in request.headers else counted()  # before the answer begins: what goes wrong is said
+
     def make() -> Iterator[bytes]:
-        yield text_of(_counted(s, job, (x, y, of), (nx, ny), conditions))
+        yield body or counted()
 
     tag = None
     if there.state in ENDED and there.done == there.cases:
@@ -201,7 +206,7 @@ async def case_events(job: str, case: int, caller: Reader, s: Here, request: Req
     responses={
         200: {
             "description": "YAML, which loads back to the same scene.",
-            "content": {"application/yaml": {"schema": {"type": "string"}}},
+            "content": {"application/yaml": {"schema": {"type": "object"}}},
         },
         **documented(404),
     },

@@ -62,6 +62,7 @@ def test_bins_keep_to_conditions_and_say_what_has_no_number(job: Job) -> None:
 @pytest.mark.parametrize(
     ("asked", "where"),
     [
+        ("x=", "x"),
         ("x=nix", "x"),
         ("x=outcome", "x"),
         (f"x={GUIDE}&of=audit", "of"),
