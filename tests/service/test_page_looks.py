@@ -186,9 +186,10 @@ def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, ta
     until(page, "document.getElementById('banner').textContent.includes('No space left on device')")
     until(page, "document.getElementById('label').value === 'written before it went'")
     page.unroute("**/readyz")
-    tab[1][:] = [e for e in tab[1] if "Failed to load resource" not in e]  # what was brought about here
     page.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
     until(page, "document.getElementById('banner').hidden")
+    page.goto("about:blank")
+    tab[1][:] = [e for e in tab[1] if "Failed to load resource" not in e]  # what was brought about here
 
 
 NAMELESS = """[...document.querySelectorAll('button, a, input, select, textarea, iframe, canvas, progress, [role=group]')]
