@@ -33,11 +33,14 @@ export function stale(problems) {
 
 // A new frame is loaded behind the one that is seen, and takes its place, and its view where it is the same model, when it is drawn.
 function show(page, model) {
-  return new Promise((resolve) => {
+  return new Promise((resolve, reject) => {
     const frame = make("iframe", { title: "the mechanism at its start: arrow keys and W A S D turn it", src: "/page/stage.html", class: "behind" });
     let loads = 0;
     frame.addEventListener("load", () => {
-      if (++loads === 1) { frame.contentWindow.put(page); return; }
+      if (++loads === 1) {
+        try { frame.contentWindow.put(page); } catch { frame.remove(); reject(new Error("it could not be loaded")); } // the server went meanwhile
+        return;
+      }
       if (loads > 2) return;
       const inside = frame.contentWindow;
       if (front && model === of) inside.standing?.(front.contentWindow.standing?.());
