@@ -88,7 +88,7 @@ def simulate(
     ] = None,
     certify: Annotated[bool, typer.Option("--certify", help="State the error of every number (a second, tighter run).")] = False,
     accuracy: Annotated[
-        str | None, typer.Option(metavar="A", help="Largest error: 1e-6 (m, rad) or '1 mN' (all columns in N); chooses rtol.")
+        str | None, typer.Option(metavar="A", help="Largest error: 1e-6 (positions, angles), '1 mN' (columns in N); chooses rtol.")
     ] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,

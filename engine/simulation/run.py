@@ -40,10 +40,10 @@ def simulate(
     {"joints.ball.friction.mu": 0.5, …}. outputs: a pattern of columns, or several. rtol is absolute too, in the scene's own scales.
     max_steps: give up after so many (0: never). certify: the result has a ``certainty``, the global error of every number, from
     a second, tighter run (2.5 times the work). accuracy: 1e-6 or "1e-6 N": the tolerance is chosen so that the stated errors of
-    all columns in that unit (of a number: in m and rad) are below it. Raises SceneError for wrong input; a run that cannot go
-    on returns a Result with what it has and a named outcome. Ctrl-C while it steps does the same: every row and event up to
-    then, outcome ``stopped``; a script that should end with it raises KeyboardInterrupt when it finds that outcome. Before the
-    first row, while the kernel is built, there is nothing to keep, and KeyboardInterrupt is raised.
+    all columns in that unit (of a number: of positions and angles of the motion) are below it. Raises SceneError for wrong
+    input; a run that cannot go on returns a Result with what it has and a named outcome. Ctrl-C while it steps does the same:
+    every row and event up to then, outcome ``stopped``; a script that should end with it raises KeyboardInterrupt when it finds
+    that outcome. Before the first row, while the kernel is built, there is nothing to keep, and KeyboardInterrupt is raised.
     """
     loaded = scene_given(scene, overrides)
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step, "kernel": kernel}

@@ -13,13 +13,13 @@ from engine.scene.model import Scene
 from engine.scene.units import UnitError, parse, parse_unit
 from engine.simulation.block import Settings
 from engine.simulation.certainty.certified import compared, prepared
-from engine.simulation.certainty.kinds import kinds
+from engine.simulation.certainty.kinds import SMOOTH, kinds
 from engine.simulation.model import Model
 from engine.simulation.result import Result
 from engine.simulation.stepping import Progress
 
 MOTION = ("m", "rad")
-"""Units of columns that an accuracy without a unit is about."""
+"""Units of the columns that an accuracy without a unit is about: positions and angles of the motion."""
 FIRST = 0.1
 """Tolerance of the first try, over the accuracy as a part of the scene's scale."""
 AIM = 0.5
@@ -76,7 +76,7 @@ def stated(scene: Scene, patterns: tuple[str, ...], kernel: str | None, w: Wante
     model = prepared(scene, patterns, kernel)
     if w.accuracy is None:
         return compared(model, w.until, w.every, w.settings, progress).keeping(patterns)
-    return _searched(model, w, bound_of(w.accuracy, model.columns, patterns), progress).keeping(patterns)
+    return searched(model, w, bound_of(w.accuracy, model.columns, patterns), progress).keeping(patterns)
 
 
 def bound_of(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...]) -> Bound:
@@ -86,15 +86,15 @@ def bound_of(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...])
         value, unit, written = parse(text)
     except UnitError as e:
         raise SceneError([Problem("accuracy", e.what, e.hint)]) from e
-    wanted = [u for u in {c.unit for c in columns} if (u in MOTION if unit is None else parse_unit(u).dimension == unit.dimension)]
-    chosen = {c.name for c in select(columns, patterns)}
-    places = tuple(i for i, c in enumerate(columns) if c.unit in wanted and c.name in chosen and _errs(c))
+    units = [u for u in {c.unit for c in columns} if (u in MOTION if unit is None else parse_unit(u).dimension == unit.dimension)]
+    chosen = {c.name for c in select(columns, patterns) if _errs(c) and (unit is not None or c.quantity.name in SMOOTH)}
+    places = tuple(i for i, c in enumerate(columns) if c.unit in units and c.name in chosen)
     if value <= 0.0:
         raise SceneError([Problem("accuracy", f"{text} is not positive", "such as 1e-6, or '1e-6 m'")])
     if not places:
         what = f"no column asked for is in {written or ' or '.join(MOTION)}"
-        units = ", ".join(sorted({c.unit for c in columns} - {"1"}))
-        raise SceneError([Problem("accuracy", what, f"units of the columns: {units}")])
+        known = ", ".join(sorted({c.unit for c in columns} - {"1"}))
+        raise SceneError([Problem("accuracy", what, f"units of the columns: {known}")])
     return Bound(value, text, places)
 
 
@@ -103,7 +103,7 @@ def _errs(c: Column) -> bool:
     return not (q.steps or q.runtime)
 
 
-def _searched(model: Model, w: Wanted, bound: Bound, progress: Progress | None) -> Result:
+def searched(model: Model, w: Wanted, bound: Bound, progress: Progress | None = None) -> Result:
     """The first run that meets the bound, at tolerances that the errors of the ones before suggest."""
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
     rtol = float(np.clip(FIRST * bound.value / scale, TIGHTEST, LOOSEST))
