@@ -134,6 +134,7 @@ def results(
     job: Id,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help=".csv, .parquet, .arrows or .json.")],
     case: Annotated[int | None, typer.Option(metavar="N", help="All rows of one case instead.")] = None,
+    certify: Annotated[bool, typer.Option("--certify", help="With --case: each column's global error beside it.")] = False,
     server: Url = HERE,
     key: Secret = "",
 ) -> None:
@@ -144,7 +145,7 @@ def results(
             [Problem("-o", f"{str(output)!r} does not say what to write", "end it in .csv, .parquet, .arrows or .json")]
         )
     path = f"/v1/jobs/{job}/results" if case is None else f"/v1/jobs/{job}/cases/{case}/trajectory"
-    Server(server, key).save(path, output, params={"format": kind})
+    Server(server, key).save(path, output, params={"format": kind} | ({"certify": "true"} if certify and case is not None else {}))
     print(f"wrote {output}")
 
 

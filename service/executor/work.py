@@ -161,8 +161,8 @@ def forget() -> None:
 def run_trajectory(
     url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str, changes: Mapping[str, float] | None = None
 ) -> bytes:
-    """One case again with all its rows: an Arrow stream (``table``), or the page of its moving picture (``animation``). changes:
-    its numbers, where they follow from results."""
+    """One case again with all its rows: an Arrow stream (``table``, or ``certified`` with errors), or the page of its moving
+    picture (``animation``). changes: its numbers, where they follow from results."""
     from engine.batch.sweeping import trajectory
     from engine.plots.animate import page
     from engine.plots.mechanism import needed
@@ -171,7 +171,7 @@ def run_trajectory(
         plan = _runner(Parts(url), job, digest).plan
         if kind == "animation":
             return page(trajectory(plan, case, needed(plan.scene), changes)).encode()
-        return arrow_bytes(trajectory(plan, case, outputs, changes).to_arrow())
+        return arrow_bytes(trajectory(plan, case, outputs, changes, kind == "certified").to_arrow())
 
 
 def arrow_bytes(table: Any) -> bytes:

@@ -23,6 +23,7 @@ from engine.simulation.certainty.kinds import differences, kinds
 from engine.simulation.certainty.pairing import TOLD, paired
 from engine.simulation.result import Result
 from engine.simulation.run import Model, run
+from tests.benchmarks.exact_friction import skew_chain
 from tests.reference.random_scenes import random_loop, random_tree
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 11))
@@ -58,11 +59,15 @@ def scenes(random: int, seed: str, only: tuple[str, ...], models: bool) -> Itera
     files = [f for p in ("*/scene.yaml", "designer/*/scene.yaml", "stability/*.yaml") for f in models_dir().glob(p)]
     found = [(f.parent.name if f.stem == "scene" else f.stem, str(f)) for f in sorted(files)] if models else []
     found += [(f"{kind}{k}", f"{kind}:{seed}{k}") for k in range(random // 2) for kind in ("tree", "loop")]
+    found += [("skew_chain", "skew_chain")] if models else []
     yield from (x for x in found if not only or x[0] in only)
 
 
 def scene(made: str) -> Scene:
     """The scene of a file, or a random one."""
+    if made == "skew_chain":
+        chain = skew_chain()
+        return replace(chain, simulation=replace(chain.simulation, until=10.0))
     kind, _, seed = made.partition(":")
     if not seed or Path(made).exists():
         return load_scene(made)
