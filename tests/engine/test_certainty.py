@@ -202,6 +202,23 @@ def test_an_accuracy_asked_for_is_met_by_the_true_error(asked: str | float) -> N
     assert c.document()["accuracy"] == {"asked": f"{asked:g}" if isinstance(asked, float) else asked, "met": True}
 
 
+def test_ctrl_c_in_the_tighter_run_keeps_the_run_and_promises_up_to_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(float(t) for t in range(10**6))
+    monkeypatch.setattr("time.perf_counter", lambda: next(clock))
+
+    def progress(time: float, until: float) -> None:
+        if time > 0.7 * until:
+            raise KeyboardInterrupt
+
+    r = simulate("crank_slider", until=1000.0, every=1.0, outputs="slider.*", certify=True, progress=progress)
+    p = certain(r).promise
+    assert r.outcome.ok
+    assert len(r) == 1001
+    assert p.why == "stopped"
+    assert 100.0 < p.until < 1000.0
+    assert np.isfinite(certain(r)["slider.position[1]"][r.time < p.until]).all()
+
+
 def test_an_accuracy_that_cannot_be_met_is_named() -> None:
     r = simulate("spherical_pendulum", until=1.0, every=0.1, accuracy="1e-20 m")
     assert not certain(r).met

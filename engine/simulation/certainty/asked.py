@@ -103,6 +103,11 @@ def _errs(c: Column) -> bool:
     return not (q.steps or q.runtime)
 
 
+def _stopped(r: Result) -> bool:
+    """Whether Ctrl-C ended one of the two runs."""
+    return r.outcome.name == "stopped" or (r.certainty is not None and r.certainty.promise.why == "stopped")
+
+
 def searched(model: Model, w: Wanted, bound: Bound, progress: Progress | None = None) -> Result:
     """The first run that meets the bound, at tolerances that the errors of the ones before suggest."""
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
@@ -110,7 +115,7 @@ def searched(model: Model, w: Wanted, bound: Bound, progress: Progress | None = 
     for _ in range(TRIES):
         found = compared(model, w.until, w.every, replace(w.settings, rtol=rtol), progress)
         share = bound.share(found)
-        if share <= 1.0 or rtol <= TIGHTEST or found.outcome.name == "stopped":
+        if share <= 1.0 or rtol <= TIGHTEST or _stopped(found):
             break
         rtol = max(rtol * max(AIM / share, LEAP), TIGHTEST)
     stated = found.certainty and replace(found.certainty, asked=bound.text, met=share <= 1.0)

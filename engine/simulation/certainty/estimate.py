@@ -141,7 +141,9 @@ def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.
     if len(big):
         ends.append(Promise(float(run.time[big[0]]), "growth", doubling=_doubling(run.time[: len(states)], states, big[0])))
     if run.outcome.name != tighter.outcome.name:
-        ends.append(Promise(end, "outcome", f"{tighter.outcome.name} at {tighter.outcome.time:.6g} s"))
+        stopped = tighter.outcome.name == "stopped"
+        about = "" if stopped else f"{tighter.outcome.name} at {tighter.outcome.time:.6g} s"
+        ends.append(Promise(end, "stopped" if stopped else "outcome", about))
     least = min(ends, key=lambda p: p.until)
     return least if least.until < inf else Promise()
 

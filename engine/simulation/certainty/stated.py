@@ -14,6 +14,7 @@ REASONS = {
     "marginal": "an event there is decided by less than the run's own error",
     "growth": "errors have grown there until they are no longer small",
     "outcome": "a run at a tighter tolerance ends otherwise",
+    "stopped": "the tighter run was stopped there",
     "start": "the run did not start",
 }
 """Why nothing is promised from some time on, in words."""
