@@ -12,6 +12,7 @@ import numpy as np
 from engine.basics.problems import Problem
 from engine.cli.running import problem_lines
 from engine.cli.terminal import coloured
+from engine.simulation.certainty.stated import rough
 from engine.simulation.summary import counted, ranges
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def certain(c: Certainty) -> str:
     """What is stated about errors, in one line."""
     asked = f"accuracy {c.asked}: {'met' if c.met else 'NOT met'}; " if c.asked else ""
     shift = c.shift.max(initial=0.0)
-    jumps = f"; rows near events may be off by {shift:.1g} s" if shift > 0.0 else ""
+    jumps = f"; rows near events may be off by {rough(shift)} s" if shift > 0.0 else ""
     return f"{asked}{c}{jumps} {DIM}({c.cost:.2g} runs){PLAIN}"
 
 
@@ -69,7 +70,7 @@ def _error(result: Result, name: str = "") -> tuple[str, ...]:
     c = result.certainty
     if c is None:
         return ()
-    return (f"± {c.largest(name):.1g}" if name and np.isfinite(c.largest(name)) else "–" if name else "error",)
+    return (f"± {rough(c.largest(name))}" if name and np.isfinite(c.largest(name)) else "–" if name else "error",)
 
 
 def cost(result: Result) -> str:
@@ -112,7 +113,7 @@ def event_lines(result: Result) -> list[str]:
         turns = ", ".join(f"{math.degrees(a):.4g}°" for a in e.turn if math.isfinite(a))
         where = f"{e.joint}[{e.part}]" if any(x.part > 1 for x in result.events if x.joint == e.joint) else e.joint
         kind = e.kind.replace("_", " ") + (" (marginal)" if e.marginal else "")
-        off = (f"± {errors[i]:.1g}",) if errors else ()
+        off = (f"± {rough(errors[i])}",) if errors else ()
         rows.append((f"{e.time:.6f}", *off, kind, where, turns))
     more = len(result.events) - len(rows)
     head = ("time, s", *(("error, s",) if errors else ()), "event", "joint", "contact normals turn by")

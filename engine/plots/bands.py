@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine.plots.palette import INK, color
+from engine.simulation.certainty.stated import rough
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +30,7 @@ def errors(axes: Axes, panel: Panel, scale: float, power: int, until: float) -> 
         axes.fill_between(c.time * scale, low, high, color=color(i), alpha=FAINT, lw=0)
         largest = max(largest, float(np.nanmax(c.error, initial=0.0)))
     if largest > 0.0:
-        text = f"± {largest:.1g} {panel.unit}"
+        text = f"± {rough(largest)} {panel.unit}"
         axes.text(0.995, 0.03, text, transform=axes.transAxes, ha="right", va="bottom", size=7.5, color=INK)
     end = axes.get_xlim()[1]
     if until * scale < end:

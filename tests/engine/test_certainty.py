@@ -68,6 +68,8 @@ def test_events_rest_and_columns_that_jump_are_covered_by_their_errors(scene: st
     assert math.isinf(same.alone)
     for i, (mine, other) in same.times.items():
         assert abs(mine - other) <= c.event_errors[i]
+    at_once = dict(zip((e.time for e in r.events), c.event_errors, strict=True))
+    assert all(at_once[e.time] == x for e, x in zip(r.events, c.event_errors, strict=True))
     k = kinds(r.columns, Model(r.scene, [x.name for x in r.columns]).built.numbers)
     true = differences(r.data[:, 1:], exact.data[:, 1:], k)
     true[np.ix_(c.shift > 0.0, k.jumps)] = 0.0

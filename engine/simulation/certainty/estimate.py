@@ -23,8 +23,8 @@ RESOLVED = 3e-3
 """Part of the tolerance, of a column's size, below which two runs tell nothing: their first steps may be the same."""
 ROUND_OFF = 1e-13
 """Round-off of a column, of the natural size of its unit and of its own: some hundred operations."""
-LINEAR = 0.05
-"""Largest error of a coordinate or rate, of its scale and size, at which errors still add up."""
+LINEAR = 0.3
+"""Largest error of a coordinate or rate, of its scale and size, up to which the tighter run's own is small."""
 DECIDED = 1.0
 """Times the error of the state, over its scales: an event with a smaller margin may be decided otherwise."""
 TIMED = 2.0
@@ -84,6 +84,9 @@ def _event_errors(run: Result, pairs: Pairs, gap: float, states: np.ndarray, rat
         if i in pairs.times and run.events[i].kind not in TOLD:
             largest = max(largest, TIMED * gap * abs(pairs.times[i][0] - pairs.times[i][1]))
         errors.append(max(largest, STATE * states[row] / rate))
+    for i in reversed(range(len(errors) - 1)):
+        if run.events[i].time == run.events[i + 1].time:  # one instant
+            errors[i] = max(errors[i], errors[i + 1])
     return errors
 
 

@@ -20,6 +20,11 @@ REASONS = {
 """Why nothing is promised from some time on, in words."""
 
 
+def rough(error: float) -> str:
+    """An error as text, in the one digit that means something."""
+    return f"{float(f'{error:.1g}'):g}"
+
+
 @dataclass(frozen=True)
 class Promise:
     """How long the stated errors hold. until: time from which nothing is promised, s (infinity: they hold to the end); why: a
