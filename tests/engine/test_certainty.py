@@ -221,6 +221,13 @@ def test_ctrl_c_in_the_tighter_run_keeps_the_run_and_promises_up_to_there(monkey
     assert np.isfinite(certain(r)["slider.position[1]"][r.time < p.until]).all()
 
 
+def test_nothing_is_stated_of_a_run_that_cannot_start() -> None:
+    r = simulate(models_dir() / "stability" / "07_painleve.yaml", certify=True)
+    assert not r.outcome.ok
+    assert certain(r).promise.why == "start"
+    assert np.isnan(certain(r).error).all()
+
+
 def test_an_accuracy_that_cannot_be_met_is_named() -> None:
     r = simulate("spherical_pendulum", until=1.0, every=0.1, accuracy="1e-20 m")
     assert not certain(r).met

@@ -38,6 +38,8 @@ def compared(model: Model, until: float, every: float, settings: Settings, progr
         return replace(run, certainty=_none(run))
     tight, correction = companion(settings, run.stats.counters)
     tighter = OneRun(model, until, every, tight, _part(progress, FIRST)).result()
+    if len(tighter) == 0:
+        return replace(run, certainty=_none(run))
     stated = certainty(run, tighter, model.built.numbers, correction)
     cost = (run.stats.rhs_evaluations + tighter.stats.rhs_evaluations) / max(run.stats.rhs_evaluations, 1)
     stated = replace(stated, rtol=tight.rtol, method=tight.method, cost=cost)
@@ -45,7 +47,7 @@ def compared(model: Model, until: float, every: float, settings: Settings, progr
 
 
 def _none(run: Result) -> Certainty:
-    """What is stated of a run that was stopped or did not start: nothing."""
+    """What is stated of a run that was stopped, or where one of the two did not start: nothing."""
     width = len(run.columns)
     error, floor = np.full((len(run), width), np.nan), np.full(width, np.nan)
     names, units = tuple(c.name for c in run.columns), tuple(c.unit for c in run.columns)

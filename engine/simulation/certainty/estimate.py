@@ -136,8 +136,8 @@ def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.
     ends = [Promise(pairs.alone, "events", pairs.about)]
     rows = np.minimum(np.searchsorted(run.time, [e.time for e in run.events]), len(states) - 1)
     near = [e for e, row in zip(run.events, rows, strict=True) if e.margin < DECIDED * states[row]]
-    doubtful = [e for e in (*run.events, *tighter.events, *near) if (e.marginal or e in near) and e.kind not in TOLD]
-    if doubtful:
+    marked = [e for e in (*run.events, *tighter.events) if e.marginal]
+    if doubtful := [e for e in (*near, *marked) if e.kind not in TOLD]:
         e = min(doubtful, key=lambda e: e.time)
         ends.append(Promise(e.time, "marginal", f"{e.kind.replace('_', ' ')} of {e.joint}"))
     big = np.flatnonzero(states > LINEAR)

@@ -15,7 +15,7 @@ REASONS = {
     "growth": "errors have grown there until they are no longer small",
     "outcome": "a run at a tighter tolerance ends otherwise",
     "stopped": "the tighter run was stopped there",
-    "start": "the run did not start",
+    "start": "the run was stopped, or could not start",
 }
 """Why nothing is promised from some time on, in words."""
 
