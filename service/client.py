@@ -140,6 +140,7 @@ def results(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help=".csv, .parquet, .arrows or .json.")],
     case: Annotated[int | None, typer.Option(metavar="N", help="All rows of one case instead.")] = None,
     rows: Annotated[bool, typer.Option("--rows", help="The rows kept of all cases instead (see submit --trajectories).")] = False,
+    certify: Annotated[bool, typer.Option("--certify", help="With --case: each column's global error beside it.")] = False,
     server: Url = HERE,
     key: Secret = "",
 ) -> None:
@@ -153,7 +154,7 @@ def results(
         raise SceneError([Problem("--rows", "--case asks for something else", "keep one of them")])
     what = "trajectories" if rows else "results" if case is None else f"cases/{case}/trajectory"
     path = f"/v1/jobs/{job}/{what}"
-    Server(server, key).save(path, output, params={"format": kind})
+    Server(server, key).save(path, output, params={"format": kind} | ({"certify": "true"} if certify and case is not None else {}))
     print(f"wrote {output}")
 
 

@@ -181,10 +181,12 @@ class Job(Looks):
         found = self._ask("GET", "/answer").json()["answer"]
         return dict(found) if found else None
 
-    def trajectory(self, case: int, columns: Names = ()) -> pyarrow.Table:
-        """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs)."""
+    def trajectory(self, case: int, columns: Names = (), certify: bool = False) -> pyarrow.Table:
+        """One case with all its rows, run again on the server; columns: patterns (default: the scene's outputs); certify: each
+        with its global error beside it, ``<column>.error``."""
         pa = brought("pyarrow", "tables", "a table of rows")
         asked = {"format": "arrow"} | ({"outputs": list(names_given(columns))} if columns else {})
+        asked |= {"certify": "true"} if certify else {}
         return pa.ipc.open_stream(io.BytesIO(self._ask("GET", f"/cases/{case}/trajectory", params=asked).content)).read_all()
 
     def trajectories(self, columns: Names = (), every: float | None = None, cases: Iterable[int] | None = None) -> pyarrow.Table:

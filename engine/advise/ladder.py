@@ -14,7 +14,7 @@ from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.chart.measures import Measure, measure
 from engine.chart.points import Variant
 from engine.chart.reference import Reference, reference
-from engine.chart.runs import Prepared, methods, repeated
+from engine.chart.runs import Prepared, methods, predicted, repeated
 from engine.kernel.columns import columns
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
@@ -33,13 +33,15 @@ Tell = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Setting:
-    """Method and tolerance, the total error reached with them, stepping time (minimum and median, s)."""
+    """Method and tolerance, the total error reached with them, stepping time (minimum and median, s); integration: the part of the
+    error that is none of the model's, as the run states it of itself (METHOD, "Global error")."""
 
     method: str
     rtol: float
     error: float
     minimum: float
     median: float
+    integration: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -187,10 +189,19 @@ class _Ladder:
                 rung = replace(rung, outcome=outcome)
             else:
                 own = self.what.error(ready.samples(result), self.reference.data)
-                rung = replace(rung, model_error=own, setting=self._cheapest(ready) if own <= self.error else None)
+                rung = replace(rung, model_error=own, setting=self._setting(ready) if own <= self.error else None)
         self.rungs.append(rung)
         self.scenes.append(scene)
         return rung
+
+    def _setting(self, ready: Prepared) -> Setting | None:
+        """The cheapest setting, and what integration adds to its error."""
+        chosen = self._cheapest(ready)
+        if chosen is None:
+            return None
+        settings = Settings(rtol=chosen.rtol, method=chosen.method, max_steps=1_000_000)
+        result, _ = ready.once(settings)
+        return replace(chosen, integration=predicted(ready, settings, result, self.what)) if result is not None else chosen
 
     def _cheapest(self, ready: Prepared) -> Setting | None:
         """The method that reaches the wanted error in the least time, at the loosest tolerance that does. A method that takes

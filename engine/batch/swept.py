@@ -89,9 +89,9 @@ class Sweep:
         interval."""
         return spreads_of(self.plan.cases, self.plan.reductions, self.table, names_given(of), at, above)
 
-    def trajectory(self, case: int, outputs: Sequence[str] | None = None) -> Result:
-        """One case run again, keeping all its rows."""
-        return trajectory(self.plan, case, outputs)
+    def trajectory(self, case: int, outputs: Sequence[str] | None = None, certify: bool = False) -> Result:
+        """One case run again, keeping all its rows; certify: with the global error of each number."""
+        return trajectory(self.plan, case, outputs, certify=certify)
 
 
 def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
@@ -109,12 +109,14 @@ def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
 
 
 def trajectory(
-    of: Plan, case: int, outputs: Sequence[str] | None = None, changes: Mapping[str, float] | None = None
+    of: Plan, case: int, outputs: Sequence[str] | None = None, changes: Mapping[str, float] | None = None, certify: bool = False
 ) -> Result:
     """One case of a plan, run as ``engine.simulate`` runs it with the batch's kernel, keeping all its rows. changes: its numbers,
-    where somebody else knows them."""
+    where somebody else knows them; certify: whether errors are stated."""
     from engine.simulation.run import simulate
 
     r, most = of.run, int(of.run.steps or 0)
     changes = of.cases.changes(case) if changes is None else changes
-    return simulate(of.scene, r.until, r.every, r.rtol, r.method, of.kernel, overrides=changes, outputs=outputs, max_steps=most)
+    return simulate(
+        of.scene, r.until, r.every, r.rtol, r.method, of.kernel, changes, outputs, max_steps=most, certify=certify
+    )  # fmt: skip

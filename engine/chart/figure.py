@@ -118,6 +118,9 @@ def _curve(axes: Axes, c: Curve, i: int, model: bool, edge: float) -> None:
     look: dict[str, Any] = {"color": "black" if best else color(i), "ls": "--" if c.fixed and not best else "-", "ms": 3.6}
     axes.plot([_error(p, model) for p in good], [1e3 * p.minimum for p in good], marker=MARKS[i % len(MARKS)],
               lw=2.4 if best else 1.1, label=label, mfc="white" if c.fixed else None, **look)
+    for p in good if not model else ():
+        if p.predicted > 0:
+            axes.plot([p.error, p.predicted], [1e3 * p.minimum] * 2, color=look["color"], lw=0.6, marker="|", ms=3.5, markevery=[1])
     for p in bad:
         axes.plot([edge * 1.15 ** (i - 4)], [1e3 * p.minimum], marker="x", color=look["color"], ms=4.5, ls="")
 
@@ -131,6 +134,8 @@ def _titles(fig: Any, study: Study) -> None:
     lines = [" · ".join(words)]
     if own:
         lines.append(f"reference: {own.made_by}, which differ by {own.error:.1e}")
+    if any(p.predicted > 0 for p in study.points):
+        lines[-1] += " · |: the error that Trunnion states of the run itself"
     lines[-1] += f" · {study.machine['processor']}, one core"
     for k, line in enumerate(lines):
         fig.text(0.012, 1 - (0.46 + 0.19 * k) / height, line, size=7.5, color="#555555")

@@ -55,5 +55,5 @@ def _point(p) -> dict:
     return {
         "setting": p.setting, "error": p.error, "model_error": p.model_error, "minimum": p.minimum, "median": p.median,
         "steps": p.steps, "rejected": p.rejected, "evaluations": p.evaluations, "events": p.events, "outcome": p.outcome,
-        "repeats": p.repeats, "leaves_out": p.leaves_out,
+        "repeats": p.repeats, "leaves_out": p.leaves_out, "predicted": p.predicted,
     }

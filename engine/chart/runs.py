@@ -18,6 +18,8 @@ from engine.friction import exact_of
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
 from engine.simulation.block import METHODS, Settings
+from engine.simulation.certainty.companion import companion
+from engine.simulation.certainty.estimate import SAFETY
 from engine.simulation.result import Result
 from engine.simulation.run import Model, run
 
@@ -47,6 +49,15 @@ class Prepared:
     def samples(self, result: Result) -> np.ndarray:
         """The compared columns, samples × columns."""
         return result.data[:, 1:]
+
+
+def predicted(ready: Prepared, settings: Settings, result: Result, measure: Measure) -> float:
+    """The error that a tighter run states of a result, in the chart's measure; NaN where that run fails."""
+    tight, correction = companion(settings, result.stats.counters)
+    other, outcome = ready.once(tight)
+    if other is None or outcome != "done":
+        return math.nan
+    return SAFETY * correction * measure.error(ready.samples(result), ready.samples(other))
 
 
 def prepare(scene: Scene, variant: Variant, measure: Measure, until: float, samples: int) -> Prepared:

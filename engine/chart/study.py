@@ -12,7 +12,7 @@ from engine.chart.machine import describe
 from engine.chart.measures import Measure, measure
 from engine.chart.points import OURS, Point, Variant
 from engine.chart.reference import Reference, reference
-from engine.chart.runs import MOST_STEPS, Prepared, exact_law, methods, prepare, repeated, variants
+from engine.chart.runs import MOST_STEPS, Prepared, exact_law, methods, predicted, prepare, repeated, variants
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
 
@@ -177,4 +177,5 @@ def _point(study: Study, ready: Prepared, settings: Settings) -> Point:
         return other.stats.wall_time if other is not None else math.inf
 
     low, middle, count = repeated(again, study.choice.repeats)
+    counts["predicted"] = predicted(ready, settings, result, study.measure)
     return Point(*where, *study.errors(ready.variant, ready.samples(result)), low, middle, count, **counts)  # type: ignore[arg-type]

@@ -113,7 +113,8 @@ def lines(name: str, a: Advice) -> list[str]:
     out += ["", *table(head, [_row(r, r is a.chosen) for r in a.rungs])]
     if a.chosen and a.chosen.setting:
         s = a.chosen.setting
-        reached = f"error {s.error:.1e} in {1e3 * s.median:.3g} ms"
+        part = f" (integration alone: {s.integration:.1e})" if math.isfinite(s.integration) else ""
+        reached = f"error {s.error:.1e}{part} in {1e3 * s.median:.3g} ms"
         out += ["", f"advice: {a.chosen.describe()}; method {s.method}, rtol {s.rtol:.0e}: {reached}"]
     else:
         out += ["", f"no model reaches {a.error:g}: the scene as it is has to be run more tightly, or the error be larger"]

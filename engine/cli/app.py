@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import typer
@@ -88,6 +89,10 @@ def simulate(
     linear: Annotated[
         str | None, typer.Option("--linearize", metavar="FILE", help="Write A, B, C, D at the end of the run: .json or .npz.")
     ] = None,
+    certify: Annotated[bool, typer.Option("--certify", help="State the error of every number (a second, tighter run).")] = False,
+    accuracy: Annotated[
+        str | None, typer.Option(metavar="A", help="Largest error: 1e-6 (positions, angles), '1 mN' (columns in N); chooses rtol.")
+    ] = None,
     as_json: Annotated[bool, JSON] = False,
     verbose: Annotated[bool, VERBOSE] = False,
 ) -> None:
@@ -96,6 +101,7 @@ def simulate(
 
     words = words_of(scene, ctx)
     wish = Wish(words, settings, changes or [], outputs, save, plot, animate, as_json, verbose, linear)
+    wish = replace(wish, certify=certify, accuracy=accuracy)
     raise typer.Exit(simulate_command(wish))
 
 

@@ -41,6 +41,9 @@ class Wish:
     linearize: str | None = None
     kinematic: bool = False
     """Motion alone, by what drives prescribe."""
+    certify: bool = False
+    accuracy: str | None = None
+    """Whether errors are stated, and how large they may be."""
 
 
 @dataclass(frozen=True)
@@ -59,16 +62,18 @@ def simulate_command(wish: Wish) -> int:
     job = understood(wish)
     result = simulated(job)
     files, late = write_files(result, job)
+    shown = result.keeping(job.patterns)
+    well = result.outcome.ok and not late and (shown.certainty is None or shown.certainty.met)
     if wish.as_json:
         from engine.simulation.summary import document
 
-        end = {"exit_code": DONE if result.outcome.ok and not late else FAILED}
-        print_json(end | document(kept(result, job.patterns)) | {"files": files, "problems": [p.as_dict() for p in late]})
+        end = {"exit_code": DONE if well else FAILED}
+        print_json(end | document(shown) | {"files": files, "problems": [p.as_dict() for p in late]})
     else:
         from engine.cli.summary import print_summary
 
-        print_summary(kept(result, job.patterns), files, late)
-    return DONE if result.outcome.ok and not late else FAILED
+        print_summary(shown, files, late)
+    return DONE if well else FAILED
 
 
 def talk(verbose: bool) -> None:
@@ -84,6 +89,7 @@ def understood(wish: Wish) -> Job:
     source = options.one_scene(wish.scene, found)
     arguments = options.settings("trunnion kinematics" if wish.kinematic else "trunnion simulate", wish.settings, found)
     law = arguments.pop("law", None)
+    arguments |= {"certify": wish.certify, "accuracy": wish.accuracy} if not wish.kinematic else {}
     places = {
         "table": options.destination(wish.save, TABLES, "-o", found),
         "plot": options.destination(wish.plot, PICTURES, "--plot", found),
@@ -152,18 +158,6 @@ def simulated(job: Job) -> Result:
         return simulate(job.scene, outputs=patterns, progress=watch.tell, **job.arguments)
 
 
-def kept(result: Result, patterns: Sequence[str]) -> Result:
-    """The result with only the columns asked for."""
-    from engine.kernel.columns import select
-
-    chosen = {c.name for c in select(list(result.columns), tuple(patterns))}
-    if len(chosen) == len(result.columns):
-        return result
-    places = [i for i, c in enumerate(result.columns) if c.name in chosen]
-    columns = tuple(result.columns[i] for i in places)
-    return replace(result, data=result.data[:, [0, *(i + 1 for i in places)]], columns=columns)
-
-
 def write_files(result: Result, job: Job) -> tuple[dict[str, str], list[Problem]]:
     """Write what was asked for, also from a run that failed; files written, and what stood in the way of others. The table comes
     first and whole, even when Ctrl-C is pressed meanwhile; pictures are given up then."""
@@ -197,11 +191,11 @@ def _write_kinds(result: Result, job: Job, kinds: Sequence[str], written: dict[s
 
 def _write(result: Result, job: Job, kind: str, path: Path) -> Path:
     if kind == "table":
-        return kept(result, job.patterns).save(path)
+        return result.keeping(job.patterns).save(path)
     if kind == "plot":
         from engine.plots import figure, save_figure
 
-        return save_figure(figure(kept(result, job.patterns)), path)
+        return save_figure(figure(result.keeping(job.patterns)), path)
     if kind == "linearization":
         from engine.simulation.linearize import linearize
 

@@ -7,12 +7,16 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from engine.basics.problems import Problem
 from engine.cli.running import problem_lines
 from engine.cli.terminal import coloured
+from engine.simulation.certainty.stated import rough
 from engine.simulation.summary import counted, ranges
 
 if TYPE_CHECKING:
+    from engine.simulation.certainty.stated import Certainty
     from engine.simulation.result import Result
 
 FIRST_EVENTS = 6
@@ -42,14 +46,31 @@ def summary_lines(result: Result, files: dict[str, str]) -> list[str]:
     tone = GREEN if result.outcome.ok else RED
     title = f" — {result.scene.title}" if result.scene.title else ""
     lines = [f"{BOLD}{result.scene.name}{PLAIN}{title}", f"{tone}{result.outcome}{PLAIN}", cost(result), f"audit {result.audit}"]
+    lines += [certain(result.certainty)] if result.certainty is not None else []
     lines += [f"note: {n}" for n in result.notes]
-    rows = [(r.name, _number(r.low), _number(r.high), _number(r.last), r.unit) for r in ranges(result)]
+    rows = [(r.name, _number(r.low), _number(r.high), _number(r.last), *_error(result, r.name), r.unit) for r in ranges(result)]
     if rows:
-        lines += ["", *table(("column", "min", "max", "last", "unit"), rows)]
+        lines += ["", *table(("column", "min", "max", "last", *_error(result), "unit"), rows)]
     if result.events:
         lines += ["", *event_lines(result)]
     lines += ["", *(f"wrote {path}" for path in files.values())] if files else []
     return lines
+
+
+def certain(c: Certainty) -> str:
+    """What is stated about errors, in one line."""
+    asked = f"accuracy {c.asked}: {'met' if c.met else 'NOT met'}; " if c.asked else ""
+    shift = c.shift.max(initial=0.0)
+    jumps = f"; rows near events may be off by {rough(shift)} s" if shift > 0.0 else ""
+    return f"{asked}{c}{jumps} {DIM}({c.cost:.2g} runs){PLAIN}"
+
+
+def _error(result: Result, name: str = "") -> tuple[str, ...]:
+    """The cell of a column's largest error, or of the head; none where no errors were asked for."""
+    c = result.certainty
+    if c is None:
+        return ()
+    return (f"± {rough(c.largest(name))}" if name and np.isfinite(c.largest(name)) else "–" if name else "error",)
 
 
 def cost(result: Result) -> str:
@@ -87,11 +108,13 @@ def event_lines(result: Result) -> list[str]:
         f"{n} {kind.replace('_', ' ')}{'s' if n > 1 and '_' not in kind else ''}" for kind, n in counted(result.events).items()
     )
     rows = []
-    for e in result.events[:FIRST_EVENTS]:
+    errors = result.certainty.event_errors if result.certainty is not None else ()
+    for i, e in enumerate(result.events[:FIRST_EVENTS]):
         turns = ", ".join(f"{math.degrees(a):.4g}°" for a in e.turn if math.isfinite(a))
         where = f"{e.joint}[{e.part}]" if any(x.part > 1 for x in result.events if x.joint == e.joint) else e.joint
         kind = e.kind.replace("_", " ") + (" (marginal)" if e.marginal else "")
-        rows.append((f"{e.time:.6f}", kind, where, turns))
+        off = (f"± {rough(errors[i])}",) if errors else ()
+        rows.append((f"{e.time:.6f}", *off, kind, where, turns))
     more = len(result.events) - len(rows)
-    head = ("time, s", "event", "joint", "contact normals turn by")
+    head = ("time, s", *(("error, s",) if errors else ()), "event", "joint", "contact normals turn by")
     return [f"events: {counts}", *table(head, rows), *([f"… and {more} more"] if more else [])]

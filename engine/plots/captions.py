@@ -23,7 +23,10 @@ def caption(result: Result) -> str:
     words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
     name = result.outcome.name.replace("_", " ")
     where = f" in {result.outcome.joint}" if result.outcome.joint else ""
-    return " · ".join([*words, f"{name}{where} at t = {result.outcome.time:.6g} s"])
+    words.append(f"{name}{where} at t = {result.outcome.time:.6g} s")
+    if result.certainty is not None and not result.certainty.promise.whole:
+        words.append(f"no error is promised from t = {result.certainty.promise.until:.6g} s (shaded)")
+    return " · ".join(words)
 
 
 def event_text(event: Event) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.plots.bands import errors
 from engine.plots.captions import caption
 from engine.plots.palette import EVENT, GRID, INK, color, dash
 from engine.plots.panels import Panel, Section, sections
@@ -57,7 +58,10 @@ def page(result: Result, parts: list[Section], between: tuple[float, float] | No
         fig.text(LEFT / width, top / height, section.heading, size=11, weight="bold", color=INK, va="center")
         for panel, (x, y) in zip(section.panels, boxes, strict=True):
             axes = fig.add_axes((x / width, y / height, WIDTH / width, HEIGHT / height))
-            _draw(axes, panel, scale, unit, between or (0.0, result.settings.get("until") or result.time[-1]))
+            span = between or (0.0, result.settings.get("until") or result.time[-1])
+            _draw(axes, panel, scale, unit, span)
+            if result.certainty is not None:
+                errors(axes, panel, scale, thousands(panel), min(result.certainty.promise.until, span[1]))
     if not count:
         fig.text(0.5, 0.4, "no columns to draw (see the outputs patterns)", ha="center", color=INK)
     return fig
@@ -67,7 +71,9 @@ def window(result: Result, between: tuple[float, float]) -> Result:
     """The rows and events of a result within a span of time."""
     first, last = between
     rows = (result.time >= first) & (result.time <= last)
-    return replace(result, data=result.data[rows], events=tuple(e for e in result.events if first <= e.time <= last))
+    here = [i for i, e in enumerate(result.events) if first <= e.time <= last]
+    certainty = result.certainty and result.certainty.within(rows, here)
+    return replace(result, data=result.data[rows], events=tuple(result.events[i] for i in here), certainty=certainty)
 
 
 def _layout(parts: list[Section], columns: int) -> tuple[float, list[tuple[Section, float, list[tuple[float, float]]]]]:

@@ -29,6 +29,8 @@ class Curve:
     label: str
     time: np.ndarray
     values: np.ndarray
+    error: np.ndarray | None = None
+    """Its error, as many, where it is stated (not a number where nothing is promised)."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,14 @@ def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[li
     sizes = [float(np.max(np.abs(result[n][np.isfinite(result[n])]), initial=0.0)) for n in here]
     largest = max(sizes, default=0.0)
     kept = [n for n, s in zip(here, sizes, strict=True) if s > NEGLIGIBLE * largest] or here[:1]
-    return [Curve(n, result.time, result[n] * scale) for n in kept[:MOST_CURVES]], len(kept[MOST_CURVES:])
+    curves = [Curve(n, result.time, result[n] * scale, _error(result, n, scale)) for n in kept[:MOST_CURVES]]
+    return curves, len(kept[MOST_CURVES:])
+
+
+def _error(result: Result, name: str, scale: float) -> np.ndarray | None:
+    """The error of a column, scaled, where it has one."""
+    c = result.certainty
+    return c[name] * scale if c is not None and np.isfinite(c[name]).any() else None
 
 
 def _panel(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from engine.kernel.columns import Column
 from engine.simulation.audit import Audit
+from engine.simulation.certainty.stated import Certainty
 from engine.simulation.certificate import Certificate
 from engine.simulation.event import Event
 from engine.simulation.outcome import Outcome
@@ -55,6 +57,8 @@ class Result:
     redundancy: Redundancy = field(default_factory=lambda: Redundancy(0))
     certificate: Certificate = field(default_factory=Certificate)
     audit: Audit = field(default_factory=Audit)
+    certainty: Certainty | None = None
+    """The global error of every number, where it was asked for (``certify``)."""
 
     @property
     def names(self) -> list[str]:
@@ -100,6 +104,17 @@ class Result:
 
         return [c.name for c in select(list(self.columns), (pattern,))]
 
+    def keeping(self, patterns: Sequence[str]) -> Result:
+        """The result with only the columns that match one of the patterns."""
+        from engine.kernel.columns import select
+
+        chosen = {c.name for c in select(list(self.columns), tuple(patterns))}
+        if len(chosen) == len(self.columns):
+            return self
+        places = [i for i, c in enumerate(self.columns) if c.name in chosen]
+        columns, data = tuple(self.columns[i] for i in places), self.data[:, [0, *(i + 1 for i in places)]]
+        return replace(self, data=data, columns=columns, certainty=self.certainty and self.certainty.only(places))
+
     def to_arrow(self) -> pyarrow.Table:
         """An Arrow table with units and metadata in its schema."""
         from engine.simulation.tables import to_arrow
@@ -111,18 +126,22 @@ class Result:
         from engine.basics.extras import brought
 
         pd = brought("pandas", "pandas", "to_pandas()")
-        frame = pd.DataFrame(self.data[:, 1:], columns=self.names[1:], index=pd.Index(self.time, name="time"))
-        frame.attrs["units"] = self.units
+        from engine.simulation.certainty.tabled import with_errors
+
+        whole = with_errors(self)
+        frame = pd.DataFrame(whole.data[:, 1:], columns=whole.names[1:], index=pd.Index(self.time, name="time"))
+        frame.attrs["units"] = whole.units
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
         """A dataset with the dimension ``time``; units in ``attrs`` of each column, the scene's name and the outcome in those of
         the whole."""
         from engine.basics.extras import brought
+        from engine.simulation.certainty.tabled import with_errors
 
-        xr = brought("xarray", "xarray", "to_xarray()")
-        about = [{"units": c.unit, "long_name": c.description} for c in self.columns]
-        data = {c.name: ("time", self.data[:, i + 1], about[i]) for i, c in enumerate(self.columns)}
+        xr, all_of = brought("xarray", "xarray", "to_xarray()"), with_errors(self)
+        about = [{"units": c.unit, "long_name": c.description} for c in all_of.columns]
+        data = {c.name: ("time", all_of.data[:, i + 1], about[i]) for i, c in enumerate(all_of.columns)}
         whole = {"scene": self.scene.name, "outcome": str(self.outcome)}
         return xr.Dataset(data, {"time": ("time", self.time, {"units": "s"})}, whole)
 

@@ -23,7 +23,7 @@ from engine.simulation.result import Result, Stats
 from engine.simulation.summary import marginal_note
 
 if TYPE_CHECKING:
-    from engine.simulation.run import Model
+    from engine.simulation.model import Model
 
 log = logging.getLogger("trunnion.simulate")
 CHUNK_SECONDS = 0.03

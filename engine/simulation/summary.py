@@ -107,4 +107,5 @@ def document(result: Result) -> dict[str, Any]:
         "events": [asdict(e) for e in result.events],
         "notes": list(result.notes),
         "audit": result.audit.document(),
+        **({"certainty": result.certainty.document()} if result.certainty is not None else {}),
     }

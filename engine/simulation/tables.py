@@ -24,6 +24,7 @@ from engine.basics.extras import brought
 from engine.basics.files import writing
 from engine.basics.problems import Problem, SceneError
 from engine.basics.version import version
+from engine.simulation.certainty.tabled import with_errors
 from engine.simulation.event import Event
 from engine.simulation.outcome import Outcome
 
@@ -37,7 +38,7 @@ SUFFIXES = (".csv", ".parquet")
 FORMAT = "trunnion result 1"
 AT_ONCE = 4096
 """Rows of a CSV file that are made into text at once."""
-ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit")
+ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit", "certainty")
 """Metadata keys whose values are JSON; the others are plain text."""
 
 
@@ -53,6 +54,8 @@ def metadata(result: Result) -> dict[str, str]:
         "notes": list(result.notes),
         "audit": result.audit.document(),
     }
+    if result.certainty is not None:
+        encoded["certainty"] = result.certainty.document()
     plain = {"format": FORMAT, "version": version(), "name": result.scene.name}
     return plain | {k: json.dumps(finite(v), ensure_ascii=False) for k, v in encoded.items()}
 
@@ -70,15 +73,17 @@ def finite(value: Any) -> Any:
 
 
 def to_arrow(result: Result) -> pyarrow.Table:
-    """Arrow table of float64: ``unit`` and ``description`` in each field's metadata, ``metadata`` in the schema's."""
+    """Arrow table of float64, errors behind the columns where there are any: ``unit`` and ``description`` in each field's
+    metadata, ``metadata`` in the schema's."""
     pa = brought("pyarrow", "tables", "to_arrow()")
+    about_run, result = metadata(result), with_errors(result)
     about = [("s", "time"), *((c.unit, c.description) for c in result.columns)]
     fields = [
         pa.field(name, pa.float64(), nullable=False, metadata={"unit": unit, "description": text})
         for name, (unit, text) in zip(result.names, about, strict=True)
     ]
     arrays = [arrow.numbers(column) for column in result.data.T]
-    return pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=metadata(result)))
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=about_run))
 
 
 def save(result: Result, path: str | os.PathLike[str]) -> Path:
@@ -99,6 +104,7 @@ def _write_parquet(result: Result, path: Path) -> None:
 
 def _write_csv(result: Result, path: Path) -> None:
     head = [f"# {key}: {text}" for key, text in metadata(result).items()]
+    result = with_errors(result)
     units = ",".join(result.units.values())
     lines = [*(" ".join(line.split("\n")) for line in head), f"# units: {units}", ",".join(result.names)]
     with path.open("wb") as f:

@@ -156,13 +156,15 @@ async def trajectory(
     outputs: Annotated[
         list[str] | None, Query(description="Patterns of columns (repeatable; default: the scene's).", max_length=100)
     ] = None,
+    certify: Annotated[bool, Query(description="Whether each column's global error stands beside it (`<column>.error`).")] = False,
     accept: Accept = "*/*",
 ) -> Response:
-    """One case, run again with all its rows: one column for each quantity, one row for each output time."""
+    """One case, run again with all its rows: one column for each quantity, one row for each output time. With `certify` a second,
+    tighter run states the error of every number, and from when on none is promised (there it is null)."""
     import pyarrow as pa
 
     kind = chosen(format, accept)
-    table = pa.ipc.open_stream(await replayed(s, request, job, case, outputs, "table")).read_all()
+    table = pa.ipc.open_stream(await replayed(s, request, job, case, outputs, "certified" if certify else "table")).read_all()
     headers = {"Content-Disposition": f'attachment; filename="{job}-{case}.{SUFFIX[kind]}"'}
     return StreamingResponse(stream(kind, table.schema, [table]), 200, headers, MEDIA[kind])
 

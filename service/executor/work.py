@@ -171,8 +171,8 @@ def forget() -> None:
 def run_trajectory(
     url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str, changes: Mapping[str, float] | None = None
 ) -> bytes:
-    """One case again with all its rows: an Arrow stream (``table``), the page of its moving picture (``animation``), or its events
-    as JSON (``events``). changes: its numbers, where they follow from results."""
+    """One case again with all its rows: an Arrow stream (``table``, or ``certified`` with errors), the page of its moving picture
+    (``animation``), or its events as JSON (``events``). changes: its numbers, where they follow from results."""
     from engine.batch.sweeping import trajectory
     from engine.plots.animate import page
     from engine.plots.mechanism import needed
@@ -183,7 +183,7 @@ def run_trajectory(
             return page(trajectory(plan, case, needed(plan.scene), changes)).encode()
         if kind == "events":
             return events_bytes(trajectory(plan, case, outputs, changes))
-        return arrow_bytes(trajectory(plan, case, outputs, changes).to_arrow())
+        return arrow_bytes(trajectory(plan, case, outputs, changes, kind == "certified").to_arrow())
 
 
 def events_bytes(result: Result) -> bytes:

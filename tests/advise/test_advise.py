@@ -50,6 +50,18 @@ def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) 
     assert torque.chosen.setting.error <= WANTED
 
 
+def test_what_integration_alone_adds_is_part_of_the_error_and_falls_with_the_error_wanted() -> None:
+    parts = []
+    for wanted in (1e-3, 1e-6):
+        a = advise(load_scene("spherical_pendulum"), wanted, ("pendulum.position[1]",), **QUICK)  # type: ignore[arg-type]
+        assert a.chosen is not None
+        setting = a.chosen.setting
+        assert setting is not None
+        assert 0.0 < setting.integration < 2.0 * wanted  # stated with a factor of safety
+        parts.append(setting.integration)
+    assert parts[1] < 0.1 * parts[0]
+
+
 def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) -> None:
     """The prediction is of first order; friction enters its own normal force, so that a tenth is allowed for."""
     ideal = next(r for r in torque.rungs if not r.joints)

@@ -48,6 +48,13 @@ def test_the_reference_says_which_two_methods_made_it_and_they_differ(swing: Stu
     assert 0 <= own.error < 1e-10  # both run at 1e-12 or less over less than half a period
 
 
+def test_the_error_that_a_run_states_of_itself_is_the_true_one(swing: Study) -> None:
+    own = swing.references[Variant()].error
+    ratios = [p.predicted / p.error for p in swing.ours() if p.ok and 100 * own < p.error < 0.1]
+    assert len(ratios) > 10
+    assert all(0.5 < r < 5 for r in ratios)
+
+
 def test_the_reference_is_the_closed_form() -> None:
     """After one period the pendulum is back at (−1, 0)."""
     scene = load_scene("simple_pendulum")

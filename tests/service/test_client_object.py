@@ -69,6 +69,10 @@ def test_a_list_of_cases_has_the_dimension_of_its_cases(there: Connection) -> No
 
 def test_rows_of_cases_are_had_alone_and_together(job: Job) -> None:
     one = job.trajectory(4, "ball.qd[2]")
+    sure = job.trajectory(4, "ball.qd[2]", certify=True)
+    assert sure.column_names == ["time", "ball.qd[2]", "time.error", "ball.qd[2].error"]
+    assert sure["ball.qd[2]"] == one["ball.qd[2]"]
+    assert 0.0 < sure["ball.qd[2].error"][-1].as_py() < 1e-3
     changes = {MU: 0.2, START: -9.8}
     run = engine.simulate("spherical_pendulum", 0.5, 0.01, overrides=changes, outputs="ball.qd[2]", kernel="parts")
     assert one["ball.qd[2]"].to_pylist() == pytest.approx(run["ball.qd[2]"].tolist(), rel=1e-12)

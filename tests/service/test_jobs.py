@@ -91,6 +91,9 @@ def test_a_case_can_be_seen_with_all_its_rows(server: InProcess, small: str) -> 
     assert [c["name"] for c in answer["columns"]] == ["time", "ball.qd[2]"]
     assert len(answer["rows"]) == len(r)
     assert answer["rows"][-1][1] == pytest.approx(float(r["ball.qd[2]"][-1]), rel=1e-12)
+    sure = server.get(f"/v1/jobs/{small}/cases/5/trajectory", params={"outputs": ["ball.qd[2]"], "certify": True}).json()
+    assert [c["name"] for c in sure["columns"]] == ["time", "ball.qd[2]", "time.error", "ball.qd[2].error"]
+    assert [row[:2] for row in sure["rows"]] == answer["rows"]
     assert server.get(f"/v1/jobs/{small}/cases/40/trajectory").status_code == 404
     assert server.get(f"/v1/jobs/{small}/cases/1/trajectory", params={"outputs": "nothing"}).status_code == 422
 

@@ -78,7 +78,7 @@ function dot(c, p, e) {
   e.addEventListener("pointerenter", event => {
     const number = v => v === null ? "–" : v.toPrecision(3);
     const lines = [c.name, p.setting, p.outcome === "done" ? "" : "FAILED: " + p.outcome,
-      "error " + number(p.error) + (c.law ? " · against the exact law " + number(p.model_error) : ""),
+      "error " + number(p.error) + (p.predicted ? " · stated by the run itself " + number(p.predicted) : "") + (c.law ? " · against the exact law " + number(p.model_error) : ""),
       "median " + number(1e3 * p.median) + " ms, minimum " + number(1e3 * p.minimum) + " ms of " + p.repeats,
       p.steps ? p.steps + " steps, " + p.rejected + " rejected, " + p.evaluations + " evaluations, " + p.events + " events" : "",
       p.leaves_out ? "leaves out: " + p.leaves_out : ""];

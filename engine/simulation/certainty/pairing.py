@@ -1,0 +1,67 @@
+"""Events of two runs of one scene, paired: the k-th of a kind in a part of a joint is the same in both."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+
+from engine.simulation.event import Event
+
+TOLD = ("separation", "turn")
+"""Kinds that are told from a threshold on, or where two steps see them: they decide nothing of the motion."""
+Kind = tuple[str, str, int]
+Timed = tuple[float, int]
+"""Time of an event, s, and its number."""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """times: of the same event in the first run and in the other, s, by the number of the first run's event; alone: time of the
+    first event that only one of them has, s (infinity: there is none), and what it is in words."""
+
+    times: dict[int, tuple[float, float]]
+    alone: float = inf
+    about: str = ""
+
+
+def paired(run: Sequence[Event], other: Sequence[Event], near_end: float) -> Pairs:
+    """Pair the events of two runs; those without a counterpart from ``near_end`` on, s, may come after the end in the other."""
+    mine, theirs = _by_kind(run), _by_kind(other)
+    times: dict[int, tuple[float, float]] = {}
+    alone: list[tuple[float, str]] = []
+    for kind in mine.keys() | theirs.keys():
+        both, a, b = _aligned([(run[i].time, i) for i in mine[kind]], [(other[j].time, j) for j in theirs[kind]])
+        times |= {i: (t, u) for (t, i), (u, _) in both}
+        if kind[0] not in TOLD:
+            what = f"{kind[0].replace('_', ' ')} of {kind[1]} in"
+            alone += [(t, f"{what} the run alone") for t, _ in a] + [(t, f"{what} the tighter one alone") for t, _ in b]
+    return Pairs(times, *min((x for x in alone if x[0] < near_end), default=(inf, "")))
+
+
+def _aligned(a: list[Timed], b: list[Timed]) -> tuple[list[tuple[Timed, Timed]], list[Timed], list[Timed]]:
+    """(pairs, those of a alone, those of b alone) of two lists in time: where one has more than the other, those are left out
+    whose successor is nearer."""
+    pairs: list[tuple[Timed, Timed]] = []
+    alone: tuple[list[Timed], list[Timed]] = ([], [])
+    i = j = 0
+    while i < len(a) and j < len(b):
+        apart, more = abs(a[i][0] - b[j][0]), (len(a) - i) - (len(b) - j)
+        if more > 0 and abs(a[i + 1][0] - b[j][0]) < apart:
+            alone[0].append(a[i])
+            i += 1
+        elif more < 0 and abs(a[i][0] - b[j + 1][0]) < apart:
+            alone[1].append(b[j])
+            j += 1
+        else:
+            pairs.append((a[i], b[j]))
+            i, j = i + 1, j + 1
+    return pairs, [*alone[0], *a[i:]], [*alone[1], *b[j:]]
+
+
+def _by_kind(events: Sequence[Event]) -> defaultdict[Kind, list[int]]:
+    out: defaultdict[Kind, list[int]] = defaultdict(list)
+    for i in sorted(range(len(events)), key=lambda i: events[i].time):
+        out[events[i].kind, events[i].joint, events[i].part].append(i)
+    return out
