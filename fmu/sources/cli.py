@@ -1,4 +1,4 @@
-"""``trunnion export``: a scene as a C library."""
+"""``trunnion export``: a scene as a C library, or as a page that steps it."""
 
 from __future__ import annotations
 
@@ -45,6 +45,31 @@ def c(
     said = {"folder": str(folder), "files": sorted(files), "bytes": size, "state": made.bytes, "variables": len(made.called)}
     told = f"{folder}: {size / 1024:.0f} kB of C99, {len(made.called)} variables, {made.bytes / 1024:.1f} kB of state"
     _tell(said, [told, f"  cd {folder} && cc -std=c99 -O2 *.c -lm -o example && ./example"], as_json)
+
+
+@export.command("web", context_settings=LENIENT)
+def web(
+    ctx: typer.Context,
+    scene: Annotated[str | None, SCENE] = None,
+    save: Annotated[str | None, FOLDER] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    step: Annotated[str | None, STEP] = None,
+    as_json: Annotated[bool, AS_JSON] = False,
+) -> None:
+    """WebAssembly, with a page that steps and draws the mechanism while its numbers are changed: one file, offline."""
+    from engine.cli.progress import Watch
+    from fmu.sources.library import write_files
+    from fmu.sources.web import web as page_of
+
+    loaded, how, folder = _asked(ctx, scene, save, "web", changes, None, step)
+    with Watch(f"WebAssembly of {loaded.name}") as watch:
+        watch.part("compiling for wasm32", 0, 1)
+        files = page_of(loaded, how["overrides"], how["step"])
+    write_files(folder, files)
+    said = {"folder": str(folder), "files": sorted(files), "bytes": sum(map(len, files.values()))}
+    page, module = sorted(files)
+    size = f"{len(files[page]) / 1024:.0f} kB, {len(files[module]) / 1024:.0f} kB of WebAssembly in it"
+    _tell(said, [f"{folder / page}: {size} (open it in a browser; {module} is the module alone)"], as_json)
 
 
 def _asked(

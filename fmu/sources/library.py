@@ -12,6 +12,7 @@ from engine.basics.files import replacing
 from engine.basics.problems import Problem, SceneError
 from engine.scene.given import Names
 from engine.scene.overrides import Given, scene_given
+from engine.simulation.result import Result
 from fmu.description import Variable
 from fmu.export import Made, started
 from fmu.sources.sizes import INPUT, SHELL, sizes_of
@@ -29,13 +30,15 @@ EXAMPLE_STEPS = 100
 
 @dataclass(frozen=True)
 class Library:
-    """The C files of a mechanism by name, and how its variables are called in C. name: begins the names of files and functions."""
+    """The C files of a mechanism by name, and how its variables are called in C. name: begins the names of files and functions;
+    bytes: of its struct; step: s; first: the begin of its run."""
 
     name: str
     files: dict[str, str]
     called: dict[str, Variable]
     bytes: int
     step: float
+    first: Result
 
 
 def library(
@@ -59,7 +62,7 @@ def library(
     given = _given(name, called, total, made) | {"sources": " ".join(sorted(files))}
     files |= {file: filled(file, given) for file in ("main.c", "CMakeLists.txt", "README.md")}
     files[f"{name}.h"] = filled("mechanism.h", given)
-    return Library(name, files, called, total * 8, made.step)
+    return Library(name, files, called, total * 8, made.step, first)
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from fmpy.build import build_platform_binary
 
-from engine.scene import model_names
+from engine.scene import model_names, models_dir
 from fmu.export import export
 from fmu.sources.library import Library, library
 
 from .foreign import refused
+from .hosting import arm
 from .sourcing import STRICT, Loaded, columns, foreign, printed, program, write, zig
 
 pytestmark = pytest.mark.slow
@@ -25,6 +26,8 @@ SAME = 1e-12
 """Of a column's size."""
 MACHINES = {"x86_64-linux-musl": "", "aarch64-linux-musl": "qemu-aarch64", "arm-linux-musleabihf": "qemu-arm"}
 """Targets whose programs run here, and by what."""
+DESIGNS = sorted(f"designer/{f.parent.name}" for f in models_dir().glob("designer/*/scene.yaml"))
+"""Mechanisms of more bodies, some with many joints that rub; an arm with inputs besides."""
 CORTEX = ("--target=thumbv7em-none-eabihf", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-ffreestanding")
 WASI = """const {readFileSync} = require("fs"), {WASI} = require("wasi");
 const wasi = new WASI({version: "preview1", args: [], env: {}});
@@ -93,11 +96,12 @@ def test_gcc_takes_it_without_a_warning_at_every_level(level: str, made: Library
         assert subprocess.run(words, capture_output=True, text=True, check=False).stderr == "", file.name
 
 
-@pytest.mark.parametrize("name", model_names())
-def test_every_bundled_model_runs_within_its_arrays_and_keeps_the_rules(name: str, tmp_path: Path) -> None:
-    made = library(name, checked=True)
+@pytest.mark.parametrize("name", [*model_names(), *DESIGNS, "arm"])
+def test_every_model_runs_within_its_arrays_and_keeps_the_rules(name: str, tmp_path: Path) -> None:
+    scene = arm() if name == "arm" else models_dir() / name
+    made = library(scene, checked=True)
     loaded = Loaded(tmp_path, made)
-    for file, text in library(name).files.items():
+    for file, text in library(scene).files.items():
         if file.endswith(".c") and file != "main.c":
             assert refused(text.replace("#define TR_RESTRICT restrict\n", "")) == [], file
     assert loaded.call("init") == 0
