@@ -95,16 +95,12 @@ def export(
     if whole_vectors:
         loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
     tell = progress or (lambda what, done, of: None)
-    total = 2 + len(names)
-    tell("deriving the equations", 0, total)
+    tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
     made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi])
     libraries = _libraries(made, names, tell)
-    tell("writing", 1 + len(names), total)
-    documents = made.documents(flavour)
-    if sources:
-        documents = with_sources(documents, made.sources, model, made.standard, made.identifier)
-    archive.write(target, documents | _binaries(made, flavour, libraries))
+    tell("writing", 1 + len(names), 2 + len(names))
+    archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
     if parameters is not None:
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
@@ -232,18 +228,19 @@ class Made:
         texts = {name: unit_text(unit, f"trunnion_{name}") for name, unit in kernel.units.items()}
         return texts | parts_texts(kernel.units.values())
 
-    def documents(self, flavour: str) -> dict[str, bytes]:
-        """Files by path in the archive: model description, picture, documentation page, licences."""
+    def documents(self, flavour: str, sources: bool = False) -> dict[str, bytes]:
+        """Files by path in the archive: model description, picture, documentation page, licences; sources."""
         picture = pages.picture(self.first)
         pictures = {"model.png": picture} if self.standard == "2.0" else {
             "documentation/diagram.png": picture, **icons(picture),
             "terminalsAndIcons/terminalsAndIcons.xml": terminals(self.model, self.faces),
         }  # fmt: skip
-        return {
+        plain = {
             "modelDescription.xml": self.described(self.guid, flavour), **pictures,
             "documentation/index.html": pages.page(self.first, self.titled(), flavour, self.guid, self.standard),
             **pages.licences(flavour),
         }
+        return with_sources(plain, self) if sources else plain
 
     def titled(self) -> list[tuple[str, Variable]]:
         """The variables by the names that readers see."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
 
 from engine.simulation.run import Model
@@ -13,14 +14,21 @@ HEAD = b'<?xml version="1.0" encoding="UTF-8"?>\n'
 INTERFACES = ("ModelExchange", "CoSimulation")
 
 
-def with_sources(
-    documents: Mapping[str, bytes], units: Mapping[str, str], model: Model, standard: str, identifier: str
-) -> dict[str, bytes]:
-    """The documents of an FMU with its C sources, which are named where the standard wants it. units: ``Made.sources``."""
-    files = texts(units, sizes_of(units, model), standard, identifier)
+class Exported(Protocol):
+    """What an exported model says of itself (``fmu.export.Made``)."""
+
+    sources: dict[str, str]
+    model: Model
+    standard: str
+    identifier: str
+
+
+def with_sources(documents: Mapping[str, bytes], made: Exported) -> dict[str, bytes]:
+    """The documents of an FMU with its C sources, which are named where the standard wants it."""
+    files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
     out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}
-    if standard == "3.0":
-        out["sources/buildDescription.xml"] = build_description(identifier, list(files))
+    if made.standard == "3.0":
+        out["sources/buildDescription.xml"] = build_description(made.identifier, list(files))
     else:
         out["modelDescription.xml"] = listing_sources(documents["modelDescription.xml"], list(files))
     return out
