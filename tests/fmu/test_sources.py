@@ -23,7 +23,7 @@ from fmu.export import export
 from fmu.sources.cli import export as app
 from fmu.sources.library import Library, library, library_name
 from fmu.sources.scratch import BoundMissing, fixed
-from fmu.sources.tidy import used_only
+from fmu.sources.tidy import definitions, used_only
 
 from .foreign import refused
 from .sourcing import STRICT, Loaded, columns, foreign, write
@@ -114,6 +114,14 @@ def test_sources_keep_microsofts_rules_and_need_neither_heap_nor_files(made: Lib
 ])  # fmt: skip
 def test_what_microsofts_compiler_lacks_is_refused(text: str) -> None:
     assert refused(text)
+
+
+def test_what_other_files_see_begins_with_the_models_name(made: Library) -> None:
+    for name, text in made.files.items():
+        if name.endswith(".c") and name != "main.c":
+            seen = [d.name for d in definitions(text) if not d.static] + re.findall(r"^const \w+ (\w+)=", text, re.MULTILINE)
+            assert seen, name
+            assert all(n.startswith(f"{SCENE}_") for n in seen), name
 
 
 def test_nothing_exported_names_this_machine(made: Library) -> None:
