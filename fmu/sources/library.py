@@ -21,7 +21,8 @@ from fmu.sources.texts import texts
 WORDS = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long register restrict "
     "return short signed sizeof static struct switch typedef union unsigned void volatile while main exit abort system memory "
-    "model math class new delete template this namespace private public operator try catch bool true false"
+    "model math string stdio stdlib stddef stdarg stdint time web "
+    "class new delete template this namespace private public operator try catch bool true false"
 )  # fmt: skip
 """Names that mean something else in C or C++."""
 STATUSES = ("OK", "WARNING", "REFUSED", "ERROR")

@@ -185,4 +185,4 @@ def test_the_command_writes_a_folder_and_says_how_it_is_built(tmp_path: Path) ->
     (tmp_path / "file").write_text("")
     with pytest.raises(SceneError, match="is a file"):
         CliRunner().invoke(app, ["c", SCENE, "-o", str(tmp_path / "file")], catch_exceptions=False)
-    assert library_name("Double") == "m_double"
+    assert [library_name(n) for n in ("Double", "string", "door")] == ["m_double", "m_string", "door"]
