@@ -43,6 +43,7 @@ def command(
     kernel: Annotated[str, KERNEL] = "auto",
     whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help="Components written as 0 are parameters too.")] = False,
     parameters: Annotated[str | None, PARAMETERS] = None,
+    sources: Annotated[bool, typer.Option("--sources", help="Its C sources go into it too, for other platforms.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
     """Export the scene as an FMU (co-simulation; FMI 2.0, or 3.0 with --fmi 3)."""
@@ -58,7 +59,7 @@ def command(
     kind = options.choice(flavour, FLAVOURS, "--flavour", found)
     made_of = options.choice(kernel, KERNELS, "--kernel", found)
     values = options.assignments(changes or [], found)
-    found.problems += apart(kind, fmi, parameters)
+    found.problems += apart(kind, fmi, parameters, made_of if sources else None)
     length = options.time(step, "--step", found, zero=True)
     names = found.attempt(lambda: chosen(platform or ["host"], STANDARDS.get(fmi, "2.0")))
     loaded = found.attempt(lambda: load_scene(source)) if source is not None else None
@@ -66,8 +67,9 @@ def command(
     target = options.destination(file, (".fmu",), "-o", found)
     found.end()
     assert loaded is not None
-    how = {"fmi": fmi, "flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs, "step": length or 0.0}
-    _write(loaded, str(target), {**how, "kernel": made_of, "whole_vectors": whole_vectors, "parameters": parameters}, as_json)
+    how: dict[str, Any] = {"fmi": fmi, "flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs}
+    how |= {"step": length or 0.0, "kernel": made_of, "whole_vectors": whole_vectors, "parameters": parameters, "sources": sources}
+    _write(loaded, str(target), how, as_json)
 
 
 def _write(

@@ -29,7 +29,8 @@ from fmu.arrays import face_tables, faces
 from fmu.clocks import LAST, clock_table, clocks
 from fmu.dependencies import dependencies
 from fmu.description import Variable, variables
-from fmu.following import Arrangement, arranged
+from fmu.following import arranged, left_out
+from fmu.sources.in_fmu import with_sources
 from fmu.ssv import of_scene, parameter_set
 from fmu.tables import model_text
 from fmu.terminals import icons, terminals
@@ -72,6 +73,7 @@ def export(
     whole_vectors: bool = False,
     fmi: int = 2,
     parameters: str | Path | None = None,
+    sources: bool = False,
 ) -> Export:
     """Write a co-simulation FMU.
 
@@ -80,26 +82,25 @@ def export(
     neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
-    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their
-    values are written as an SSV file (FMI 2.0 only; None: nowhere). SceneError for wrong input, SimulationError when the scene
-    cannot start.
+    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an
+    SSV file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). SceneError for wrong input,
+    SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")
-    _check(flavour, kernel, target, step, [*read.problems, *apart(flavour, fmi, parameters)])
+    _check(flavour, kernel, target, step, [*read.problems, *apart(flavour, fmi, parameters, kernel if sources else None)])
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), STANDARDS[fmi])
     names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
     loaded = scene_given(scene, overrides)
     if whole_vectors:
         loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
     tell = progress or (lambda what, done, of: None)
-    total = 2 + len(names)
-    tell("deriving the equations", 0, total)
-    model, first = started(loaded, outputs, kernel)
+    tell("deriving the equations", 0, 2 + len(names))
+    model, first = started(loaded, outputs, "compiled" if sources else kernel)
     made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi])
     libraries = _libraries(made, names, tell)
-    tell("writing", 1 + len(names), total)
-    archive.write(target, made.documents(flavour) | _binaries(made, flavour, libraries))
+    tell("writing", 1 + len(names), 2 + len(names))
+    archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
     if parameters is not None:
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
@@ -115,15 +116,6 @@ def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, by
     return libraries
 
 
-def left_out(made: Arrangement) -> tuple[str, ...]:
-    """A note that names the parameters of the scene that the FMU does not have."""
-    if not made.left_out:
-        return ()
-    names, one = ", ".join(made.left_out), made.left_out[0]
-    why = "they act on what an FMU cannot change (shapes, points, axes, rotations, nothing); other values: export again"
-    return (f"no parameters of the FMU: {names}: {why} with --set parameters.{one}=…",)
-
-
 def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
     """What hosts load, and what that needs, by path in the archive. libraries: the model compiled, by platform."""
     if flavour == "python":
@@ -132,13 +124,17 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
     return {f"binaries/{folders[n]}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
 
 
-def apart(flavour: str | None, fmi: int, parameters: str | Path | None) -> list[Problem]:
-    """What is wrong with the standard that is asked for, and does not go with it."""
+def apart(flavour: str | None, fmi: int, parameters: str | Path | None, sources: str | None = None) -> list[Problem]:
+    """What is wrong with the standard that is asked for, and does not go with it. sources: the kernel, where they are asked for."""
     wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
     if fmi not in STANDARDS:
         wrong.append(Problem("--fmi", f"{fmi!r} is no version of FMI that FMUs are made for", "2 or 3"))
     if flavour == "python" and fmi == 3:
         wrong.append(Problem("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2"))
+    if sources is not None and flavour == "python":
+        wrong.append(Problem("--sources", "the python flavour has none", "--flavour native"))
+    if sources == "parts":
+        wrong.append(Problem("--sources", "a model made of parts has none", "--kernel compiled"))
     if parameters is not None and fmi == 3:
         wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--fmi 2"))
     return wrong
@@ -232,18 +228,19 @@ class Made:
         texts = {name: unit_text(unit, f"trunnion_{name}") for name, unit in kernel.units.items()}
         return texts | parts_texts(kernel.units.values())
 
-    def documents(self, flavour: str) -> dict[str, bytes]:
-        """Files by path in the archive: model description, picture, documentation page, licences."""
+    def documents(self, flavour: str, sources: bool = False) -> dict[str, bytes]:
+        """Files by path in the archive: model description, picture, documentation page, licences; sources."""
         picture = pages.picture(self.first)
         pictures = {"model.png": picture} if self.standard == "2.0" else {
             "documentation/diagram.png": picture, **icons(picture),
             "terminalsAndIcons/terminalsAndIcons.xml": terminals(self.model, self.faces),
         }  # fmt: skip
-        return {
+        plain = {
             "modelDescription.xml": self.described(self.guid, flavour), **pictures,
             "documentation/index.html": pages.page(self.first, self.titled(), flavour, self.guid, self.standard),
             **pages.licences(flavour),
         }
+        return with_sources(plain, self) if sources else plain
 
     def titled(self) -> list[tuple[str, Variable]]:
         """The variables by the names that readers see."""

@@ -108,3 +108,12 @@ def depth(program: Sequence[str]) -> int:
 
 
 BINARY = {f"FMU_{OPERATIONS[f]}" for f in ("+", "-", "*", "/", "^", "atan2", "min", "max")}
+
+
+def left_out(all_: Arrangement) -> tuple[str, ...]:
+    """A note that names the parameters of the scene that the FMU does not have."""
+    if not all_.left_out:
+        return ()
+    names, one = ", ".join(all_.left_out), all_.left_out[0]
+    why = "they act on what an FMU cannot change (shapes, points, axes, rotations, nothing); other values: export again"
+    return (f"no parameters of the FMU: {names}: {why} with --set parameters.{one}=…",)

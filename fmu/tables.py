@@ -34,7 +34,6 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
     tables = table_block(n.tables)
     given = len(model.built.scene.inputs)
     derivatives = [v.index for v in [v for v in listed if v.causality == "input"][given:]]
-    watched = sizes["nsliders"] + sizes["nstops"]
     rates = {base: i for i, base in column_rates(model).items()}
     next_ones = [-2 if c.quantity.steps else rates.get(i, -1) for i, c in enumerate(model.columns)]
     arrays = [
@@ -51,10 +50,16 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         "m_rates", "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
-        METHODS[sim.method], int(sim.jams == "impact"), 4 * watched + 16, len(NAMES) + 1, "m_setting", "m_outcome",
-        *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law", *(FACES if faces else FACES_OF_SCALARS),
+        METHODS[sim.method], int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
+        "m_setting", "m_outcome", *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
+        *(FACES if faces else FACES_OF_SCALARS),
     ]
     return HEAD + "".join([*arrays, faces]) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
+
+
+def events_kept(watched: int) -> int:
+    """Events that a block keeps until they are told. watched: pairs and stops."""
+    return 4 * watched + 16
 
 
 def _code(programs: list[list[str]]) -> str:

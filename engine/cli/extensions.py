@@ -16,6 +16,7 @@ GROUP = "trunnion.commands"
 EXTRAS = {
     "fmu": ("fmu", "export the scene as an FMU"),
     "ssp": ("fmu", "write a system of FMUs as an SSP file"),
+    "export": ("fmu", "export the scene as a C library or a page"),
     "serve": ("service", "serve simulations over HTTP"),
     "jobs": ("service", "submit and follow jobs on a server"),
 }

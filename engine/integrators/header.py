@@ -29,7 +29,7 @@ def _sum(coefficients: Sequence[float]) -> str:
 
 
 def _loop(target: str) -> str:
-    return f"const tr_vec v0={{0}};(void)v0;for(int j=0;j<n;++j) out[j]={target};"
+    return f"const tr_vec v0=TR_NOUGHT;(void)v0;for(int j=0;j<n;++j) out[j]={target};"
 
 
 def _explicit(t: Tableau) -> str:

@@ -31,7 +31,7 @@ FLAGS = (
     "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
 )  # fmt: skip
 """Loops are short and of lengths known late: unrolled and vectorised by the compiler the runtime takes twice as long to compile and
-is 3 to 14 percent slower. What is worth vectors is written with them (``vec.h``). Frame pointers, which
+is 3 to 14 percent slower. What is worth vectors is written with them (``beyond.h``). Frame pointers, which
 this compiler keeps unless told not to, cost generated code 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}

@@ -22,7 +22,7 @@ TOUCH = 7
 AROUND = "d_"
 """Begins the names of places of vectors, beside those of numbers."""
 VECTOR = "typedef double tr_vec __attribute__((vector_size(32),aligned(8)));\n"
-"""Begins texts of functions of vectors (``runtime/vec.h``)."""
+"""Begins texts of functions of vectors (``runtime/beyond.h``)."""
 KEPT = "kept"
 """The place of what tangents keep of a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}

@@ -26,7 +26,7 @@ static inline void tr_audit_figure(tr_audit *a, int law, double size, int pair) 
 }
 
 /* Acceleration of freedom i over all that cancels in it, from the maps as they are and all multipliers. */
-static double tr_audit_unrest(const tr_sim *s, int i) {
+static double tr_audit_unrest(tr_sim *s, int i) {
   double size, sum = tr_acceleration_sum(s, i, &size);
   return size > 0.0 ? fabs(sum) / size : 0.0;
 }

@@ -38,7 +38,7 @@ static int tr_rests_as_soon(const tr_sim *s, int m, double left) {
 }
 
 /* In how long pair i comes to rest, s, as the acceleration just evaluated has it. Infinite where that turns it, or makes it faster. */
-static double tr_time_to_brake(const tr_sim *s, int i) {
+static double tr_time_to_brake(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0, v = tr_pair_speed(s, i);
   double along = 0.0, size = 0.0;
@@ -52,7 +52,7 @@ static double tr_time_to_brake(const tr_sim *s, int i) {
 
 /* The speed below which pair i, which rests in `left` s, may stop, m/s. Where others are about to rest as well it is told from near by alone which
  * of them do, and how. */
-static double tr_capture_speed(const tr_sim *s, int i, double left) {
+static double tr_capture_speed(tr_sim *s, int i, double left) {
   int alone = tr_time_to_brake(s, i) < INFINITY;
   for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_rests_as_soon(s, m, left);
   return tr_speed_unit(s) * (alone ? fmax(CAPTURE_ALONE * s->set.rtol, CAPTURE_SPEED) : CAPTURE_SPEED);

@@ -12,7 +12,7 @@
 #define CLOSE_ENOUGH 10.0 /* down to so many tolerances of the event */
 
 /* Sliding speed of a pair that moves on a line, m/s, along the direction it had (`change`: its rate of change), at the state just solved. */
-static double tr_speed_on_line(const tr_sim *s, int i, double *change) {
+static double tr_speed_on_line(tr_sim *s, int i, double *change) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
   double v = 0.0, size = 0.0;

@@ -125,7 +125,7 @@ static double tr_creep_sum(const tr_sim *s, tr_creeping *c, const double *w) {
 static void tr_creep_add(int r, int wide, int many, int v, const double *left, const double *right, double *H) {
   for (int p = 0; p < wide; ++p) {
     double *column = H + (size_t)p * r;
-    for (int k = p; k < wide; k += 4) {
+    for (int k = p; k < wide; k += TR_LANES) {
       tr_vec sum = *(tr_vec *)(column + k);
       for (int i = 0; i < many; ++i) sum += left[i * v + p] * *(const tr_vec *)(right + i * v + k);
       *(tr_vec *)(column + k) = sum;

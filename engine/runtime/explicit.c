@@ -116,7 +116,7 @@ TR_INLINE void tr_lead_on(int e, double *x, const tr_explicit *m, int i, const d
 /* One trial step of size h from (t, y) with K[0] in place: ynew, and the error relative to the tolerance (NaN when a stage could
  * not be evaluated). With ends_in_error the end derivative is left in K[stages]. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
-  int n = tr_width(s), nv = n / 4;
+  int n = tr_width(s), nv = n / TR_LANES;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const int e = tr_nz(s) - s->k->active;
   double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
@@ -145,7 +145,7 @@ static double tr_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_width(s), last = m->stages - 1;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const double *unit = TR_A(s, scale);
-  m->argument(last, n / 4, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+  m->argument(last, n / TR_LANES, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
   double num = 0.0, den = 0.0;
   for (int i = 0; i < s->ny; ++i) {
     double a = (K[m->stages * n + i] - K[last * n + i]) / unit[i], b = (ynew[i] - tmp[i]) / unit[i];
@@ -166,7 +166,7 @@ static void tr_start_between(tr_sim *s, double theta) {
 /* Rows of the dense output into kstep, from the states at both ends of the step and K; extra stages are evaluated for it. Always 1
  * unless one of these cannot be. */
 static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
-  int n = tr_width(s), nv = n / 4;
+  int n = tr_width(s), nv = n / TR_LANES;
   double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
   int watch = s->step.watch;
   s->step.watch = 0;
@@ -194,8 +194,8 @@ static void tr_dense_eval(const tr_sim *s, double theta, double *out) {
   int n = tr_width(s), rows = s->step.dense_rows;
   const double *R = TR_A(s, kstep), *yold = TR_A(s, yold);
   const double factor[2] = {theta, 1.0 - theta};
-  for (int i = 0; i < n; i += 4) {
-    tr_vec a = {0.0};
+  for (int i = 0; i < n; i += TR_LANES) {
+    tr_vec a = TR_NOUGHT;
     for (int r = rows - 1; r >= 0; --r) a = (a + *(const tr_vec *)(R + r * n + i)) * factor[r & 1];
     *(tr_vec *)(out + i) = *(const tr_vec *)(yold + i) + a;
   }

@@ -108,7 +108,6 @@ static void tr_shift(tr_sim *s, double t, const double *y) {
 
 /* Complete a whole step: it becomes the start of the next. */
 static void tr_finish_whole(tr_sim *s) {
-  const tr_kernel *k = s->k;
   const int n = tr_width(s), end = tr_method_of(s)->end;
   s->events.chatter = 0;
   s->stats.of_method[s->step.method]++;

@@ -5,7 +5,7 @@ static void tr_form_all(tr_sim *s);
 
 /* y = b + A x, A m×n, four rows at a time: up to three numbers behind y are overwritten, which arrays of the block have room for. */
 static inline void tr_affine(int m, int n, const double *b, const double *A, const double *x, double *y) {
-  for (int i = 0; i < m; i += 4) {
+  for (int i = 0; i < m; i += TR_LANES) {
     tr_vec sum = *(const tr_vec *)(b + i);
     for (int j = 0; j < n; ++j) sum += *(const tr_vec *)(A + i + (size_t)j * m) * x[j];
     *(tr_vec *)(y + i) = sum;

@@ -3,26 +3,9 @@
 #define TR_LINALG_H
 #include <math.h>
 #include <string.h>
-#include "vec.h"
-
-/* Compiled for the size it is called with: a constant size leaves no loop. */
-#define TR_SIZED static inline __attribute__((always_inline))
-#ifdef __clang__
-#define TR_UNROLL _Pragma("clang loop unroll(full)")
-#else
-#define TR_UNROLL
-#endif
+#include "beyond.h"
 
 #define TR_NO_PIVOT 1e-300 /* what is less cannot be divided by */
-
-/* a − b c, rounded once where the machine can, as the compiler makes it in a loop: of a row of such it would pair the products. */
-static inline double tr_less(double a, double b, double c) {
-#ifdef __FMA__
-  return __builtin_fma(-b, c, a);
-#else
-  return a - b * c;
-#endif
-}
 
 /* Exchange rows and columns k < m of a symmetric matrix (n×n), of which the lower triangle is kept. */
 static inline void tr_exchange(int n, int k, int m, double *L) {
@@ -150,7 +133,7 @@ static inline void tr_lu_take(int n, int k, const double *A, double *to) {
   const double c = to[k + 2] = tr_less(tr_less(to[k + 2], L0[k + 2], a), L1[k + 2], b);
   const double d = to[k + 3] = tr_less(tr_less(tr_less(to[k + 3], L0[k + 3], a), L1[k + 3], b), L2[k + 3], c);
   int i = k + TR_LU_WIDE;
-  for (; i + 4 <= n; i += 4) {
+  for (; i + TR_LANES <= n; i += TR_LANES) {
     tr_vec sum = *(tr_vec *)(to + i);
     sum -= *(const tr_vec *)(L0 + i) * a;
     sum -= *(const tr_vec *)(L1 + i) * b;

@@ -3,7 +3,7 @@
 #ifndef TR_METHODS_H
 #define TR_METHODS_H
 #include "tr_abi.h"
-#include "vec.h"
+#include "beyond.h"
 
 /* out = h · (a combination of the rows of K); n vectors a row. */
 typedef void (*tr_combination)(int n, double h, const tr_vec *restrict K, tr_vec *restrict out);

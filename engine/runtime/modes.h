@@ -6,20 +6,6 @@
 #include "tr.h"
 #include "tr_tables.h"
 
-/* Code that runs at events, at the start or after failures, compiled for size: inlined like the stepping loop it would take most of the
- * compiler's time. */
-#ifdef __clang__
-#define TR_RARE _Pragma("clang attribute push(__attribute__((minsize, noinline)), apply_to = function)")
-#define TR_OFTEN _Pragma("clang attribute pop")
-#else
-#define TR_RARE
-#define TR_OFTEN
-#endif
-
-/* A part of the stepping loop that has a name for the reader only: called in one place, and compiled as if it were written out there
- * (left to the compiler, steps take 1 to 2 percent longer). */
-#define TR_INLINE static inline __attribute__((always_inline))
-
 /* How the multiplier of a freedom is found: by its law; by the acceleration of a pair held at rest; zero, where the motion is
  * prescribed anyway; as its share of what a group of pairs holds together. */
 enum { TR_ROW_LAW, TR_ROW_STILL, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_KEPT };
@@ -60,7 +46,7 @@ static inline int tr_gives_up(tr_sim *s, double work) {
 /* Copies n numbers of one of the block's arrays into another. Most are short: a call takes longer than they do. */
 static inline void tr_copy(int n, const double *from, double *to) {
   int i = 0;
-  for (; i + 4 <= n; i += 4) *(tr_vec *)(to + i) = *(const tr_vec *)(from + i);
+  for (; i + TR_LANES <= n; i += TR_LANES) *(tr_vec *)(to + i) = *(const tr_vec *)(from + i);
   for (; i < n; ++i) to[i] = from[i];
 }
 

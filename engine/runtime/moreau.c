@@ -88,7 +88,7 @@ static void tr_moreau_stops(tr_sim *s, double t, const double *y) {
   double depth[s->k->nstops + 1];
   tr_depths(s, y, depth);
   for (int i = 0; i < s->k->nstops; ++i) {
-    if (tr_pressed(s, i) == depth[i] > 0.0) continue;
+    if (tr_pressed(s, i) == (depth[i] > 0.0)) continue;
     *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
     tr_log(s, t, depth[i] > 0.0 ? TR_EV_STOP_ON : TR_EV_STOP_OFF, i, 0, 0, 0);
     s->stats.events++;

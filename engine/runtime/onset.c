@@ -60,7 +60,7 @@ static int tr_keeps_direction(const tr_sim *s, int i, double speed) {
 
 /* Longest step of the pairs that start to slide: as long as their speed stays below that, however long it takes. dv: acceleration of the
  * rates. */
-static double tr_onset_step(const tr_sim *s, const double *dv) {
+static double tr_onset_step(tr_sim *s, const double *dv) {
   double least = INFINITY;
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

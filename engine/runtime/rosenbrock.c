@@ -121,8 +121,8 @@ TR_INLINE void tr_stages_sum(int nv, int count, const double *a, const tr_vec *y
 }
 
 /* Stage `st` into its row of K. 0 when f cannot be evaluated. */
-TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h, double shift) {
-  const int n = tr_width(s), nv = n / 4, ny = s->ny, ld = tr_jacobian_rows(s);
+TR_INLINE int tr_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h) {
+  const int n = tr_width(s), nv = n / TR_LANES, ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *ft = J + (size_t)ny * ld;
   double *K = TR_A(s, K), *tmp = TR_A(s, ytmp), *ki = K + (st + 1) * n, *f = TR_A(s, dy), c[TR_STAGES];
   if (st == 0) {
@@ -152,8 +152,8 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   const double shift = 1.0 / (m->gamma * h);
   if (!tr_stiff_matrix(s, shift)) return NAN;
   for (int st = 0; st < m->stages; ++st)
-    if (!tr_stiff_stage(s, m, st, h, shift)) return NAN;
-  tr_stages_sum(n / 4, m->stages, m->b, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
+    if (!tr_stiff_stage(s, m, st, h)) return NAN;
+  tr_stages_sum(n / TR_LANES, m->stages, m->b, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (s->set.hfixed > 0.0) return 0.0;
   tr_note_strays(s, K + m->stages * n, 1.0);
   return sqrt(tr_norm2(s, K + m->stages * n, y, ynew));
@@ -161,12 +161,12 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
 
 /* Dense rows in the form of tr_dense_eval: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */
 static int tr_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
-  const int nv = tr_width(s) / 4;
+  const int nv = tr_width(s) / TR_LANES;
   const tr_vec *K = (tr_vec *)TR_A(s, K), *y0 = (tr_vec *)TR_A(s, yold), *y1 = (tr_vec *)TR_A(s, ynew);
   tr_vec *R = (tr_vec *)TR_A(s, kstep);
   s->step.dense_rows = 4;
   for (int i = 0; i < nv; ++i) {
-    tr_vec d[3] = {{0.0}, {0.0}, {0.0}};
+    tr_vec d[3] = {TR_NOUGHT, TR_NOUGHT, TR_NOUGHT};
     for (int p = 0; p < m->stages; ++p) {
       TR_UNROLL
       for (int r = 0; r < 3; ++r) d[r] += m->H[r * m->stages + p] * K[(p + 1) * nv + i];

@@ -5,10 +5,9 @@
 #include "tr.h"
 
 #define CLEAR_PIVOT 1e-3 /* of a row's scale: a thousand times GROW_PIVOT, for pivots in another order are smaller */
-#define TR_APART __attribute__((noinline)) /* so that steps of few loops are compiled as if there were no others */
 
 /* The factor of S at the state whose maps are in place, in the lower triangle of S in that order; 0: left to the dense one. */
-TR_APART static int tr_factor_sparse(tr_sim *s) {
+TR_APART int tr_factor_sparse(tr_sim *s) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
   const double *S = TR_A(s, maps), *d = TR_A(s, d);
@@ -37,7 +36,7 @@ TR_APART static int tr_factor_sparse(tr_sim *s) {
 }
 
 /* x ← S⁻¹ b with that factor. */
-TR_APART static void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
+TR_APART void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
   const double *L = TR_A(s, S), *d = TR_A(s, d);

@@ -1,9 +1,7 @@
 /* Instances: memory, log, start of a run, changes from outside, steps. */
 #include <math.h>
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
-#include <stdlib.h>
 #include "fmu.h"
 
 #define MODEL (&fmu_the_model)
@@ -14,6 +12,11 @@
 
 #include "log.c"
 
+#if defined FMU_ALONE /* a library without a heap */
+static void *fmu_allocate(const fmu_host *host, size_t bytes) { return (void)host, (void)bytes, NULL; }
+static void fmu_free(const fmu_host *host, void *p) { (void)host, (void)p; }
+#else
+#include <stdlib.h>
 static void *fmu_allocate(const fmu_host *host, size_t bytes) { return host->allocate ? host->allocate(1, bytes) : calloc(1, bytes); }
 
 static void fmu_free(const fmu_host *host, void *p) {
@@ -21,6 +24,7 @@ static void fmu_free(const fmu_host *host, void *p) {
   if (host->release) host->release(p);
   else free(p);
 }
+#endif
 
 /* Set the places of the arrays behind the state; returns the bytes of the whole block. */
 static size_t fmu_layout(fmu_state *s) {
@@ -43,7 +47,7 @@ static void fmu_defaults(fmu_state *s) {
   memset(s, 0, bytes);
   fmu_layout(s);
   s->bytes = bytes;
-  snprintf(s->guid, sizeof s->guid, "%s", MODEL->guid);
+  strncpy(s->guid, MODEL->guid, sizeof s->guid - 1);
   for (int i = 0; i < MODEL->settings; ++i) FMU_A(s, settings)[i] = MODEL->setting[i].start;
   for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
 }

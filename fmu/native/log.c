@@ -9,6 +9,12 @@ static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWar
 /* Whether messages of a category are wanted. */
 static int fmu_wants(const fmu_instance *m, int category) { return m->host.say && m->logging & (1 << category | 1 << FMU_SAYS_ALL); }
 
+#if defined FMU_ALONE /* a library that says nothing */
+static void fmu_say(const fmu_instance *m, fmu_status status, int category, const char *form, va_list a) {
+  (void)m, (void)status, (void)category, (void)form, (void)a;
+}
+#else
+#include <stdio.h>
 /* Send a message of a category; what went wrong is sent even where no log is wanted. */
 static void fmu_say(const fmu_instance *m, fmu_status status, int category, const char *form, va_list a) {
   char text[2048];
@@ -16,6 +22,7 @@ static void fmu_say(const fmu_instance *m, fmu_status status, int category, cons
   vsnprintf(text, sizeof text, form, a);
   m->host.say(&m->host, m->name, status, fmu_category[category], text);
 }
+#endif
 
 /* Send a message to the host and return the status. */
 static fmu_status fmu_log(const fmu_instance *m, fmu_status status, const char *form, ...) {

@@ -10,8 +10,8 @@ from engine.scene import load_scene, scene_from_text
 from engine.scene.overrides import apply
 from engine.simulation.run import Model
 from fmu.description import variables
-from fmu.export import export, left_out
-from fmu.following import BINARY, OPERATIONS, arranged, depth
+from fmu.export import export
+from fmu.following import BINARY, OPERATIONS, arranged, depth, left_out
 from fmu.platforms import NATIVE
 from tests.scene.making import ARM
 

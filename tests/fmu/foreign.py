@@ -1,0 +1,33 @@
+"""C for compilers that are not here: what Microsoft's refuses of what others take, found in a text."""
+
+from __future__ import annotations
+
+import re
+
+LACKED = {
+    r"__(?:attribute|extension|typeof|asm|label)__|\btypeof\b|__builtin_\w+|\basm\b": "a word of GNU C",
+    r"\b_(?:Complex|Imaginary|Thread_local|Generic|Atomic|Noreturn|Alignas|Alignof|Static_assert)\b": "a word beyond C99",
+    r"\(\{": "a block that is an expression",
+    r"\?\s*:": "a condition without its second operand",
+    r"\bcase [^:;{}?]*\.\.\.": "a range of cases",
+    r"[\]\w] = \{\s*\}|\)\{\s*\}": "an empty list of values",
+    r"(?:double|int|char) \w+\[0\];": "an array of nothing",
+    r"\bstatic (?:const )?\d+\]": "a least length of a parameter",
+    r"\b(?:alloca|strdup|M_PI|M_E|ssize_t|unistd|pthread)\b": "a name of POSIX",
+    r"\b0b[01]+\b": "a binary number",
+    r"\brestrict\b(?!\n)": "restrict, which older ones spell otherwise",
+}
+"""What Microsoft's compiler lacks of C as others have it, as patterns of code without comments and strings."""
+LONGEST = 16_380
+"""Bytes of a string that it takes (C2026)."""
+PLAIN = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
+SIZED = re.compile(r"^ +(?:const )?(?:double|int|char|long|tr_\w+|fmu_\w+) [^;=()]*?\w\[([^\]]*[a-z][^\]]*)\]", re.MULTILINE)
+
+
+def refused(text: str) -> list[str]:
+    """What Microsoft's compiler would not take in a C text: what it is, and where."""
+    code = PLAIN.sub(lambda found: '""' if found[0].startswith('"') else " ", text)
+    wrong = [f"{what}: {m[0]!r}" for pattern, what in LACKED.items() for m in re.finditer(pattern, code)]
+    wrong += [f"an array of variable length: {m[0].strip()}" for m in SIZED.finditer(code) if "sizeof" not in m[1]]
+    wrong += [f"a string of {len(s)} bytes" for s in PLAIN.findall(text) if s.startswith('"') and len(s) > LONGEST]
+    return wrong + [f"a letter beyond ASCII: {c!r}" for c in sorted(set(text)) if ord(c) > 127]
