@@ -10,8 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from engine.basics.files import destination_problems
-from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.basics.problems import SimulationError
 from engine.kernel import cache, compiler
 from engine.kernel.dependence import Dependence, dependence
 from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
@@ -26,19 +25,18 @@ from engine.simulation.run import Model, run
 from engine.simulation.settings import KERNELS
 from fmu import archive, pages, platforms, python_flavour
 from fmu.arrays import face_tables, faces
+from fmu.asking import STANDARDS, apart, check
 from fmu.clocks import LAST, clock_table, clocks
 from fmu.dependencies import dependencies
 from fmu.description import Variable, variables
+from fmu.exchange import KINDS, Exchanged, does, exchanged
 from fmu.following import Arrangement, arranged
 from fmu.ssv import of_scene, parameter_set
 from fmu.tables import model_text
 from fmu.terminals import icons, terminals
-from fmu.xml import model_description
+from fmu.xml import Whole, model_description
 from fmu.xml3 import Described, model_description3
 
-FLAVOURS = ("native", "python")
-STANDARDS = {2: "2.0", 3: "3.0"}
-"""Versions of FMI by what a user calls them."""
 EVERYTHING = ("*",)
 """Outputs of a scene that says nothing of them."""
 WHOLE = ("gravity*", "bodies.*", "forces.*")
@@ -72,23 +70,23 @@ def export(
     whole_vectors: bool = False,
     fmi: int = 2,
     parameters: str | Path | None = None,
+    kind: str = "cs",
 ) -> Export:
-    """Write a co-simulation FMU.
+    """Write an FMU.
 
     scene: as for ``engine.simulate``. flavour: native or python. platform: host, all, or names (linux64, win64,
     darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``; where
     neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
-    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their
-    values are written as an SSV file (FMI 2.0 only; None: nowhere). SceneError for wrong input, SimulationError when the scene
-    cannot start.
+    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an SSV
+    file (FMI 2.0 only; None: nowhere). kind: cs, me or both: for co-simulation, model exchange (native only, not every scene).
+    SceneError for wrong input, SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
     step = read.time(step, "step")
-    _check(flavour, kernel, target, step, [*read.problems, *apart(flavour, fmi, parameters)])
-    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), STANDARDS[fmi])
-    names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step)])
+    names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
     if whole_vectors:
         loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
@@ -96,7 +94,7 @@ def export(
     total = 2 + len(names)
     tell("deriving the equations", 0, total)
     model, first = started(loaded, outputs, kernel)
-    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi])
+    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi], kind=kind)
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), total)
     archive.write(target, made.documents(flavour) | _binaries(made, flavour, libraries))
@@ -104,6 +102,12 @@ def export(
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
+
+
+def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
+    """The platforms asked for, of those that a flavour has."""
+    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), standard)
+    return [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
 
 
 def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
@@ -132,30 +136,6 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
     return {f"binaries/{folders[n]}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
 
 
-def apart(flavour: str | None, fmi: int, parameters: str | Path | None) -> list[Problem]:
-    """What is wrong with the standard that is asked for, and does not go with it."""
-    wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
-    if fmi not in STANDARDS:
-        wrong.append(Problem("--fmi", f"{fmi!r} is no version of FMI that FMUs are made for", "2 or 3"))
-    if flavour == "python" and fmi == 3:
-        wrong.append(Problem("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2"))
-    if parameters is not None and fmi == 3:
-        wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--fmi 2"))
-    return wrong
-
-
-def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
-    problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
-    if flavour not in FLAVOURS:
-        problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
-    if kernel not in KERNELS:
-        problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(KERNELS)}"))
-    if not 0.0 <= step < float("inf"):
-        problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
-    if problems:
-        raise SceneError(problems)
-
-
 def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
     """The model and the first millionth of its run; SimulationError when the scene cannot start."""
     compiler.needed("an FMU", "C code for its hosts")
@@ -172,11 +152,13 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
 class Made:
     """Everything about an exported model that does not depend on the platform."""
 
-    def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0"):
-        self.model, self.first, self.standard = model, first, standard
+    def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
+                 kind: str = "cs"):  # fmt: skip
+        self.model, self.first, self.standard, self.kind = model, first, standard, kind
+        self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
         self.scene = model.built.scene
         sim = self.scene.simulation
-        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief))
+        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, own_steps=does(kind, "cs")))
         self.listed: list[Variable] = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
@@ -187,17 +169,18 @@ class Made:
         self.depends = dependencies(model, self.listed, self.known)
         self.faces, self.clocks = faces(self.listed), clocks(model)
         tables = face_tables(self.faces) + clock_table(model, self.clocks) if standard == "3.0" else ""
-        text = model_text(model, self.all, "", "linear" in units, tables)
+        text = model_text(model, self.all, "", "linear" in units, tables, KINDS[kind])
         plain = self.described("", "native")
         self.guid = uuid(cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair)))
-        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units, tables)}
+        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units, tables, KINDS[kind])}
 
     def described(self, guid: str, flavour: str) -> bytes:
         """``modelDescription.xml``."""
         if self.standard == "2.0":
-            return model_description(self.scene, self.listed, self.depends, self.identifier, guid, self.step, flavour)
+            whole = Whole(self.listed, self.depends, self.exchanged, self.kind)
+            return model_description(self.scene, whole, self.identifier, guid, self.step, flavour)
         named = any(c.key == LAST for c in self.model.columns)
-        given = Described(self.faces, self.depends, self.clocks, named)
+        given = Described(self.faces, self.depends, self.clocks, named, self.exchanged, self.kind)
         return model_description3(self.scene, given, self.identifier, guid, self.step)
 
     def _units(self) -> dict[str, str]:
@@ -248,10 +231,11 @@ class Made:
     def titled(self) -> list[tuple[str, Variable]]:
         """The variables by the names that readers see."""
         if self.standard == "2.0":
-            return [(v.name, v) for v in self.listed]
+            return [(v.name, v) for v in (*self.listed, *self.exchanged.states, *self.exchanged.rates)]
         whole = [replace(f.first, description=f.description) for f in self.faces]
         ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
-        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks)]
+        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks),
+                *((v.name, v) for v in self.exchanged.all)]  # fmt: skip
 
 
 def uuid(digest: str) -> str:
