@@ -36,6 +36,7 @@ def command(
     save: Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="The .fmu to write (NAME.fmu).")] = None,
     flavour: Annotated[str, typer.Option(metavar="F", help="native: needs nothing on the host; python: pythonfmu.")] = "native",
     fmi: Annotated[int, typer.Option(metavar="N", help="2: FMI 2.0; 3: FMI 3.0, with arrays, event mode and clocks.")] = 2,
+    type_: Annotated[str, typer.Option("--type", metavar="T", help="cs: co-simulation; me: model exchange; both.")] = "cs",
     platform: Annotated[list[str] | None, typer.Option(metavar="P", help=PLATFORM)] = None,
     changes: Annotated[list[str] | None, CHANGES] = None,
     outputs: Annotated[list[str] | None, OUTPUTS] = None,
@@ -46,30 +47,32 @@ def command(
     sources: Annotated[bool, typer.Option("--sources", help="Its C sources go into it too, for other platforms.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
-    """Export the scene as an FMU (co-simulation; FMI 2.0, or 3.0 with --fmi 3)."""
+    """Export the scene as an FMU (co-simulation or model exchange; FMI 2.0, or 3.0 with --fmi 3)."""
     from engine.cli import options
     from engine.cli.options import Findings
     from engine.scene import load_scene
     from engine.simulation.settings import KERNELS
-    from fmu.export import FLAVOURS, STANDARDS, apart
+    from fmu.asking import FLAVOURS, STANDARDS, apart
+    from fmu.exchange import KINDS
     from fmu.platforms import chosen
 
     found = Findings()
     source = options.one_scene(options.words_of(scene, ctx), found)
-    kind = options.choice(flavour, FLAVOURS, "--flavour", found)
+    chosen_flavour = options.choice(flavour, FLAVOURS, "--flavour", found)
+    kind = options.choice(type_, tuple(KINDS), "--type", found)
     made_of = options.choice(kernel, KERNELS, "--kernel", found)
     values = options.assignments(changes or [], found)
-    found.problems += apart(kind, fmi, parameters, made_of if sources else None)
     length = options.time(step, "--step", found, zero=True)
+    found.problems += apart(chosen_flavour, fmi, parameters, kind, length or 0.0, made_of if sources else None)
     names = found.attempt(lambda: chosen(platform or ["host"], STANDARDS.get(fmi, "2.0")))
     loaded = found.attempt(lambda: load_scene(source)) if source is not None else None
     file = save or (f"{loaded.name}.fmu" if loaded is not None else "scene.fmu")
     target = options.destination(file, (".fmu",), "-o", found)
     found.end()
     assert loaded is not None
-    how: dict[str, Any] = {"fmi": fmi, "flavour": kind, "platform": names or [], "overrides": values, "outputs": outputs}
-    how |= {"step": length or 0.0, "kernel": made_of, "whole_vectors": whole_vectors, "parameters": parameters, "sources": sources}
-    _write(loaded, str(target), how, as_json)
+    how: dict[str, Any] = {"fmi": fmi, "kind": kind, "flavour": chosen_flavour, "platform": names or [], "overrides": values}
+    how |= {"outputs": outputs, "step": length or 0.0, "kernel": made_of, "whole_vectors": whole_vectors}
+    _write(loaded, str(target), how | {"parameters": parameters, "sources": sources}, as_json)
 
 
 def _write(
@@ -91,7 +94,8 @@ def _write(
         print_json({"exit_code": 0, **asdict(made), "file": str(made.file)})
         return
     v = made.variables
-    kind = f"FMI {how['fmi']}.0, flavour {how['flavour']}"
+    also = {"cs": "", "me": ", model exchange", "both": ", co-simulation and model exchange"}[how["kind"]]
+    kind = f"FMI {how['fmi']}.0, flavour {how['flavour']}{also}"
     typer.echo(f"{made.file}: {made.bytes / 1024:.0f} kB, {kind}, {', '.join(made.platforms)}")
     count = f"{v['output']} outputs, {v['local']} local variables, {v['input']} inputs, {v['parameter']} parameters"
     typer.echo(f"  {count}, GUID {made.guid}")

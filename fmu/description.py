@@ -84,10 +84,11 @@ class Variable:
         return self.variability == "tunable"
 
 
-def variables(model: Model, step: float, rtol: float, brief: bool = False) -> list[Variable]:
+def variables(model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True) -> list[Variable]:
     """All variables in the order of their value references: columns, inputs, parameters. brief: those columns that most hosts have
-    no use for are local variables, not outputs."""
-    return [*_outputs(model, brief), *_inputs(model), *_numbers(model), *_starts(model), *_solver(step, rtol)]
+    no use for are local variables, not outputs. own_steps: it makes steps of its own, which have parameters."""
+    solver = [v for v in _solver(step, rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
+    return [*_outputs(model, brief), *_inputs(model), *_numbers(model), *_starts(model), *solver]
 
 
 class _Scales:

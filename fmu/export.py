@@ -10,8 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from engine.basics.files import destination_problems
-from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.basics.problems import SimulationError
 from engine.kernel import cache, compiler
 from engine.kernel.dependence import Dependence, dependence
 from engine.kernel.source import PREAMBLE, jacobian_source, linear_source
@@ -26,20 +25,19 @@ from engine.simulation.run import Model, run
 from engine.simulation.settings import KERNELS
 from fmu import archive, pages, platforms, python_flavour
 from fmu.arrays import face_tables, faces
+from fmu.asking import STANDARDS, apart, check
 from fmu.clocks import LAST, clock_table, clocks
 from fmu.dependencies import dependencies
 from fmu.description import Variable, variables
+from fmu.exchange import KINDS, Exchanged, does, exchanged
 from fmu.following import arranged, left_out
 from fmu.sources.in_fmu import with_sources
 from fmu.ssv import of_scene, parameter_set
 from fmu.tables import model_text
 from fmu.terminals import icons, terminals
-from fmu.xml import model_description
+from fmu.xml import Whole, model_description
 from fmu.xml3 import Described, model_description3
 
-FLAVOURS = ("native", "python")
-STANDARDS = {2: "2.0", 3: "3.0"}
-"""Versions of FMI by what a user calls them."""
 EVERYTHING = ("*",)
 """Outputs of a scene that says nothing of them."""
 WHOLE = ("gravity*", "bodies.*", "forces.*")
@@ -74,30 +72,30 @@ def export(
     fmi: int = 2,
     parameters: str | Path | None = None,
     sources: bool = False,
+    kind: str = "cs",
 ) -> Export:
-    """Write a co-simulation FMU.
+    """Write an FMU.
 
     scene: as for ``engine.simulate``. flavour: native or python. platform: host, all, or names (linux64, win64,
     darwin64, aarch64-darwin; the python flavour has the first two). overrides, outputs: as in ``engine.simulate``; where
     neither scene nor outputs say which columns are wanted, a few are outputs, the rest local. step: default of
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
-    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an
-    SSV file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). SceneError for wrong input,
-    SimulationError when the scene cannot start.
+    equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an SSV
+    file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). kind: cs, me or both: for
+    co-simulation, model exchange (native only, not every scene). SceneError for wrong input, SimulationError when the scene cannot start.
     """
     target, read = Path(file), Amounts()
-    step = read.time(step, "step")
-    _check(flavour, kernel, target, step, [*read.problems, *apart(flavour, fmi, parameters, kernel if sources else None)])
-    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), STANDARDS[fmi])
-    names = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    step, of = read.time(step, "step"), kernel if sources else None
+    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of)])
+    names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
     if whole_vectors:
         loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
     tell = progress or (lambda what, done, of: None)
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
-    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi])
+    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi], kind=kind)
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
     archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
@@ -105,6 +103,12 @@ def export(
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
     return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
+
+
+def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
+    """The platforms asked for, of those that a flavour has."""
+    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), standard)
+    return [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
 
 
 def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
@@ -124,34 +128,6 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
     return {f"binaries/{folders[n]}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
 
 
-def apart(flavour: str | None, fmi: int, parameters: str | Path | None, sources: str | None = None) -> list[Problem]:
-    """What is wrong with the standard that is asked for, and does not go with it. sources: the kernel, where they are asked for."""
-    wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
-    if fmi not in STANDARDS:
-        wrong.append(Problem("--fmi", f"{fmi!r} is no version of FMI that FMUs are made for", "2 or 3"))
-    if flavour == "python" and fmi == 3:
-        wrong.append(Problem("--flavour", "pythonfmu writes FMI 2.0 only", "--flavour native, or --fmi 2"))
-    if sources is not None and flavour == "python":
-        wrong.append(Problem("--sources", "the python flavour has none", "--flavour native"))
-    if sources == "parts":
-        wrong.append(Problem("--sources", "a model made of parts has none", "--kernel compiled"))
-    if parameters is not None and fmi == 3:
-        wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--fmi 2"))
-    return wrong
-
-
-def _check(flavour: str, kernel: str, target: Path, step: float, before: Sequence[Problem]) -> None:
-    problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
-    if flavour not in FLAVOURS:
-        problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
-    if kernel not in KERNELS:
-        problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(KERNELS)}"))
-    if not 0.0 <= step < float("inf"):
-        problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
-    if problems:
-        raise SceneError(problems)
-
-
 def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
     """The model and the first millionth of its run; SimulationError when the scene cannot start."""
     compiler.needed("an FMU", "C code for its hosts")
@@ -168,11 +144,13 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
 class Made:
     """Everything about an exported model that does not depend on the platform."""
 
-    def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0"):
-        self.model, self.first, self.standard = model, first, standard
+    def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
+                 kind: str = "cs"):  # fmt: skip
+        self.model, self.first, self.standard, self.kind = model, first, standard, kind
+        self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
         self.scene = model.built.scene
         sim = self.scene.simulation
-        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief))
+        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, own_steps=does(kind, "cs")))
         self.listed: list[Variable] = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
@@ -183,17 +161,18 @@ class Made:
         self.depends = dependencies(model, self.listed, self.known)
         self.faces, self.clocks = faces(self.listed), clocks(model)
         tables = face_tables(self.faces) + clock_table(model, self.clocks) if standard == "3.0" else ""
-        text = model_text(model, self.all, "", "linear" in units, tables)
+        text = model_text(model, self.all, "", "linear" in units, tables, KINDS[kind])
         plain = self.described("", "native")
         self.guid = uuid(cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair)))
-        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units, tables)}
+        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units, tables, KINDS[kind])}
 
     def described(self, guid: str, flavour: str) -> bytes:
         """``modelDescription.xml``."""
         if self.standard == "2.0":
-            return model_description(self.scene, self.listed, self.depends, self.identifier, guid, self.step, flavour)
+            whole = Whole(self.listed, self.depends, self.exchanged, self.kind)
+            return model_description(self.scene, whole, self.identifier, guid, self.step, flavour)
         named = any(c.key == LAST for c in self.model.columns)
-        given = Described(self.faces, self.depends, self.clocks, named)
+        given = Described(self.faces, self.depends, self.clocks, named, self.exchanged, self.kind)
         return model_description3(self.scene, given, self.identifier, guid, self.step)
 
     def _units(self) -> dict[str, str]:
@@ -245,10 +224,11 @@ class Made:
     def titled(self) -> list[tuple[str, Variable]]:
         """The variables by the names that readers see."""
         if self.standard == "2.0":
-            return [(v.name, v) for v in self.listed]
+            return [(v.name, v) for v in (*self.listed, *self.exchanged.states, *self.exchanged.rates)]
         whole = [replace(f.first, description=f.description) for f in self.faces]
         ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
-        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks)]
+        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks),
+                *((v.name, v) for v in self.exchanged.all)]  # fmt: skip
 
 
 def uuid(digest: str) -> str:

@@ -25,8 +25,9 @@ HEAD = '#include <math.h>\n#include "fmu.h"\nextern const tr_kernel trunnion_ker
        "extern const tr_jacobian trunnion_jacobian;\nextern const tr_linear trunnion_linear;\n"
 
 
-def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: str = "") -> str:
-    """The C source that defines ``fmu_the_model``. faces: the tables that FMI 3.0 needs besides; "" for FMI 2.0."""
+def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
+    """The C source that defines ``fmu_the_model``. faces: the tables that FMI 3.0 needs besides; "" for FMI 2.0. types: what it
+    is for (``exchange.KINDS``)."""
     n, sizes, sim = model.built.numbers, model.kernel.sizes, model.built.scene.simulation
     listed = all_.listed
     settings = [*(v for v in listed if v.causality == "parameter"), *all_.followers]
@@ -46,7 +47,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
     ]
     counts = [len(model.columns), given, len(derivatives)]
     values = [
-        string(guid), string(model.built.scene.name), *counts, len(settings), len(all_.followers), "m_derivative", "m_whole",
+        string(guid), string(model.built.scene.name), types, *counts, len(settings), len(all_.followers), "m_derivative", "m_whole",
         "m_rates", "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -11,6 +12,7 @@ from engine.scene.model import Scene
 from engine.scene.units import parse_unit
 from fmu.dependencies import Depends
 from fmu.description import HUGE, Variable
+from fmu.exchange import Exchanged, does
 from fmu.types import ENUMERATIONS, QUANTITIES
 
 DISPLAY = {
@@ -32,6 +34,22 @@ CATEGORIES = {
 }
 
 
+@dataclass(frozen=True)
+class Whole:
+    """What there is to describe: variables; of those that are columns, what they depend on; what model exchange has besides; what
+    the FMU is for."""
+
+    listed: list[Variable]
+    depends: list[Depends]
+    exchanged: Exchanged
+    kind: str
+
+    @property
+    def variables(self) -> list[Variable]:
+        """All variables: those of model exchange come last."""
+        return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
+
+
 def date(scene: Scene) -> str:
     """The date of generation: that of SOURCE_DATE_EPOCH, or the scene's, or a constant, so that a scene gives the same bytes on any
     day."""
@@ -41,24 +59,28 @@ def date(scene: Scene) -> str:
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def model_description(
-    scene: Scene, listed: list[Variable], depends: list[Depends], identifier: str, guid: str, step: float, flavour: str
-) -> bytes:
-    """``modelDescription.xml`` as bytes. depends: of the outputs, in their order."""
+def model_description(scene: Scene, whole: Whole, identifier: str, guid: str, step: float, flavour: str) -> bytes:
+    """``modelDescription.xml`` as bytes."""
     root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": scene.name, "guid": guid, **about(scene)})
-    options = {
-        "modelIdentifier": identifier, "needsExecutionTool": "false", "canHandleVariableCommunicationStepSize": "true",
-        "canBeInstantiatedOnlyOncePerProcess": "false", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
-        "canInterpolateInputs": "true", "maxOutputDerivativeOrder": "1", "providesDirectionalDerivative": "true",
+    everywhere = {
+        "modelIdentifier": identifier, "needsExecutionTool": "false", "canBeInstantiatedOnlyOncePerProcess": "false",
         "canNotUseMemoryManagementFunctions": "false" if flavour == "native" else "true",
-    }
-    SubElement(root, "CoSimulation", options)
-    add_units(root, listed)
-    _types(root, listed)
+        "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+    }  # fmt: skip
+    if does(whole.kind, "me"):
+        root.set("numberOfEventIndicators", str(len(whole.exchanged.indicators)))
+        SubElement(root, "ModelExchange", {**everywhere, "completedIntegratorStepNotNeeded": "false",
+                                           "providesDirectionalDerivative": "false"})  # fmt: skip
+    if does(whole.kind, "cs"):
+        SubElement(root, "CoSimulation", {
+            **everywhere, "canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true",
+            "maxOutputDerivativeOrder": "1", "providesDirectionalDerivative": "true"})  # fmt: skip
+    add_units(root, whole.variables)
+    _types(root, whole.variables)
     categories(root, "fmi2")
     experiment(root, scene, step)
-    _variables(root, listed)
-    _structure(root, listed, depends)
+    _variables(root, whole.variables)
+    _structure(root, whole)
     indent(root, " ")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
 
@@ -156,14 +178,31 @@ def real(v: Variable) -> dict[str, str]:
     return real
 
 
-def _structure(root: Element, listed: list[Variable], depends: list[Depends]) -> None:
-    """Write ModelStructure: the outputs, and what they depend on during the run and at its start. depends: of the columns, which
-    come first."""
-    structure = SubElement(root, "ModelStructure")
-    outputs = [(i, d) for i, d in enumerate(depends) if listed[i].causality == "output"]
-    for name in ("Outputs", "InitialUnknowns"):
-        node = SubElement(structure, name)
-        for i, d in outputs:
-            places = d.now if name == "Outputs" else d.start
-            said = {"dependencies": " ".join(map(str, places)), "dependenciesKind": " ".join(["dependent"] * len(places))}
-            SubElement(node, "Unknown", {"index": str(i + 1), **said})
+def _structure(root: Element, whole: Whole) -> None:
+    """Write ModelStructure: the outputs, and what they depend on during the run and at its start; derivatives of states, which
+    depend on everything that is known."""
+    structure, first, n = SubElement(root, "ModelStructure"), len(whole.listed) + 1, len(whole.exchanged.states)
+    outputs = [(i, v, d) for i, (v, d) in enumerate(zip(whole.listed, whole.depends, strict=False)) if v.causality == "output"]
+    states, rates = range(first, first + n), range(first + n, first + 2 * n)
+    node = SubElement(structure, "Outputs")
+    for i, v, d in outputs:
+        _unknown(node, i + 1, (*d.now, *(states if v.variability == "continuous" else ())))
+    node = SubElement(structure, "Derivatives") if n else structure
+    for i in rates:
+        _unknown(node, i, None)
+    node = SubElement(structure, "InitialUnknowns")
+    for i, _, d in outputs:
+        _unknown(node, i + 1, d.start)
+    parameters = tuple(i + 1 for i, v in enumerate(whole.listed) if v.causality == "parameter")
+    for i in states:
+        _unknown(node, i, parameters)
+    for i in rates:
+        _unknown(node, i, None)
+
+
+def _unknown(node: Element, index: int, places: tuple[int, ...] | None) -> None:
+    """Write an unknown and the places of what it depends on; None: on everything that is known."""
+    depends = "" if places is None else " ".join(map(str, places))
+    kinds = "" if places is None else " ".join(["dependent"] * len(places))
+    said = {} if places is None else {"dependencies": depends, "dependenciesKind": kinds}
+    SubElement(node, "Unknown", {"index": str(index), **said})

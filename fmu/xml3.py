@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -11,18 +11,20 @@ from fmu.arrays import ENUMERATION, FLOAT64, UINT64, Face
 from fmu.clocks import NAME, Clock
 from fmu.dependencies import Depends
 from fmu.description import HUGE
+from fmu.exchange import Exchanged, does
 from fmu.types import ENUMERATIONS, QUANTITIES
 from fmu.xml import about, add_units, categories, experiment, real
 
+STATES = ("canGetAndSetFMUState", "canSerializeFMUState")
 CAN = (
-    "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives",
+    "canHandleVariableCommunicationStepSize", *STATES, "providesDirectionalDerivatives",
     "providesAdjointDerivatives", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
     "canReturnEarlyAfterIntermediateUpdate", "hasEventMode",
 )  # fmt: skip
-"""What it can do."""
-CANNOT = (
-    "needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies", "providesEvaluateDiscreteStates",
-)  # fmt: skip
+"""What it can do in co-simulation."""
+CAN_EXCHANGE = (*STATES, "needsCompletedIntegratorStep")
+"""What it can do, or asks for, in model exchange."""
+CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies")
 """What it cannot, or need not."""
 TIME = "time"
 
@@ -30,17 +32,24 @@ TIME = "time"
 @dataclass(frozen=True)
 class Described:
     """What there is to describe: variables; of the scalars that are columns, what they depend on; clocks; whether there is a column
-    that gives the joint of the last event."""
+    that gives the joint of the last event; what model exchange has besides; what the FMU is for."""
 
     faces: list[Face]
     depends: list[Depends]
     clocks: list[Clock]
     named: bool
+    exchanged: Exchanged
+    kind: str
 
     @property
     def own(self) -> int:
         """The reference of the time, behind which those of clocks and of what goes with them follow."""
         return sum(len(f.parts) for f in self.faces)
+
+    @property
+    def first_state(self) -> int:
+        """The reference of the first state, behind which those of derivatives and indicators follow."""
+        return self.own + 1 + 3 * len(self.clocks) + int(self.named)
 
     def of_place(self) -> dict[int, int]:
         """Reference of the variable by the place, from 1, of a scalar in the list."""
@@ -51,9 +60,14 @@ def model_description3(scene: Scene, given: Described, identifier: str, token: s
     """``modelDescription.xml`` as bytes."""
     given_by = {"modelName": scene.name, "instantiationToken": token, **about(scene)}
     root = Element("fmiModelDescription", {"fmiVersion": "3.0", **given_by})
-    flags = dict.fromkeys(CAN, "true") | dict.fromkeys(CANNOT, "false")
-    SubElement(root, "CoSimulation", {"modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **flags})
-    scalars = [f.first for f in given.faces]
+    flags = dict.fromkeys(CANNOT, "false")
+    if does(given.kind, "me"):
+        SubElement(root, "ModelExchange", {"modelIdentifier": identifier, **dict.fromkeys(CAN_EXCHANGE, "true"), **flags})
+    if does(given.kind, "cs"):
+        SubElement(root, "CoSimulation", {
+            "modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **dict.fromkeys(CAN, "true"), **flags,
+            "providesEvaluateDiscreteStates": "false"})  # fmt: skip
+    scalars = [*(f.first for f in given.faces), *given.exchanged.all]
     add_units(root, scalars, extra=("s",))
     _types(root, given)
     categories(root, "fmi3")
@@ -62,6 +76,7 @@ def model_description3(scene: Scene, given: Described, identifier: str, token: s
     for f in given.faces:
         _variable(parent, f, given)
     _own_variables(parent, given)
+    _exchanged(parent, given)
     _structure(root, given)
     indent(root, " ")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
@@ -70,7 +85,7 @@ def model_description3(scene: Scene, given: Described, identifier: str, token: s
 def _types(root: Element, given: Described) -> None:
     """Write TypeDefinitions: quantities of real variables, words for the values of enumerations."""
     definitions = SubElement(root, "TypeDefinitions")
-    scalars = [f.first for f in given.faces]
+    scalars = [*(f.first for f in given.faces), *given.exchanged.all]
     for unit in sorted({v.unit for v in scalars if not v.type and v.unit in QUANTITIES} | {"s"}):
         SubElement(definitions, "Float64Type", {"name": QUANTITIES[unit], "quantity": QUANTITIES[unit], "unit": unit})
     for name in sorted({v.type for v in scalars} & set(ENUMERATIONS)):
@@ -144,15 +159,38 @@ def _own_variables(parent: Element, given: Described) -> None:
             "variability": "discrete", "initial": "calculated"})  # fmt: skip
 
 
+def _exchanged(parent: Element, given: Described) -> None:
+    """Write the states, their derivatives and the indicators."""
+    at = {v.name: given.first_state + i for i, v in enumerate(given.exchanged.all)}
+    for v in given.exchanged.all:
+        node = SubElement(parent, FLOAT64, {
+            "name": v.name, "valueReference": str(at[v.name]), "description": v.description, "causality": v.causality,
+            "variability": v.variability, "initial": v.initial, **real(v)})  # fmt: skip
+        if v.rate_of:
+            node.set("derivative", str(at[v.rate_of]))
+
+
 def _structure(root: Element, given: Described) -> None:
     """Write ModelStructure: the outputs, and what they depend on during the run and at its start."""
     structure, place = SubElement(root, "ModelStructure"), given.of_place()
     outputs = [f for f in given.faces if f.first.causality == "output"]
+    first, n = given.first_state, len(given.exchanged.states)
+    states, rates = range(first, first + n), range(first + n, first + 2 * n)
+    told = range(first + 2 * n, first + len(given.exchanged.all))
+    parameters = [f.reference for f in given.faces if f.first.causality == "parameter"]
     for name in ("Output", "InitialUnknown"):
         for f in outputs:
-            SubElement(structure, name, {"valueReference": str(f.reference)} | _said(_of_parts(f, given, name == "Output"), place))
+            found = {place[p] for p in _of_parts(f, given, name == "Output")}
+            found |= set(states) if name == "Output" and f.first.variability == "continuous" else set()
+            SubElement(structure, name, {"valueReference": str(f.reference)} | _said(found))
         for i in range((3 if name == "Output" else 1) * len(given.clocks)):
-            SubElement(structure, name, {"valueReference": str(given.own + 1 + i), "dependencies": "", "dependenciesKind": ""})
+            SubElement(structure, name, {"valueReference": str(given.own + 1 + i)} | _said(()))
+        for i in states if name == "InitialUnknown" else ():
+            SubElement(structure, name, {"valueReference": str(i)} | _said(parameters))
+        for i in rates:
+            SubElement(structure, "ContinuousStateDerivative" if name == "Output" else name, {"valueReference": str(i)})
+    for i in told:
+        SubElement(structure, "EventIndicator", {"valueReference": str(i)})
 
 
 def _of_parts(f: Face, given: Described, now: bool) -> Iterator[int]:
@@ -162,7 +200,7 @@ def _of_parts(f: Face, given: Described, now: bool) -> Iterator[int]:
         yield from d.now if now else d.start
 
 
-def _said(places: Iterator[int], of_place: dict[int, int]) -> dict[str, str]:
+def _said(references: Iterable[int]) -> dict[str, str]:
     """Attributes that say what an unknown depends on."""
-    found: Sequence[int] = sorted({of_place[p] for p in places})
+    found = sorted(references)
     return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -37,6 +37,7 @@ static int tr_layout(tr_sim *s, int ntable) {
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
   TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
   TR_PLACE(acc, along * (a + e));
+  TR_PLACE(told, 3 * pairs + 2 * k->nstops + 1); TR_PLACE(slow, pairs); TR_PLACE(modes, TR_DOUBLES(tr_mode) * pairs);
   TR_PLACE(con, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0);
   int nz = a + e, dense = (ny + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));

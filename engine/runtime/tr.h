@@ -190,6 +190,7 @@ typedef struct tr_places {
   int stray;        /* errors of pairs' speeds, m/s, as steps estimate them: of the last trial step, and of all of them (``margin.c``) */
   int far;          /* how far pairs and stops are beyond their modes: now, at the start and at the end of the step */
   int con;          /* contacts at the last accepted state */
+  int told, slow, modes; /* of an importer's steps (``told.c``): what tells when modes end, how often they did; speeds that end sliding, m/s; modes as they were */
   int jac, jw, jp, W, wperm, jch; /* the stiff method: Jacobian, multiplier part, its point, matrix and order; of the choice of reactions */
 } tr_places;
 

@@ -166,12 +166,6 @@ static fmu_status fmu_go_to_event(fmu_instance *m, double target, double h) {
   return fmu_arrived(m, TR_DONE, target);
 }
 
-/* The host has handled what has happened so far. */
-static void fmu_handled(fmu_state *s) {
-  s->ticking = 0;
-  for (int i = 0; i < MODEL->clocks->count; ++i) FMU_TICKS(s)[i].active = 0.0;
-}
-
 /* The host has handled an event that is at hand: outputs are as they are just after it. */
 static fmu_status fmu_after_event(fmu_instance *m) {
   fmu_state *s = m->state;

@@ -1,10 +1,12 @@
-/* The FMI 2.0 co-simulation functions. One translation unit; as long as the standard's list of functions. */
+/* The FMI 2.0 functions, but those for model exchange alone. One translation unit; as long as the standard's list of functions. */
 #include "fmi2Functions.h"
 #include "instance.c"
 #include "variables.c"
 #include "derivatives.c"
 #include "states.c"
 #include "life.c"
+#include "exchange.c"
+#include "fmi2_exchange.c"
 
 FMU_EXPORT const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 FMU_EXPORT const char *fmi2GetVersion(void) { return fmi2Version; }
@@ -29,9 +31,10 @@ FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Str
   if (!functions) return NULL;
   const fmu_host host = {.allocate = functions->allocateMemory, .release = functions->freeMemory, .say = functions->logger ? fmi2_say : NULL,
                          .logger = (void (*)(void))functions->logger, .environment = functions->componentEnvironment};
-  const char *why = type != fmi2CoSimulation ? "this FMU is for co-simulation"
-                  : !guid || strcmp(guid, MODEL->guid) ? "the GUID is not that of this FMU: the description is of another version" : NULL;
-  return fmu_create(&host, name, why, logging);
+  const int exchange = type == fmi2ModelExchange;
+  fmu_instance *m = fmu_create(&host, name, fmu_refusal(exchange ? FMU_EXCHANGE : FMU_COSIMULATION, guid), logging);
+  if (m) m->exchange = exchange;
+  return m;
 }
 
 FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { fmu_destroy(c); }

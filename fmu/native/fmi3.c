@@ -1,4 +1,4 @@
-/* The FMI 3.0 co-simulation functions: instances, modes, steps, states, derivatives. One translation unit with those it includes. */
+/* The FMI 3.0 functions, but those for model exchange alone: instances, modes, steps, states, derivatives. One translation unit with those it includes. */
 #include "fmi3Functions.h"
 #include "instance.c"
 #include "variables.c"
@@ -7,6 +7,7 @@
 #include "states.c"
 #include "life.c"
 #include "ahead.c"
+#include "exchange.c"
 #include "fmi3_values.c"
 #include "fmi3_none.c"
 
@@ -34,7 +35,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, fmi3IntermediateUpdateCallback update) {
   (void)resources, (void)visible;
   const fmu_host host = {.say = logger ? fmi3_say : NULL, .logger = (void (*)(void))logger, .environment = environment};
-  const char *why = !token || strcmp(token, MODEL->guid) ? "the instantiation token is not that of this FMU: the description is of another version" : NULL;
+  const char *why = fmu_refusal(FMU_COSIMULATION, token);
   for (size_t i = 0; i < nbetween && !why; ++i)
     if (!between || !fmi3_is_between(between[i])) why = "a variable required between communication points is no continuous input or output";
   fmu_instance *m = fmu_create(&host, name, why, logging);
@@ -47,6 +48,8 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 }
 
 void fmi3FreeInstance(fmi3Instance c) { fmu_destroy(c); }
+
+#include "fmi3_exchange.c"
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean stop_defined, fmi3Float64 stop) {
@@ -67,6 +70,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
   FMU_ENTER(c);
+  if (m->exchange) return fmu_enter_events(m);
   FMU_NEED(m->events, "fmi3EnterEventMode: the instance was made with eventModeUsed = false");
   FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3EnterEventMode: not in the step mode");
   m->state->mode = FMU_EVENTS;
@@ -79,14 +83,16 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
   FMU_NEED(again && terminate && nominals && values && next_defined && next, "a NULL argument was passed");
   FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3UpdateDiscreteStates: not in the event mode");
   *again = *nominals = *values = *next_defined = fmi3False, *next = 0.0;
-  const fmu_status status = fmu_after_event(m);
+  fmu_said said = {0};
+  const fmu_status status = m->exchange ? fmu_update(m, &said) : fmu_after_event(m);
   *terminate = m->state->failed != 0;
+  *again = said.again != 0, *values = said.values != 0, *next_defined = said.defined != 0, *next = said.next;
   return status == FMU_DISCARD ? FMU_ERROR : status;
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3EnterStepMode: not in the event mode");
+  FMU_NEED(m->state->mode == FMU_EVENTS && !m->exchange, "fmi3EnterStepMode: not in the event mode");
   m->state->mode = FMU_STEPPING;
   FMI3_STRICT(fmu_after_event(m));
 }

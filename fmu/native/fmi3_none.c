@@ -103,77 +103,10 @@ fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
   return fmu_log(m, FMU_ERROR, "fmi3EvaluateDiscreteStates: fmi3UpdateDiscreteStates does all there is to do");
 }
 
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
-  FMU_ENTER(c);
-  return fmu_log(m, FMU_ERROR, "fmi3EnterContinuousTimeMode: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean* enterEventMode,
-                                       fmi3Boolean* terminateSimulation) {
-  FMU_ENTER(c);
-  (void)noSetFMUStatePriorToCurrentPoint, (void)enterEventMode, (void)terminateSimulation;
-  return fmu_log(m, FMU_ERROR, "fmi3CompletedIntegratorStep: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
-  FMU_ENTER(c);
-  (void)time;
-  return fmu_log(m, FMU_ERROR, "fmi3SetTime: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 continuousStates[], size_t nContinuousStates) {
-  FMU_ENTER(c);
-  (void)continuousStates, (void)nContinuousStates;
-  return fmu_log(m, FMU_ERROR, "fmi3SetContinuousStates: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t nContinuousStates) {
-  FMU_ENTER(c);
-  (void)derivatives, (void)nContinuousStates;
-  return fmu_log(m, FMU_ERROR, "fmi3GetContinuousStateDerivatives: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 eventIndicators[], size_t nEventIndicators) {
-  FMU_ENTER(c);
-  (void)eventIndicators, (void)nEventIndicators;
-  return fmu_log(m, FMU_ERROR, "fmi3GetEventIndicators: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 continuousStates[], size_t nContinuousStates) {
-  FMU_ENTER(c);
-  (void)continuousStates, (void)nContinuousStates;
-  return fmu_log(m, FMU_ERROR, "fmi3GetContinuousStates: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t nContinuousStates) {
-  FMU_ENTER(c);
-  (void)nominals, (void)nContinuousStates;
-  return fmu_log(m, FMU_ERROR, "fmi3GetNominalsOfContinuousStates: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t* nEventIndicators) {
-  FMU_ENTER(c);
-  (void)nEventIndicators;
-  return fmu_log(m, FMU_ERROR, "fmi3GetNumberOfEventIndicators: this FMU is for co-simulation");
-}
-
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t* nContinuousStates) {
-  FMU_ENTER(c);
-  (void)nContinuousStates;
-  return fmu_log(m, FMU_ERROR, "fmi3GetNumberOfContinuousStates: this FMU is for co-simulation");
-}
-
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clockReference, fmi3Float64 activationTime) {
   FMU_ENTER(c);
   (void)clockReference, (void)activationTime;
   return fmu_log(m, FMU_ERROR, "fmi3ActivateModelPartition: this FMU is for co-simulation");
-}
-
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
-                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger) {
-  (void)name, (void)token, (void)resources, (void)visible, (void)logging;
-  if (logger) logger(environment, fmi3Error, "logStatusError", "this FMU is for co-simulation");
-  return NULL;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,

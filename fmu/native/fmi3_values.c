@@ -7,6 +7,7 @@
 static int fmi3_type(fmi3ValueReference r) {
   const unsigned all = (unsigned)fmu_count(), clocks = (unsigned)MODEL->clocks->count;
   if (r < all) return MODEL->width[r] ? MODEL->type[r] : FMI3_NONE;
+  if (fmu_is_exchanged(r)) return FMU_FLOAT64;
   r -= all;
   if (r == 0) return FMU_FLOAT64;
   r -= 1;
@@ -52,7 +53,12 @@ static double fmi3_own_number(const fmu_state *s, fmi3ValueReference r) {
     for (size_t i = 0; i < n && status <= FMU_WARNING; ++i) { \
       const int own = vr[i] >= (unsigned)fmu_count(), first = (int)vr[i]; \
       if (!own) status = fmu_fresh(m, vr[i]); \
-      if (own) *value++ = (fmi3##Name)fmi3_own_number(m->state, vr[i]); \
+      if (own && fmu_is_exchanged(vr[i])) { \
+        double number = 0.0; \
+        status = fmu_exchanged(m, vr[i], &number); \
+        *value++ = (fmi3##Name)number; \
+      } \
+      else if (own) *value++ = (fmi3##Name)fmi3_own_number(m->state, vr[i]); \
       else for (int k = 0; k < MODEL->width[first]; ++k) *value++ = (fmi3##Name)fmu_value(m->state, first + k); \
     } \
     return status; \

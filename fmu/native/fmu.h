@@ -62,8 +62,12 @@ typedef struct fmu_clocks {
   const int *of;
 } fmu_clocks;
 
+/* What an FMU, or an instance of it, is for. */
+enum { FMU_COSIMULATION = 1, FMU_EXCHANGE = 2 };
+
 typedef struct fmu_model {
   const char *guid, *name;
+  int types; /* what it is for: bits FMU_COSIMULATION, FMU_EXCHANGE */
   int outputs, inputs, derivatives, settings, followers; /* the last of the settings, the followers, are no variables: expressions give them */
   const int *derivative; /* of inputs that are derivatives of others: twice the place of that one, and 1 more for the second */
   const int *whole;      /* 1 for each variable that is a whole number */
@@ -112,7 +116,7 @@ typedef struct fmu_input {
   double changes, derived; /* derived: the highest derivative that has ever come: 0, 1 or 2 */
 } fmu_input;
 
-enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED, FMU_EVENTS, FMU_BETWEEN, FMU_MODES };
+enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED, FMU_EVENTS, FMU_BETWEEN, FMU_CONTINUOUS, FMU_MODES };
 
 /* Types of variables where they are told apart (FMI 3.0). */
 enum fmu_type { FMU_FLOAT64, FMU_INT32, FMU_INT64, FMU_UINT64, FMU_BOOLEAN, FMU_CLOCK, FMU_STRING };
@@ -126,6 +130,7 @@ typedef struct fmu_state {
   size_t bytes;
   char guid[40];
   int mode;
+  int known;   /* model exchange: derivatives and indicators belong to `time` and the state */
   int ready;   /* whether the simulation is at `time` and the row of outputs belongs to it */
   int changed; /* bits FMU_NEW_*: what the host has set and the simulation does not use yet */
   int told;    /* worst verdict of the audit that has been logged */
@@ -159,6 +164,7 @@ typedef struct fmu_instance {
   fmu_state *state;
   char *name;
   int logging;
+  int exchange;     /* the host makes the steps (model exchange) */
   fmu_state *ahead; /* room for a look ahead, */
   double *before;   /* and for the row up to an event; 0: the host does not stop at events */
   int events, early; /* whether the host handles events, and lets steps return early */
@@ -205,6 +211,17 @@ int tr_fail_row(const tr_sim *s, double *number);
 void tr_judge(const tr_sim *s, tr_judgement *out);
 double tr_time(const tr_sim *s);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
+int tr_row_in_modes(tr_sim *s, double *row);
+void tr_place(tr_sim *s, double t, const double *y);
+const double *tr_rates_in_modes(tr_sim *s);
+const double *tr_rates_known(const tr_sim *s);
+const double *tr_arm_here(tr_sim *s);
+const double *tr_told(const tr_sim *s);
+double tr_nominal(const tr_sim *s, int i);
+void tr_follow(tr_sim *s);
+int tr_completed(tr_sim *s);
+int tr_update(tr_sim *s, int jumped, int *changed);
+double tr_next_break(const tr_sim *s);
 tr_input *tr_input_record(tr_sim *s, int input);
 void tr_input_value(const tr_input *record, double t, tr_signal *value);
 #endif

@@ -84,6 +84,8 @@ static void fmu_numbers(fmu_state *s) {
 
 #include "motion.c"
 
+static fmu_status fmu_row_here(fmu_instance *m);
+
 /* Hand the simulation the start values of coordinates and rates; its assembly normalises the quaternions. */
 static void fmu_start_values(fmu_state *s) {
   double *y = tr_array(FMU_SIM(s), TR_ARRAY_STATE);
@@ -156,7 +158,8 @@ static fmu_status fmu_begin(fmu_instance *m) {
     return fmu_log(m, FMU_ERROR, "with these values the loops become redundant and friction depends on it: export the scene with them");
   }
   if (status != TR_OK) return fmu_failed(m, status, FMU_ERROR);
-  s->ready = 1, s->changed = 0;
+  s->ready = 1, s->changed = s->known = 0;
+  if (m->exchange) tr_arm_here(sim);
   return FMU_OK;
 }
 
@@ -181,6 +184,7 @@ static fmu_status fmu_refresh(fmu_instance *m) {
   fmu_state *s = m->state;
   if (s->ready && !s->changed) return FMU_OK;
   if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
+  if (m->exchange && !s->failed) return fmu_row_here(m);
   if (s->failed) return FMU_OK; /* the outputs stay at the last row of the run */
   fmu_status status = fmu_take_over(m);
   if (status != FMU_OK) return status;

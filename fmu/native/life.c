@@ -3,6 +3,15 @@
 #define LEAST_RTOL 1e-14 /* relative tolerances as everywhere: below, steps drown in round-off; above, they are no approximation */
 #define MOST_RTOL 0.1
 
+/* Why an instance for this cannot be made of what the host gave; NULL where it can. */
+static const char *fmu_refusal(int type, const char *guid) {
+  if (!(MODEL->types & type))
+    return type == FMU_EXCHANGE ? "this FMU is for co-simulation" : "this FMU is for model exchange";
+  if (guid && !strcmp(guid, MODEL->guid)) return NULL;
+  return MODEL->clocks ? "the instantiation token is not that of this FMU: the description is of another version"
+                       : "the GUID is not that of this FMU: the description is of another version";
+}
+
 /* A new instance with the values that were exported; NULL, and why, where there is none. why: what is wrong with what the host gave. */
 static fmu_instance *fmu_create(const fmu_host *host, const char *name, const char *why, int logging) {
   fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
@@ -53,14 +62,14 @@ static fmu_status fmu_begun(fmu_instance *m) {
   fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;
   const tr_settings *set = &FMU_SIM(m->state)->set;
-  m->state->mode = FMU_STEPPING;
+  m->state->mode = m->exchange ? FMU_EVENTS : FMU_STEPPING;
   fmu_tell(m, FMU_SAYS_PROGRESS, "the run begins at t = %.9g s: tolerance %g, %s", m->state->time, set->rtol, set->hfixed > 0.0 ? "fixed steps" : "error control");
   return status;
 }
 
 static fmu_status fmu_terminate(fmu_instance *m) {
   const tr_stats *said = &FMU_SIM(m->state)->stats;
-  if (m->state->mode == FMU_STEPPING || m->state->mode == FMU_EVENTS)
+  if (!m->exchange && (m->state->mode == FMU_STEPPING || m->state->mode == FMU_EVENTS))
     fmu_tell(m, FMU_SAYS_PROGRESS, "the run ends at t = %.9g s: %ld steps, %ld rejected, %ld evaluations, %ld events", m->state->time, said->steps,
              said->rejected, said->rhs_evaluations, said->events);
   m->state->mode = FMU_TERMINATED;

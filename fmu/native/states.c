@@ -51,7 +51,7 @@ static int fmu_in_range(fmu_state *s) {
   fmu_layout(&layout);
   s->settings = layout.settings, s->trial = layout.trial, s->inputs = layout.inputs, s->row = layout.row, s->sim = layout.sim;
   s->ticks = layout.ticks, s->heard = layout.heard, s->given_up = layout.given_up;
-  const int flags = s->ready | s->has_stop | s->has_tolerance | s->moved | s->ticking | s->event | s->midway;
+  const int flags = s->ready | s->known | s->has_stop | s->has_tolerance | s->moved | s->ticking | s->event | s->midway;
   return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode < FMU_MODES && (s->changed & ~FMU_NEW) == 0
       && isfinite(s->start) && isfinite(s->time) && isfinite(s->reached) && isfinite(s->point) && s->failed >= 0 && s->failed < TR_CASE_FAILED
       && tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);

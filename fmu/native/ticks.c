@@ -38,3 +38,9 @@ static void fmu_tick_now(fmu_state *s, const tr_event *e) {
 static void fmu_tick_of(const fmu_instance *m, const tr_event *e) {
   if (!fmu_is_heard(m->state, e)) fmu_tick_now(m->state, e);
 }
+
+/* The host has handled what has happened so far. */
+static void fmu_handled(fmu_state *s) {
+  s->ticking = 0;
+  for (int i = 0; MODEL->clocks && i < MODEL->clocks->count; ++i) FMU_TICKS(s)[i].active = 0.0;
+}

@@ -30,12 +30,17 @@ static double fmu_value(const fmu_state *s, int r) {
   return r < no ? FMU_A(s, row)[1 + r] : r < no + ni ? *fmu_input_at(s, r - no) : FMU_A(s, settings)[r - no - ni];
 }
 
+static int fmu_is_exchanged(fmu_reference r);
+static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value);
+
 static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, double *value) {
   const int all = fmu_count();
   for (size_t i = 0; i < n; ++i) {
-    if (vr[i] >= (unsigned)all) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", vr[i]);
-    fmu_status status = fmu_fresh(m, vr[i]);
+    const int exchanged = fmu_is_exchanged(vr[i]);
+    if (vr[i] >= (unsigned)all && !exchanged) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", vr[i]);
+    fmu_status status = exchanged ? fmu_exchanged(m, vr[i], value++) : fmu_fresh(m, vr[i]);
     if (status > FMU_WARNING) return status;
+    if (exchanged) continue;
     const int end = (int)vr[i] + fmu_width(vr[i]);
     for (int r = (int)vr[i]; r < end; ++r) *value++ = fmu_value(m->state, r);
   }
@@ -49,6 +54,7 @@ static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, doubl
   if (m->state->mode == FMU_TERMINATED) return fmu_log(m, FMU_ERROR, "%s cannot be set after termination", g->name);
   if (m->state->mode >= FMU_STEPPING && !g->tunable)
     return fmu_log(m, FMU_ERROR, "%s is fixed: set it before the initialization ends, or reset", g->name);
+  if (m->state->mode == FMU_CONTINUOUS) return fmu_log(m, FMU_ERROR, "%s is discrete: set it in event mode", g->name);
   return FMU_OK;
 }
 

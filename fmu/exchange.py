@@ -1,0 +1,106 @@
+"""Model exchange: which scenes allow it, and the variables that an importer's solver integrates and watches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from engine.basics.problems import Problem, SceneError
+from engine.integrators import REGISTRY, Impulses
+from engine.kernel.records import names_of_powers
+from engine.simulation.pairs import slider_names, stop_names
+from engine.simulation.run import Model
+from engine.system.structure import state_coordinates
+from fmu.description import Variable, followed
+
+KINDS = {"cs": 1, "me": 2, "both": 3}
+"""What an FMU can be for, by what a user calls it: co-simulation, model exchange (bits of ``native/fmu.h``)."""
+NOMINAL = 0.1
+"""Nominal sizes of states, of the scene's scales (``tr_nominal``)."""
+UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}
+RATES = {"rad": "rad/s", "m": "m/s", "1": "1/s", "rad/s": "rad/s^2", "m/s": "m/s^2", "J": "W"}
+"""Units of the time derivatives of states, by the unit of the state."""
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """The states in the order in which an importer gets them, their derivatives, and the event indicators."""
+
+    states: tuple[Variable, ...] = ()
+    rates: tuple[Variable, ...] = ()
+    indicators: tuple[Variable, ...] = ()
+
+    @property
+    def all(self) -> tuple[Variable, ...]:
+        """All of them in the order of their references, which follow those of all other variables."""
+        return (*self.states, *self.rates, *self.indicators)
+
+
+def does(kind: str, bit: str) -> bool:
+    """Whether an FMU of a kind is for co-simulation ("cs") or for model exchange ("me")."""
+    return bool(KINDS[kind] & KINDS[bit])
+
+
+def exchanged(model: Model) -> Exchanged:
+    """What there is to exchange; SceneError, with all reasons, where a scene allows no model exchange."""
+    wrong = refusals(model)
+    if wrong:
+        raise SceneError(wrong)
+    n = model.built.numbers
+    size = {"m": n.length, "rad/s": n.rate, "m/s": n.length * n.rate, "J": n.energy}
+    states = []
+    for name, unit, text in _states(model):
+        nominal = NOMINAL * size.get(unit, 1.0)
+        states.append(Variable(f"states.{name}", unit, text, "local", "continuous", "calculated", None, nominal=nominal))
+    rates = [
+        Variable(f"der({s.name})", RATES[s.unit], f"time derivative: {s.description}", "local", "continuous", "calculated", None,
+                 rate_of=s.name)
+        for s in states
+    ]  # fmt: skip
+    told = [Variable(f"indicators.{n}", "1", t, "local", "continuous", "calculated", None) for n, t in _indicators(model)]
+    return Exchanged(tuple(states), tuple(rates), tuple(told))
+
+
+def _states(model: Model) -> Iterator[tuple[str, str, str]]:
+    """(name, unit, description) of the state: coordinates, rates, bristles, works (``tr_states``)."""
+    system = model.system
+    for j in system.tree:
+        for i in state_coordinates(j):
+            yield f"{j.name}.q[{i + 1}]", UNITS[j.kind.coordinates[i]], f"coordinate {i + 1} of joint {j.name}"
+    for j in system.tree:
+        for k in j.free:
+            yield f"{j.name}.qd[{k + 1}]", "rad/s" if j.kind.turns(k) else "m/s", f"rate {k + 1} of joint {j.name}"
+    for j in system.frictional:
+        if j.friction is not None and j.friction.bristles:
+            for k, _ in enumerate(e for s in j.friction.sliders for e in s.eta):
+                yield f"{j.name}.bristle[{k + 1}]", "1", f"friction ratio of the bristles of {j.name} along freedom {k + 1}"
+    if any(c.quantity.integral for c in model.columns):
+        for name in names_of_powers(system):
+            yield f"work.{name.replace(':', '.')}", "J", f"work of {name.replace(':', ' in joint ')}"
+
+
+def _indicators(model: Model) -> Iterator[tuple[str, str]]:
+    """(name, description) of the numbers that tell when a mode ends (``tr_tell``)."""
+    for name, part in slider_names(model.system):
+        yield f"{name}.mode[{part}]", f"sliding pair {part} of joint {name} keeps its mode while this is positive"
+        yield f"{name}.branch[{part}]", f"sliding pair {part} of joint {name} keeps its branch or direction while this is positive"
+    for name, freedom in stop_names(model.system):
+        yield f"{name}.stop[{freedom}]", f"the stop of freedom {freedom} of joint {name} stays on or off while this is positive"
+    if model.system.frictional:
+        yield "answer", "friction has an answer in the present modes while this is positive"
+
+
+def refusals(model: Model) -> list[Problem]:
+    """Why a scene allows no model exchange: what its motion depends on besides time and state."""
+    sim = model.built.scene.simulation
+    out = []
+    if any(m.name == sim.method and isinstance(m, Impulses) for m in REGISTRY):
+        why = f"method {sim.method} makes impulses over steps of its own, which an importer's solver does not make"
+        out.append(Problem("simulation.method", f"no model exchange: {why}", "--set simulation.method=auto, or --type cs"))
+    if sim.jams == "impact":
+        why = "a jam that ends by an impact comes where friction has no answer, which no event indicator foresees"
+        out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=stop, or --type cs"))
+    for name in followed(model):
+        why = f"the motion that follows input {name} depends on its values at communication points"
+        out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "an effort: {input: …} in that joint, or --type cs"))
+    return out

@@ -1,0 +1,165 @@
+"""Model exchange: an importer's solver gives what ours gives, with the same events; what its calls promise; what is refused."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import zipfile
+from typing import Any
+
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+
+import engine
+from engine.basics.problems import SceneError
+from engine.scene import model_names
+from fmu.export import Made, export, started
+
+from .exchanging import EVERY, Importer, engine_run, exchange, run_me, scene_of
+from .hosting import FOLDER, arm
+from .hosting3 import Host3
+
+MOTION = 1e-6
+"""Positions, rad or m, over the time given, in fmpy's CVode at 1e-8 (its BDF method loses two digits on the way)."""
+INSTANT = 2e-6
+"""Times of events, s: that error over the slowest sliding's deceleration."""
+
+
+def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
+    """Positions to MOTION, the events of the engine in its order, each within INSTANT."""
+    scene = scene_of(name)
+    made, events = engine_run(scene, until)
+    positions = [n for n in made.names if ".q[" in n]
+    got, told, complaints = run_me(exchange(name, fmi), until, [n if fmi == 2 else f"states.{n}" for n in positions])
+    assert complaints == []
+    for n, column in zip(positions, list(got.values())[1:], strict=True):
+        assert np.abs(column - made[n]).max() <= MOTION, n
+    assert [e[1:] for e in told] == [e[1:] for e in events]
+    assert all(abs(mine[0] - its[0]) <= INSTANT for mine, its in zip(told, events, strict=True))
+
+
+RUNS = [("spherical_pendulum", 10.0, 2), ("double_pendulum", 3.0, 2), ("double_pendulum", 3.0, 3)]
+
+
+@pytest.mark.parametrize(("name", "until", "fmi"), RUNS)
+def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: float, fmi: int) -> None:
+    claim_is_the_engine(name, until, fmi)
+
+
+def test_a_loop_closed_by_the_drift_that_is_allowed_has_the_motion_and_the_events_of_the_engine() -> None:
+    """The coordinates of 8.2 that close its loop are states: outputs are of the loop closed."""
+    claim_is_the_engine("crank_slider", 2.0, 2)
+
+
+def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
+    """Errors grow by the stops' stiffness: they fall with the solver's tolerance."""
+    made, events = engine_run(scene_of("swing"), 2.4)
+    got, told, _ = run_me(exchange("swing"), 2.4, ["hip.q[1]", "knee.q[1]"], relative_tolerance=1e-10)
+    assert {e[1] for e in events} == {"slip", "stop", "stop_on", "stop_off"}
+    assert [e[1:] for e in told] == [e[1:] for e in events]
+    assert max(np.abs(got[n] - made[n]).max() for n in ("hip.q[1]", "knee.q[1]")) <= MOTION
+
+
+def described(name: str) -> list[tuple[bytes, bytes]]:
+    """(FMI 2.0, FMI 3.0) descriptions of a bundled model for both kinds of use, each in an archive of nothing else."""
+    model, first = started(engine.load_scene(name), None, "auto")
+    out = []
+    for standard in ("2.0", "3.0"):
+        box = io.BytesIO()
+        with zipfile.ZipFile(box, "w") as z:
+            z.writestr("modelDescription.xml", Made(model, first, 0.0, True, standard, "both").described("{}", "native"))
+        out.append(box.getvalue())
+    return out
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
+    assert [validate_fmu(io.BytesIO(d)) for d in described(name)] == [[], []]
+
+
+def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:
+    """Whatever was asked for in between, the same numbers but for round-off of the iteration for friction."""
+    host = Importer(exchange("double_pendulum"))
+    x = host.states()
+    told = host.rates(), host.indicators()
+    for k in range(5):
+        host.place(0.01 * k, x + 0.1 * np.sin(np.arange(len(x)) + k))
+        host.rates()
+    host.place(0.0, x)
+    assert host.rates() == pytest.approx(told[0], rel=1e-12, abs=1e-12)
+    assert host.indicators() == pytest.approx(told[1], rel=1e-12, abs=1e-12)
+
+
+def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
+    host = Importer(exchange("double_pendulum"))
+    t = host.euler(0.0, 1e-3, 420)
+    kept = host.fmu.getFMUstate()
+    host.euler(t, 1e-3, 200)
+    first = host.states()
+    host.fmu.setFMUstate(kept)
+    host.euler(t, 1e-3, 200)
+    assert np.array_equal(host.states(), first)
+
+
+def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
+    """Euler's method: the first events of the engine, each at the end of a step."""
+    host, h = Importer(exchange("double_pendulum")), 1e-4
+    _, events = engine_run(scene_of("double_pendulum"), 1.0)
+    for k in range(int(0.9 / h)):
+        host.euler(k * h, h, 1)
+        assert np.all(host.indicators() != 0.0)
+    count = host.fmu.getInteger([host.reference["events.count"]])[0]
+    assert count == len({t for t, _, _ in events if t < 0.9})
+
+
+def test_a_jam_is_an_error_in_the_words_of_the_engine() -> None:
+    changes = (("joints.guide.friction.half_length", 0.22),)
+    log: list[tuple[int, str]] = []
+    outcome = engine.simulate(scene_of("double_pendulum", changes), until=5.0, rtol=1e-11).outcome
+    with pytest.raises(FMICallException) as failed:
+        run_me(exchange("double_pendulum", 2, "me", changes), 5.0, ["guide.q[1]"], log)
+    assert failed.value.status == 3
+    mine, its = (re.sub(r"t = \S+ s", "t", text) for text in (log[-1][1], str(outcome)))
+    assert mine == its
+    assert "jammed in joint guide" in its
+
+
+def test_what_is_for_one_use_refuses_the_other() -> None:
+    host = Importer(exchange("double_pendulum"))
+    slave = FMU2Slave(guid=host.md.guid, unzipDirectory=host.folder, instanceName="i", modelIdentifier="double_pendulum")
+    with contextlib.suppress(Exception):
+        slave.instantiate(callbacks=host.calls)
+    for call in (host.fmu.newDiscreteStates, lambda: host.fmu.setReal([host.reference["joints.guide.friction.mu"]], [0.2])):
+        with pytest.raises(FMICallException):
+            call()
+    said = [text.split(":")[0] for text in host.log]
+    assert said == ["this FMU is for model exchange", "UpdateDiscreteStates", "joints.guide.friction.mu is discrete"]
+
+
+def test_states_can_be_read_in_co_simulation_where_an_fmu_is_for_both() -> None:
+    host = Host3(exchange("spherical_pendulum", 3, "both"))
+    host.fmu.doStep(0.0, EVERY)
+    its = host.get("ball.q")[:1] + host.get("ball.qd")[1:2]
+    assert host.get("states.ball.q[1]", "states.ball.qd[2]") == pytest.approx(its, abs=1e-12)
+    assert host.get("der(states.ball.qd[2])") == pytest.approx(host.get("ball.qdd")[1:2], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("scene", "how", "places"),
+    [
+        (arm, {}, {"inputs.angle"}),
+        (arm, {"overrides": {"simulation.jams": "impact", "simulation.method": "moreau"}},
+         {"inputs.angle", "simulation.jams", "simulation.method"}),
+        (arm, {"flavour": "python", "step": 1e-3}, {"--flavour", "--step"}),
+        (arm, {"kind": "model"}, {"--type"}),
+    ],
+)  # fmt: skip
+def test_what_is_not_a_function_of_time_and_state_is_refused_with_remedies(scene: Any, how: dict, places: set[str]) -> None:
+    with pytest.raises(SceneError) as refused:
+        export(scene(), FOLDER / "never.fmu", **{"kind": "me", **how})
+    assert {p.where for p in refused.value.problems} == places
+    assert all(p.hint for p in refused.value.problems)
