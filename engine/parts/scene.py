@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from engine.kernel.records import MOTION
 from engine.parts.blocks import Closed, Moving, Place
-from engine.parts.known import BARE, POSE
+from engine.parts.known import BARE, PIECE, POSE
 from engine.parts.store import closing, small
 from engine.parts.tables import BODY, Tables
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -131,7 +131,10 @@ class Scene(Tables):
         blocks = {name: place(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
-        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels])
+        middle = [*j.profile.middle, j.profile.roller] if j.profile else []
+        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *middle])
+        if j.profile:
+            ends[PIECE] = self.piece(tape, j.profile, closing.bearing(j.kind_name, ground), numbers=numbers, **ends)
         self.call(tape, part, numbers=numbers, **ends, **blocks)
         made = Closed(j, blocks["q"], blocks["v"], blocks["pose"], blocks, self.zeros)
         if forces and self.acts(j):

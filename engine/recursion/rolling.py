@@ -12,12 +12,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from engine.joints.rolling import Sizes, phase, side
-from engine.recursion.rows import Cut, Row, point_velocity
+from engine.recursion.rows import Cut, Moving, Row, point_velocity, pushed
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
-
-Moving = tuple[SX, SX]
-"""A vector (3) and its rate."""
 
 
 @dataclass
@@ -44,15 +41,7 @@ def rolling_row(sym: Symbols, c: Cut) -> Row:
 
 
 def _row(c: Cut, t: Touch, phi: SX) -> Row:
-    (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = t.push, t.arm_in, t.arm_out
-    velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
-    bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)
-    turning, turned = (ca.dot(t.torque_out[i], c.out.omega) + ca.dot(t.torque_in[i], c.inb.omega) for i in (0, 1))
-    return Row(
-        phi, ca.dot(k, velocity) + turning,
-        ca.sparsify(ca.vertcat(-k, t.torque_in[0] - cross(x_in, k))), ca.sparsify(ca.vertcat(k, t.torque_out[0] + cross(x_out, k))),
-        ca.dot(kdot, velocity) + ca.dot(k, bend) + turned,
-    )  # fmt: skip
+    return pushed(c, phi, t.push, t.arm_in, t.arm_out, t.torque_in, t.torque_out)
 
 
 def rolling_freedoms(c: Cut) -> list[Row]:

@@ -11,6 +11,7 @@ from engine.scene import model as sm
 from engine.scene.mass import mass_properties
 from engine.scene.poses import sides_of
 from engine.scene.refs import body_of, named_point
+from engine.system.cams import profile
 from engine.system.devices import Builder
 from engine.system.frames import frame
 from engine.system.friction import element
@@ -130,12 +131,14 @@ class _Maker:
         frames = [frame(s.axis, s.reference) for s in (a, b)]
         pitch = self.table.own(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
         stiffness = self.table.own(f"joints.{name}.stiffness", j.stiffness, "N/m") if j.stiffness is not None else None
+        roller = self.table.own(f"joints.{name}.roller", j.roller, "m") if j.roller is not None else 0.0
         return Joint(
             name, j.type, self.index[a.body], self.index[b.body],
             self.relative(a.body, a.named or f"joints.{name}.inboard.point", a.point),
             self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
+            profile=profile(j.profile, roller) if j.profile else None,
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:

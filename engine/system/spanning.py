@@ -60,8 +60,8 @@ def _span(scene: Scene, light: set[str]) -> Spanning:
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():
-        if REGISTRY[scene.joints[n].type].rolls:
-            continue  # wheels carry no body
+        if REGISTRY[scene.joints[n].type].bodiless:
+            continue  # it carries no body
         at.setdefault(a, []).append(n)
         at.setdefault(b, []).append(n)
     depth = {"ground": 0}

@@ -11,6 +11,7 @@ from engine.joints import REGISTRY, JointKind
 from engine.system.external import External
 from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
+from engine.system.tied import Profile, Wheels
 
 GROUND = -1
 
@@ -97,16 +98,6 @@ class FrictionElement:
 
 
 @dataclass(frozen=True)
-class Wheels:
-    """Of two wheels that roll on each other: module (pitch diameter over teeth), signed numbers of teeth of the inboard and the
-    outboard one, and what ``joints.rolling.phase`` is where they mesh."""
-
-    module: Leaf
-    teeth: tuple[Leaf, Leaf]
-    phase: Leaf
-
-
-@dataclass(frozen=True)
 class Joint:
     """A joint. ``inb``/``out``: indices of its bodies (GROUND = −1). Points are relative to the bodies' reference origins, in body
     axes; frames are row-major 3×3 tuples.
@@ -135,6 +126,7 @@ class Joint:
     rows: int = 0
     stiffness: Leaf | None = None
     wheels: Wheels | None = None
+    profile: Profile | None = None
 
     @property
     def kind(self) -> JointKind:

@@ -43,7 +43,7 @@ def check(scene: Scene) -> Iterator[Finding]:
             part = "the ground" if a == GROUND else shown(a)
             yield Finding(("joints", name), f"both sides are on {part}", "a joint ties two different parts")
         elif {a, b} <= {GROUND, *scene.bodies}:
-            if not REGISTRY[j.type].rolls:  # wheels hold no body
+            if not REGISTRY[j.type].bodiless:
                 ends[name] = (a, b)
         else:
             dangling = True
