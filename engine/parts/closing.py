@@ -104,7 +104,7 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Part:
     ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
     both = ca.vertcat(*pinned(joint, ft[:3], ft[3:], s, Ein, Eout, ins.get("lengths")))
     out = [both[COMPONENTS.index(n)] if n in COMPONENTS else SX(0) for n in needs]
-    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs])
+    name = re.sub(r"\W", "_", "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs]))
     return one(name, ins, {"out": out})
 
 

@@ -17,6 +17,9 @@ from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import GROUND, Joint
 
+FREEDOMS = "freedoms"
+"""Under which the freedoms of what carries no body are kept, as rows."""
+
 
 def motion_of(motions: list[Motion], body: int) -> Motion:
     """Motion of a body or of the ground."""
@@ -46,9 +49,10 @@ def add_rows(sym: Symbols, c: Cut) -> None:
     c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
     if kind.rolls:
         c.rows.append(rolling_row(sym, c))
+        c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
     if kind.follows:
         row, slides, c.Ein = following_row(sym, c)
-        c.made[_freedoms.__name__] = [slides]
+        c.made[FREEDOMS] = [slides]
         c.rows.append(row)
 
 
@@ -91,22 +95,16 @@ def rates(c: Cut) -> list[SX]:
     """Rates of a cut joint's freedoms from the bodies' motion while the loop is closed: (ω_out − ω_in)·axis where it turns,
     relative velocity of the joint's points along the axis where it slides."""
     if c.joint.kind.bodiless:
-        return [f.rate for f in _freedoms(c)]
+        return [f.rate for f in c.made[FREEDOMS]]
     turn = ca.sparsify(c.out.omega - c.inb.omega)
     slide = point_velocity(c) - cross(c.inb.omega, c.s)
     return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
 
 
-@once
-def _freedoms(c: Cut) -> list[Row]:
-    """The freedoms of what carries no body."""
-    return rolling_freedoms(c) if c.joint.kind.nv else []
-
-
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force on the outboard part along a freedom."""
     if c.joint.kind.bodiless:
-        return _freedoms(c)[freedom].g_in, _freedoms(c)[freedom].g_out
+        return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
     (a,) = c.joint.kind.axes[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
@@ -118,7 +116,7 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 def acceleration_bias(c: Cut, freedom: int) -> SX:
     """Acceleration of a cut joint's freedom when Ż of both bodies vanishes; the part with Ż is ``axis_wrenches`` transposed."""
     if c.joint.kind.bodiless:
-        return _freedoms(c)[freedom].xi
+        return c.made[FREEDOMS][freedom].xi
     (a,) = c.joint.kind.axes[freedom]
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
