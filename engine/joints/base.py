@@ -72,7 +72,8 @@ class JointKind:
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
     rolls        of two wheels that roll on each other (``joints.rolling``): such a joint carries no body, and has one row.
-    follows      what of the outboard part follows a curve around the inboard one (``joints.following``): likewise.
+    follows      what of the outboard part follows a curve around the inboard one, or a freedom that another joint's follows
+                 (``joints.following``): likewise.
     """
 
     name: str
@@ -88,7 +89,7 @@ class JointKind:
     friction: str = ""
     contacts: int = 0
     rolls: Rolls | None = None
-    follows: Literal["", "point", "face"] = ""
+    follows: Literal["", "point", "face", "freedom"] = ""
 
     @property
     def bodiless(self) -> bool:
@@ -98,7 +99,7 @@ class JointKind:
     @property
     def apart(self) -> bool:
         """Whether its two points are on two parts that touch elsewhere, not one place."""
-        return self.rolls.apart if self.rolls else bool(self.follows)
+        return self.rolls.apart if self.rolls else self.follows in ("point", "face")
 
     @property
     def nq(self) -> int:

@@ -12,6 +12,7 @@ from engine.contact.base import COMPONENTS, OVERLAP
 from engine.joints import REGISTRY
 from engine.kernel.classes import unpack_motion
 from engine.kernel.records import MOTION
+from engine.parts.blocks import ENDS
 from engine.parts.known import BARE, PIECE, POSE, Numbers, Part
 from engine.parts.local import PRESCRIBED, PartSymbols, a_body
 from engine.parts.one import one
@@ -23,7 +24,7 @@ from engine.recursion.springs import PART, spring_rows
 from engine.recursion.vectors import SX, cross
 from engine.system.loops import NO_SIZE
 from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint
-from engine.system.tied import Profile, Wheels
+from engine.system.tied import Mimic, Profile, Wheels
 
 
 def _closing(kind: str, ground: str) -> tuple[PartSymbols, dict[str, SX], cutting.Cut]:
@@ -78,6 +79,25 @@ def cut(kind: str, ground: str, bare: str = "") -> Part:
 
 def _beside(columns: list[SX]) -> SX:
     return ca.densify(ca.horzcat(SX(6, 0), *columns))
+
+
+@cache
+def tie(follower: str, leader: str) -> Part:
+    """A freedom that follows another: numbers (two frames and two points of each joint, ratio, offset: 50), coordinates and rates
+    of both (2), motions of the bodies of both → residual, rate and ξ, and wrenches on these four."""
+    n, q, v = Numbers(), SX.sym("q", 2), SX.sym("v", 2)
+    ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}
+    motions = [unpack_motion(ca.vertsplit(m)) for m in ends.values()]
+    joints = []
+    for kind in (follower, leader):
+        frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
+        joints.append(Joint("", kind, 0, 0, points[0], points[1], frames[0], frames[1], Fit(), None, (), None, True))  # type: ignore[arg-type]
+    m = Mimic(0, 0, 0, 0, False, n.one(), n.one())
+    sym = PartSymbols(n.count)
+    follows, leads = (cutting.opened(sym, motions[2 * k : 2 * k + 2], j) for k, j in enumerate(joints))
+    row = cutting.mimic_row(sym, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
+    outs = {"phi": row.phi, "rate": row.rate, "xi": row.xi} | dict(zip(ENDS, map(ca.densify, row.on), strict=True))
+    return one(f"c_mimic_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
 
 
 @cache

@@ -68,6 +68,8 @@ def _small() -> Iterator[Asked]:
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
     yield from (("small", "depth", upper) for upper in SIDES)
     yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over", "span"))
+    alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1]
+    yield from (("closing", "tie", *both) for both in product(alone, alone))
     yield from (("closing", "outboard", forward) for forward in SIDES)
     yield from (("closing", "reaction", pin_out) for pin_out in SIDES)
     yield from (("closing", "weighed", sign) for sign in (1, -1))

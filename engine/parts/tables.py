@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from engine.parts.known import PIECE_SIZE, Carried, Part
+from engine.parts.known import Carried, Part
 from engine.parts.store import body
 from engine.parts.tape import BUILTINS, Block, Builtin, Space, Tape
 from engine.system.leaves import Leaf, Param
 from engine.system.structure import Joint, System
-from engine.system.tied import Profile
 
 POINTER = 1
 """Doubles at the head of the constants: by which the machine finds the scene."""
@@ -100,14 +99,6 @@ class Tables:
         """Call a part's function (its only one) with its places by their names."""
         name = name or part.first
         tape.call(self.function(part, name), [places[p] for p in part.places[name]])
-
-    def piece(self, tape: Tape, profile: Profile, bearing: Part, /, **places: Block) -> Block:
-        """The piece of a cam's profile that is in force, by the part that finds the angle it is read at."""
-        angle, out = tape.scratch_block(1), tape.scratch_block(PIECE_SIZE)
-        self.call(tape, bearing, angle=angle, **places)
-        kept = self.constant([*profile.starts, *(x for each in profile.pieces for x in each)])
-        tape.call(Builtin.PIECE, [angle, kept, out], [len(profile.starts)])
-        return out
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 

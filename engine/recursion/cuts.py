@@ -5,6 +5,8 @@ A row transposed is at once the force column W^N (59), (61) of its multiplier, s
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 
 from engine.recursion.following import following_row
@@ -16,6 +18,7 @@ from engine.recursion.rows import once, point_velocity
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import GROUND, Joint
+from engine.system.tied import Mimic
 
 FREEDOMS = "freedoms"
 """Under which the freedoms of what carries no body are kept, as rows."""
@@ -29,7 +32,13 @@ def motion_of(motions: list[Motion], body: int) -> Motion:
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint's frames, levers and constraint rows."""
     made = opened(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
-    add_rows(sym, made)
+    if j.mimic is None:
+        add_rows(sym, made)
+        return made
+    lead, follow = (sym.system.tree[i] for i in (j.mimic.leader, j.mimic.follower))
+    leads = opened(sym, [motion_of(motions, lead.inb), motion_of(motions, lead.out)], lead)
+    of = [(sym.coordinates(x)[0], sym.rates(x)[0]) for x in (follow, lead)]
+    made.rows.append(mimic_row(sym, replace(made, joint=follow), leads, of, j.mimic))
     return made
 
 
@@ -101,11 +110,21 @@ def rates(c: Cut) -> list[SX]:
     return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
 
 
+def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> Row:
+    """The row of a freedom that follows another; ``of``: coordinate and rate of both."""
+    (q, v), (q_lead, v_lead) = of
+    ratio = sym.leaf(m.ratio)
+    (on_in, on_out), (lead_in, lead_out) = (axis_wrenches(c, 0) for c in (follows, leads))
+    xi = acceleration_bias(follows, 0) - ratio * acceleration_bias(leads, 0)
+    led = (-ratio * lead_in, -ratio * lead_out)
+    return Row(q - ratio * q_lead - sym.leaf(m.offset), v - ratio * v_lead, on_in, on_out, xi, led)
+
+
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force on the outboard part along a freedom."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
-    (a,) = c.joint.kind.axes[freedom]
+    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
         w = ca.sparsify(ca.vertcat(zeros(3), h))
@@ -117,7 +136,7 @@ def acceleration_bias(c: Cut, freedom: int) -> SX:
     """Acceleration of a cut joint's freedom when Ż of both bodies vanishes; the part with Ż is ``axis_wrenches`` transposed."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].xi
-    (a,) = c.joint.kind.axes[freedom]
+    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
     hdot = cross(carrier, h)

@@ -21,13 +21,20 @@ NOTHING: Moving = (zeros(3), zeros(3))
 @dataclass
 class Row:
     """One constraint of a cut joint: its residual φ, the rate of φ, its row G on the inboard and the outboard body (transposed, 6×1
-    each), and ξ, the second rate of φ when both bodies' Ż vanish."""
+    each), and ξ, the second rate of φ when both bodies' Ż vanish. leader: of a freedom that follows another, its rows on the two
+    bodies of the joint that leads, too."""
 
     phi: SX
     rate: SX
     g_in: SX
     g_out: SX
     xi: SX
+    leader: tuple[SX, SX] | None = None
+
+    @property
+    def on(self) -> tuple[SX, ...]:
+        """Its rows on the bodies that it is on (``Joint.ends``)."""
+        return (self.g_in, self.g_out, *(self.leader or ()))
 
 
 @dataclass

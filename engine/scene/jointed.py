@@ -11,10 +11,10 @@ from engine.basics.numbers import POSITIVE, Bound, Order
 from engine.friction import DEFAULT
 from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
-from engine.scene.profiled import Profile
 from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
 from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
+from engine.scene.tying import Mimic, Profile
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
 
@@ -218,6 +218,8 @@ class Joint:
     """The curve of a cam, which the inboard part carries about the joint's e1."""
     roller: Extent | None = None
     """Radius of the roller that follows a cam, about the outboard point; without it a point follows."""
+    mimic: Mimic | None = None
+    """The joint whose freedom that of this one follows; both have one freedom."""
     crossed: Annotated[bool, Strict()] = False
     """Whether a belt is crossed, so that its pulleys turn opposite ways."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None

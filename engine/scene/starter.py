@@ -67,6 +67,9 @@ joints:
 #   lift: {{type: cam, inboard: shaft, outboard: rocker.roller, axis: y, roller: 8 mm,            # flat_cam: a face follows
 #          profile: {{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 34 mm, 34 mm, 30 mm]}}}}
 
+# A joint whose freedom follows that of another:
+#   finger: {{type: revolute, inboard: palm, outboard: tip, axis: y, mimic: {{joint: thumb, ratio: -1, offset: 0 deg}}}}
+
 # forces:
 #   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}
 #   rubber: {{type: spring_damper, between: [pendulum.tip, ground], stiffness: 200, damping: 2, length: 0.5}}

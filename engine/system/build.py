@@ -17,6 +17,7 @@ from engine.system.frames import frame
 from engine.system.friction import element
 from engine.system.leaves import Leaves, Param, ParameterTable
 from engine.system.loads import load
+from engine.system.mimics import ties
 from engine.system.numbers import Numbers, numbers_of
 from engine.system.spanning import Spanning, span
 from engine.system.structure import GROUND, Body, Fit, Joint, System, state_coordinates
@@ -83,7 +84,7 @@ class _Maker:
         ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
         return System(
             bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables), self.devices.stops,
-            tuple(self.scene.outputs), ground,
+            tuple(self.scene.outputs), ground, ties(self.scene, self.table, joints),
         )
 
     # -- points -------------------------------------------------------------------------------------------------------------

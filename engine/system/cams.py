@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from engine.scene.profiled import Profile as Given
+from engine.scene.tying import Profile as Given
 from engine.system.curves import spline_moments
 from engine.system.leaves import Leaf
 from engine.system.tied import Profile

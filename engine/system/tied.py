@@ -1,4 +1,5 @@
-"""What ties two parts that other joints carry: wheels that roll on each other, the curve of a cam."""
+"""What ties two parts that other joints carry: wheels that roll on each other, the curve of a cam, a freedom that
+follows another."""
 
 from __future__ import annotations
 
@@ -27,3 +28,17 @@ class Profile:
     roller: Leaf
     starts: tuple[float, ...]
     pieces: tuple[tuple[float, float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """Of the freedom of a tree joint that follows that of another: both joints by their places in the tree, the bodies of the one
+    that leads, whether the one that follows turns; q_follower = ratio · q_leader + offset."""
+
+    follower: int
+    leader: int
+    inb: int
+    out: int
+    turns: bool
+    ratio: Leaf
+    offset: Leaf

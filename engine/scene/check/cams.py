@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Joint, Scene
-from engine.scene.profiled import Profile
+from engine.scene.tying import Profile
 
 OWN = ("profile", "roller")
 """Keys of cams alone."""
