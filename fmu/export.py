@@ -83,7 +83,8 @@ def export(
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
     equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an SSV
     file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). kind: cs, me or both: for
-    co-simulation, model exchange (native only, not every scene). SceneError for wrong input, SimulationError when the scene cannot start.
+    co-simulation, model exchange (native only, not every scene). SceneError for wrong input, SimulationError when the scene cannot
+    start.
     """
     target, read = Path(file), Amounts()
     step, of = read.time(step, "step"), kernel if sources else None

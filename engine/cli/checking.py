@@ -110,7 +110,7 @@ def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
     model = Model(scene)
     every = columns(model.system)
     system = model.system
-    cut = [j.name for j in system.cuts]
+    cut = [j.name for j in system.joints if j.cut]
     report = {
         "scene": scene.name, "title": scene.title,
         "bodies": [_body(b, model) for b in system.bodies],

@@ -10,10 +10,11 @@ from engine.contact.ball import BALL
 from engine.contact.base import ContactElement
 from engine.contact.constant import BOTH, CROSSED, SLIDING, TURNING
 from engine.contact.cross import CROSS
+from engine.contact.follower import FOLLOWER
 from engine.contact.journal import JOURNAL, PRELOAD
 from engine.contact.shaft import SHAFT
 from engine.contact.sleeve import SLEEVE
-from engine.contact.teeth import TEETH
+from engine.contact.teeth import CONES, TEETH
 from engine.contact.thread import THREAD
 from engine.friction import REGISTRY as LAWS
 from engine.friction import numbers as law_numbers
@@ -35,7 +36,7 @@ def registered(elements: Iterable[ContactElement]) -> dict[str, ContactElement]:
     return out
 
 
-REGISTRY = registered((JOURNAL, SHAFT, BALL, CROSS, SLEEVE, THREAD, TEETH, TURNING, SLIDING, BOTH, CROSSED))
+REGISTRY = registered((JOURNAL, SHAFT, BALL, CROSS, SLEEVE, THREAD, TEETH, CONES, FOLLOWER, TURNING, SLIDING, BOTH, CROSSED))
 CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.name, (True, True): CROSSED.name}
 """Elements of friction that does not follow the load, by whether the freedoms of their joint turn."""
 GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)

@@ -1,4 +1,4 @@
-"""Teeth of two gears about parallel axes, which the paper leaves out (METHOD, "Teeth").
+"""Teeth of two gears, or of a pinion and its rack, which the paper leaves out (METHOD, "Teeth").
 
 A tooth presses along its line of action, which leans by the pressure angle α to the way the pitch circles go: of its force f the
 part f cos α drives, and f sin α pushes the wheels apart (a pinion towards the middle of its ring). Flanks slide on each other in
@@ -25,54 +25,18 @@ ANGLE = Size(
     "pressure_angle", "rad", "angle by which the force of a tooth leans to the way it goes (20 deg as a rule)",
     Bound(0.0, 1.0), '"20 deg"', symbol="α", bears=False,
 )  # fmt: skip
-FORCES = ("f2", "f3")
-
-
-def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-    return FORCES
-
-
 def _arm(g: Mapping[str, SX]) -> SX:
     """ρ, m."""
     return 0.25 * math.pi * g["module"] * ca.cos(g["pressure_angle"])
-
-
-def _load(w: Wrench) -> SX:
-    """The force of a tooth, N."""
-    return ca.sqrt(w["f2"] * w["f2"] + w["f3"] * w["f3"] + TINY)
 
 
 def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [[_arm(g) * rates[0]]]
 
 
-def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """The torque of friction, and the force that pushes the wheels apart, which is there at rest as well."""
-    k, f = laws[0].ratios(_velocity(rates, g)[0])[0], _load(w)
-    return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
-
-
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     v = _velocity(rates, g)[0]
     return [ca.fabs(v[0]) * laws[0].sign(v, (1.0,))]
-
-
-def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    return [Hold(laws[0].static * _load(w), ca.fabs(u[0]) / _arm(g))]
-
-
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """One contact, whose outward normal is against the force on the inboard wheel. When the other flanks begin to carry, the part
-    of it along the way of the teeth goes through zero."""
-    lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
-    c, s, none = ca.cos(lean), ca.sin(lean), ca.SX(0)
-    way = (none, -(c * w["f2"] + s * w["f3"]), -(c * w["f3"] - s * w["f2"]))
-    return [Contact(_load(w), (none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
-
-
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    """The force of a tooth, which friction does not change."""
-    return [HALF_ROOT * w[n] for n in FORCES]
 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
@@ -87,7 +51,43 @@ def _rests(j: Rubs) -> list[Pair]:
     raise NotImplementedError  # what holds is not asked of teeth (``bounds.statics``)
 
 
-TEETH = ContactElement(
-    "flanks", _needs, _friction, _speeds, _held, _contacts, _velocity, _pressed, 1, springs=2, rests=_rests,
-    sizes=(ANGLE,), pairs=((0,),), bound=(1,), places=_places, pins=_pins, anywhere=False,
-)  # fmt: skip
+def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
+    """Teeth whose force has these components. across: the wheels' axes are parallel, or it is a rack, so that the force turns in
+    the plane across the inboard axis; else its side is told by its torque alone."""
+
+    def needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+        return forces
+
+    def load(w: Wrench) -> SX:
+        """The force of a tooth, N."""
+        return ca.sqrt(sum((w[n] * w[n] for n in forces), ca.SX(TINY)))
+
+    def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+        """The torque of friction, and the force that pushes the wheels apart, which is there at rest as well."""
+        k, f = laws[0].ratios(_velocity(rates, g)[0])[0], load(w)
+        return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
+
+    def held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+        return [Hold(laws[0].static * load(w), ca.fabs(u[0]) / _arm(g))]
+
+    def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+        """One contact, whose outward normal is against the force on the inboard wheel. When the other flanks begin to carry, the
+        part of it along the way of the teeth goes through zero, and the torque about the wheel's axis with it."""
+        none = ca.SX(0)
+        lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
+        c, s = ca.cos(lean), ca.sin(lean)
+        way = (none, -(c * w["f2"] + s * w["f3"]), -(c * w["f3"] - s * w["f2"])) if across else (w["m1"] / g["module"], none, none)
+        return [Contact(load(w), (-w["f1"] if "f1" in forces else none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
+
+    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+        """The force of a tooth, which friction does not change."""
+        return [HALF_ROOT * w[n] for n in forces]
+
+    return ContactElement(
+        name, needs, friction, _speeds, held, contacts, _velocity, pressed, 1, springs=len(forces), rests=_rests,
+        sizes=(ANGLE,), pairs=((0,),), bound=(1,), places=_places, pins=_pins, anywhere=False,
+    )  # fmt: skip
+
+
+TEETH = teeth("flanks", ("f2", "f3"), True)
+CONES = teeth("flanks of cones", ("f1", "f2", "f3"), False)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine.doors.placing import Pose
-from engine.doors.xml import Findings
+from engine.doors.xml import Element, Findings
 from engine.joints import REGISTRY
 from engine.scene.check.names import RESERVED
 from engine.scene.load import scene_from_dict
@@ -93,6 +93,21 @@ class Linkage:
             self.found.notes.append(f"{name}: constant friction {constant:g} left out (a {kind} joint has none)")
             return {}
         return {"friction": {"torque" if turns[0] else "force": constant}}
+
+
+    def follow(self, e: Element, follower: str, leader: str, ratio: float, offset: float) -> None:
+        """Let the freedom of one joint follow that of another ("" where there is no such one); what hinders it is told."""
+        name, ties = e.get("name") or f"{e.tag} at line {e.line}", self.ties
+        if leader not in ties or follower not in ties:
+            self.found.add(e, name, "follows a joint that there is not", "name a joint of the file that moves")
+        elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):
+            self.found.add(e, name, "ties joints that have not one freedom each", "hinges and slides can follow each other")
+        elif not ratio:
+            self.found.add(e, name, "follows a joint by a ratio of 0", "make it a fixed joint")
+        elif "mimic" in ties[follower].more:
+            self.found.add(e, name, "lets a joint follow two others", "leave one of them out")
+        else:
+            ties[follower].more["mimic"] = {"joint": leader, "ratio": ratio, "offset": offset}
 
 
 def _body(link: Link) -> dict[str, Any]:

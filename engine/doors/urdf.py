@@ -45,6 +45,7 @@ def scene_of_urdf(file: str | Path) -> tuple[Scene, list[str]]:
 class _Reader:
     def __init__(self, root: Element, found: Findings, meshes: Pictures):
         self.root, self.found, self.names, self.meshes = root, found, Names(), meshes
+        self.made: dict[str, str] = {}
         self.links = {e.get("name"): e for e in root.all("link")}
         self.joints = [e for e in root.all("joint") if self._known(e)]
         self.name = root.get("name")
@@ -84,6 +85,10 @@ class _Reader:
                 points[Names().new(_end(j, "child"), "point")] = floats(self._origin(j)[:3, 3])
             else:
                 self._joint(j, out)
+        for j in self.joints:
+            for m in j.all("mimic"):
+                ratio, offset = (self.found.number(m, k, m.attributes.get(k), d) for k, d in (("multiplier", 1.0), ("offset", 0.0)))
+                out.follow(j, self.made.get(j.get("name"), ""), self.made.get(m.get("joint"), ""), ratio, offset)
         return out
 
     def _massless(self, link: str) -> bool:
@@ -141,9 +146,8 @@ class _Reader:
     def _joint(self, j: Element, out: Linkage) -> None:
         """Joint j of the file, with the frames of both sides written out; they coincide at q = 0."""
         name, said = j.get("name"), j.get("type")
-        if said not in TYPES or j.first("mimic") is not None:
-            what = "follows another joint (mimic)" if j.first("mimic") is not None else f"has type {said!r}"
-            self.found.add(j, name, f"{what}, which a scene does not have", "take it out of the file")
+        if said not in TYPES:
+            self.found.add(j, name, f"has type {said!r}, which a scene does not have", "take it out of the file")
             return
         kind, given = TYPES[said], j.first("axis")
         axis = (self.found.numbers(given, "xyz", given.get("xyz"), (3,)) if given is not None else None) or [1.0, 0.0, 0.0]
@@ -152,7 +156,7 @@ class _Reader:
             return
         frame = along(axis) if REGISTRY[kind].needs_axis else np.eye(4)
         sides = self.place[_end(j, "parent")], self.place[_end(j, "child")]
-        made = self.names.new(name, "joint")
+        made = self.made[name] = self.names.new(name, "joint")
         out.ties[made] = Tie(kind, *sides, self._origin(j) @ frame, frame, self._acting(j, kind, out))
 
     def _acting(self, j: Element, kind: str, out: Linkage) -> dict[str, Any]:

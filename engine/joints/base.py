@@ -72,6 +72,8 @@ class JointKind:
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
     rolls        of two wheels that roll on each other (``joints.rolling``): such a joint carries no body, and has one row.
+    follows      what of the outboard part follows a curve around the inboard one, or a freedom that another joint's follows
+                 (``joints.following``): likewise.
     """
 
     name: str
@@ -87,6 +89,17 @@ class JointKind:
     friction: str = ""
     contacts: int = 0
     rolls: Rolls | None = None
+    follows: Literal["", "point", "face", "freedom"] = ""
+
+    @property
+    def bodiless(self) -> bool:
+        """Whether it only ties parts that other joints carry."""
+        return self.rolls is not None or bool(self.follows)
+
+    @property
+    def apart(self) -> bool:
+        """Whether its two points are on two parts that touch elsewhere, not one place."""
+        return self.rolls.apart if self.rolls else self.follows in ("point", "face")
 
     @property
     def nq(self) -> int:
@@ -106,7 +119,7 @@ class JointKind:
     @property
     def travels(self) -> int:
         """How many of these rows hold a travel, in m; they come first."""
-        return len(self.rows_s) + bool(self.rolls)
+        return len(self.rows_s) + self.bodiless
 
     @property
     def cuttable(self) -> bool:
@@ -128,7 +141,7 @@ class JointKind:
         """Whether it matters which way e1 points. It does not for a type that turns about all axes or none, and slides along
         all or none."""
         scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
-        return self.rolls is not None or any(scarce)
+        return self.bodiless or any(scarce)
 
     @property
     def second_axis(self) -> int:
@@ -156,8 +169,8 @@ class JointKind:
         return self.axes[rate][0].rot
 
     def coordinate_of(self, rate: int) -> int:
-        """Index in q whose time derivative is this rate, −1 for rates of a quaternion."""
-        return rate if self.quaternion < 0 or rate < self.quaternion else -1
+        """Index in q whose time derivative is this rate, −1 for rates of a quaternion and of what slides along a curve."""
+        return rate if rate < (self.nq if self.quaternion < 0 else self.quaternion) else -1
 
 
 def identity(q: Sequence[Scalar], ops: Any) -> list[list[Scalar]]:

@@ -45,8 +45,8 @@ def registered(*kinds: JointKind) -> dict[str, JointKind]:
 
 def faults(kind: JointKind) -> list[str]:
     """What is wrong with a declaration; numbers are tried only where its sizes agree."""
-    if kind.rolls:
-        return ["two wheels have no rows of their own"] if kind.rows != 1 else []
+    if kind.bodiless:
+        return ["what carries no body has no rows of its own"] if kind.rows != 1 else []
     sizes = list(_sizes(kind))
     return sizes or [*_place(kind), *_motion(kind), *_rows(kind)]
 

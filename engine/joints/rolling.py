@@ -26,16 +26,28 @@ def _kind(name: str, says: str, rolls: Rolls) -> JointKind:
     )  # fmt: skip
 
 
+
+
+def _toothed(kind: JointKind, friction: str) -> JointKind:
+    """With flanks that slide as the wheels turn against each other, and push them apart; these two have rates and no coordinate."""
+    return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
+
+
 GEAR = replace(
-    _kind("gear", "angle about e1 between the two wheels, distance of their axes", Rolls(touch="wheels", choice="internal")),
-    axes=((turn(E1),), (slide(E2),)),  # the distance is along the line of centres, whichever way that goes
-    coordinates=("angle", "length"),
+    _toothed(
+        _kind("gear", "angle about e1 between the two wheels, distance of their axes", Rolls(touch="wheels", choice="internal")),
+        "flanks",
+    ),
+    coordinates=("angle", "length"),  # the distance is along the line of centres, whichever way that goes
     measure=lambda r, s, ops: [angle_about_e1(r, s, ops), ops.sqrt(s[1] * s[1] + s[2] * s[2])],
-    friction="flanks",
-    contacts=1,
 )
-BEVEL = _kind("bevel_gear", "two wheels about axes e1 that meet at its point, to the wheels", Rolls(touch="cones", apart=False))
-RACK = _kind("rack", "a wheel about the inboard e1, and a rack along the outboard e1", Rolls(touch="straight", wheels=1))
+BEVEL = _toothed(
+    _kind("bevel_gear", "two wheels about axes e1 that meet at its point, to the wheels", Rolls(touch="cones", apart=False)),
+    "flanks of cones",
+)
+RACK = _toothed(
+    _kind("rack", "a wheel about the inboard e1, and a rack along the outboard e1", Rolls(touch="straight", wheels=1)), "flanks"
+)
 BELT = _kind(
     "belt", "two pulleys about parallel axes e1, each about its point",
     Rolls(touch="wheels", size="pitch", opposite=False, choice="crossed"),

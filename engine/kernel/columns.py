@@ -42,6 +42,9 @@ def columns(system: System) -> list[Column]:
         out += _body(i, b.name, [n for n, _ in b.points])
     for j in system.joints:
         out += _joint(j)
+    for j in system.ties:
+        what = "what makes the freedom of a joint follow another's, on its outboard part"
+        out.append(Column(f"{j.name}.effort[1]", "N" if j.travels else "N*m", what, ("tie", j.rows)))
     return [*out, *_springs(system), *_whole(system)]
 
 

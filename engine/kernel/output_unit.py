@@ -126,6 +126,9 @@ class Outputs:
         f, t = self.once(self._reactions, name)
         return (f if which == "f" else t)[k]
 
+    def _tie(self, row: int) -> SX:
+        return self.sym.lam[row]
+
     def _drive(self, name: str, k: int) -> SX:
         return ex.drive(self.m, self.acc, self.pick, name, k)
 

@@ -47,6 +47,7 @@ ALL = (
     Quantity(name="qdd", vector=False, direct=True),
     Quantity(name="reaction", direct=True, reacts=True),
     Quantity(name="drive", direct=True),
+    Quantity(name="tie", vector=False, direct=True),
     Quantity(name="device", vector=False, direct=True),
     Quantity(name="power", vector=False, direct=True),
     Quantity(name="line", direct=True),

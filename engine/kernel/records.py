@@ -39,7 +39,7 @@ def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
 
 def row_kinds(system: System) -> list[int]:
     """What each row of the cut joints holds."""
-    each = [[RowKind.TRAVEL] * c.kind.travels + [RowKind.TURNING] * len(c.kind.rows_r) for c in system.cuts]
+    each = [[RowKind.TRAVEL] * c.travels + [RowKind.TURNING] * (c.kind.rows - c.travels) for c in system.cuts]
     return [int(k) for kinds in each for k in kinds]
 
 

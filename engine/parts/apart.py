@@ -91,7 +91,9 @@ class Apart:
         tape.call(Builtin.PICK, [c.blocks["xi"], g0], [len(own), *own])
         at = [r.force(i, 0).at - r.forces.at for i in (r.joint.inb, r.joint.out)]
         tape.call(Builtin.WRENCHES, [c.blocks["gin"], c.blocks["gout"], r.forces], [r.each, *at, len(own), *own])
-        for k in range(len(own)):
+        for k, row in enumerate(own):
+            for body, g in c.ends[2:]:
+                tape.call(Builtin.ADD, [c.row(g, row), r.force(body, k)], [6])
             self._column(r, k)
         for first, count, n in [*self._runs(r), (GROUND, 1, 0)]:
             body = first if first != GROUND else len(self.system.bodies)

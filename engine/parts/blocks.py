@@ -12,6 +12,13 @@ Place = Callable[[int], Block]
 """Where a pass puts so many numbers."""
 
 
+ENDS = ("gin", "gout", "gin2", "gout2")
+"""Wrenches of rows on the inboard and outboard body of a cut joint, and of a joint it follows (``Joint.ends``)."""
+
+ALONG = {"gin": "win", "gout": "wout", "gat": "wat"}
+"""Wrenches of forces along its freedoms there."""
+
+
 @dataclass
 class Moving:
     """Blocks of a body in a pass: coordinates and rates of its joint (all), accelerations of what is prescribed, its motion, the
@@ -39,6 +46,11 @@ class Closed:
     pose: Block
     blocks: dict[str, Block]
     effort: Block
+
+    @property
+    def ends(self) -> list[tuple[int, str]]:
+        """The bodies that its rows are on, and what these wrenches are called."""
+        return list(zip(self.joint.ends, ENDS, strict=False))
 
     def row(self, which: str, k: int) -> Block:
         """Wrench k (6) of those called ``which``."""

@@ -12,34 +12,55 @@ from engine.contact.base import COMPONENTS, OVERLAP
 from engine.joints import REGISTRY
 from engine.kernel.classes import unpack_motion
 from engine.kernel.records import MOTION
-from engine.parts.known import BARE, POSE, Numbers, Part
+from engine.parts.blocks import ENDS
+from engine.parts.known import BARE, PIECE, POSE, Numbers, Part
 from engine.parts.local import PRESCRIBED, PartSymbols, a_body
 from engine.parts.one import one
 from engine.recursion import cuts as cutting
+from engine.recursion import following
 from engine.recursion.kinematics import GROUND_MOTION
 from engine.recursion.reactions import at_point, pinned
 from engine.recursion.springs import PART, spring_rows
 from engine.recursion.vectors import SX, cross
 from engine.system.loops import NO_SIZE
-from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint, Wheels
+from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint
+from engine.system.tied import Mimic, Profile, Wheels
 
 
-@cache
-def cut(kind: str, ground: str, bare: str = "") -> Part:
-    """A cut joint: numbers (two frames, two points: 24; of wheels also module, teeth, phase: 4), motions ``inb`` and ``out`` (that
-    of the ``ground`` is not handed) → residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row;
-    gat: that on the outboard part at its point), its coordinates, rates and the accelerations that the bodies' own cause none of
-    (bias), wrenches of a force along each freedom (win, wout, wat), its pose and its point on the outboard part."""
+def _closing(kind: str, ground: str) -> tuple[PartSymbols, dict[str, SX], cutting.Cut]:
+    """Symbols, inputs and frames of a cut joint, still without rows."""
     n = Numbers()
     frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
     wheels = Wheels(n.one(), (n.one(), n.one()), n.one()) if REGISTRY[kind].rolls else None
+    profile = Profile((n.one(), n.one()), n.one(), (), ()) if REGISTRY[kind].follows else None
     p, f = points, frames
-    joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, wheels=wheels)  # type: ignore[arg-type]
+    joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, wheels=wheels, profile=profile)  # type: ignore[arg-type]
     sym, motions = PartSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     both = [unpack_motion(ca.vertsplit(motions[k])) if k in motions else GROUND_MOTION for k in ("inb", "out")]
-    c = cutting.cut(sym, both, joint)
+    return sym, {"numbers": sym.p, **motions}, cutting.opened(sym, both, joint)
+
+
+@cache
+def bearing(kind: str, ground: str) -> Part:
+    """A cam: numbers (27), motions → the angle at which its profile is read."""
+    sym, ins, c = _closing(kind, ground)
+    return one(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": following.bearing(sym, c)})
+
+
+@cache
+def cut(kind: str, ground: str, bare: str = "") -> Part:
+    """A cut joint: numbers (two frames, two points: 24; of wheels also module, teeth, phase: 4; of cams the middle of the profile
+    and the roller: 3), motions ``inb`` and ``out`` (that of the ``ground`` is not handed), of cams the piece of the profile in
+    force → residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard
+    part at its point), its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force
+    along each freedom (win, wout, wat), its pose and its point on the outboard part."""
+    sym, ins, c = _closing(kind, ground)
+    cutting.add_rows(sym, c)
+    joint = c.joint
+    if joint.profile:
+        ins[PIECE] = sym.piece
     wrenches = [cutting.axis_wrenches(c, k) for k in range(joint.kind.nv)]
     outs: dict[str, SX | list[SX]] = {
         "phi": [r.phi for r in c.rows], "rate": [r.rate for r in c.rows], "xi": [r.xi for r in c.rows],
@@ -53,11 +74,30 @@ def cut(kind: str, ground: str, bare: str = "") -> Part:
     }  # fmt: skip
     asked = BARE[bare]
     outs = outs if asked is None else {name: outs[name] for name in asked}
-    return one(f"c_{kind}_{'_'.join([ground or 'bodies', *([bare] if bare else [])])}", {"numbers": sym.p, **motions}, outs)
+    return one(f"c_{kind}_{'_'.join([ground or 'bodies', *([bare] if bare else [])])}", ins, outs)
 
 
 def _beside(columns: list[SX]) -> SX:
     return ca.densify(ca.horzcat(SX(6, 0), *columns))
+
+
+@cache
+def tie(follower: str, leader: str) -> Part:
+    """A freedom that follows another: numbers (two frames and two points of each joint, ratio, offset: 50), coordinates and rates
+    of both (2), motions of the bodies of both → residual, rate and ξ, and wrenches on these four."""
+    n, q, v = Numbers(), SX.sym("q", 2), SX.sym("v", 2)
+    ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}
+    motions = [unpack_motion(ca.vertsplit(m)) for m in ends.values()]
+    joints = []
+    for kind in (follower, leader):
+        frames, points = [n.some(9), n.some(9)], [n.some(3), n.some(3)]
+        joints.append(Joint("", kind, 0, 0, points[0], points[1], frames[0], frames[1], Fit(), None, (), None, True))  # type: ignore[arg-type]
+    m = Mimic(0, 0, 0, 0, False, n.one(), n.one())
+    sym = PartSymbols(n.count)
+    follows, leads = (cutting.opened(sym, motions[2 * k : 2 * k + 2], j) for k, j in enumerate(joints))
+    row = cutting.mimic_row(sym, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
+    outs = {"phi": row.phi, "rate": row.rate, "xi": row.xi} | dict(zip(ENDS, map(ca.densify, row.on), strict=True))
+    return one(f"c_mimic_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
 
 
 @cache
@@ -84,7 +124,7 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Part:
     ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
     both = ca.vertcat(*pinned(joint, ft[:3], ft[3:], s, Ein, Eout, ins.get("lengths")))
     out = [both[COMPONENTS.index(n)] if n in COMPONENTS else SX(0) for n in needs]
-    name = "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs])
+    name = re.sub(r"\W", "_", "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs]))
     return one(name, ins, {"out": out})
 
 

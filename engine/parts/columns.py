@@ -89,9 +89,9 @@ class Columns:
         c = next(c for c in self.stepping.closed if c.joint.rows <= row < c.joint.rows + c.joint.kind.rows)
         k, tape, m, nv = row - c.joint.rows, self.tape, self.maps, self.system.nv
         self._empty()
-        for body, g in ((c.joint.inb, "gin"), (c.joint.out, "gout")):
+        for body, g in c.ends:
             tape.call(Builtin.ADD, [c.row(g, k), self._force(body)], [6])
-        self._move([c.joint.inb, c.joint.out], column)
+        self._move(list(c.joint.ends), column)
         tape.copy(self.fq, self.pressed.part(nv * column, nv))
         g0 = Block(Space.MAPS, m.at("g0") + column, 1)
         tape.copy(c.blocks["xi"].part(k, 1), g0)
@@ -105,7 +105,7 @@ class Columns:
         e = self.rubbing.get(c.joint.name)
         if e:
             self.stepping.pin_of_cut(tape, e, c.row("gat", k), self.rows.part(e.n0, len(e.needs)), whole=False)
-        self.own = {c.joint.name: c.row("gat", k)}
+        self.own = {} if c.joint.mimic else {c.joint.name: c.row("gat", k)}
         self._keep(column)
 
     def _of_friction(self, e: Element, k: int) -> None:

@@ -6,6 +6,7 @@ force columns and rows, and S is not symmetric. A cut joint's own friction is lo
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 from engine.parts.blocks import Closed
@@ -91,6 +92,8 @@ class Coupled:
         how = [loop.each, loop.places[j.inb], loop.places[j.out], len(loop.own), *loop.own]
         for out in (loop.pressed, loop.sensed):
             tape.call(Builtin.WRENCHES, [c.blocks["gin"], c.blocks["gout"], out], how)
+            for (body, g), (k, row) in product(c.ends[2:], enumerate(loop.own)):
+                tape.call(Builtin.ADD, [c.row(g, row), loop.on(out, body, k)], [6])
         if not r:
             return
         nv, n = j.kind.nv, len(loop.own)
@@ -206,7 +209,7 @@ class Coupled:
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             c, j, lam = loop.closed, loop.closed.joint, self._given(loop)
-            for body, g in ((j.inb, "gin"), (j.out, "gout")):
+            for body, g in c.ends:
                 for k, row in enumerate(loop.own) if body != GROUND else ():
                     tape.call(Builtin.ALONG, [c.row(g, row), lam.part(k, 1), self._own(tape, found, body)], [6, 1])
             if loop.rubs:
@@ -229,7 +232,8 @@ class Coupled:
         for loop in self.loops:
             c, own = loop.closed, loop.of(out)
             tape.call(Builtin.PICK, [c.blocks["xi"], own], [len(loop.rows), *loop.own])
-            for which, z in zip(("gin", "gout"), self._ends(c, Z), strict=True):
+            for body, which in c.ends:
+                z = Z[body] if body != GROUND else self.scene.base
                 for k, row in enumerate(loop.own):
                     tape.call(Builtin.PRODUCT, [c.row(which, row), z, own.part(k, 1)], [6, 1])
 

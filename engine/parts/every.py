@@ -68,6 +68,8 @@ def _small() -> Iterator[Asked]:
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
     yield from (("small", "depth", upper) for upper in SIDES)
     yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over", "span"))
+    alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1]
+    yield from (("closing", "tie", *both) for both in product(alone, alone))
     yield from (("closing", "outboard", forward) for forward in SIDES)
     yield from (("closing", "reaction", pin_out) for pin_out in SIDES)
     yield from (("closing", "weighed", sign) for sign in (1, -1))
@@ -76,8 +78,8 @@ def _small() -> Iterator[Asked]:
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
-    """Which freedoms of a joint may be prescribed together; of wheels none."""
-    if kind.rolls:
+    """Which freedoms of a joint may be prescribed together; of what carries no body none."""
+    if kind.bodiless:
         return [()]
     able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
     counts = {0, 1, len(able)} if kind.nv == MANY else {0, len(able)} if kind.nv > MANY else range(len(able) + 1)
@@ -85,7 +87,7 @@ def driven(kind: JointKind) -> list[tuple[int, ...]]:
 
 
 def _bodies() -> Iterator[Asked]:
-    for kind, forward in product([k for k in JOINTS.values() if not k.rolls], SIDES):
+    for kind, forward in product([k for k in JOINTS.values() if not k.bodiless], SIDES):
         for which, how in product(driven(kind), ((), (True,), (True, True))):
             yield "body", "body_part", Carried(kind.name, forward, which, *how)
             if spun(kind):
@@ -108,6 +110,8 @@ def _cuts() -> Iterator[Asked]:
     for kind in JOINTS.values():
         if kind.cuttable:
             yield from (("closing", "cut", kind.name, *each) for each in product(("", "inb", "out"), BARE))
+        if kind.follows:
+            yield from (("closing", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
         for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
             yield "closing", "sprung", kind.name, fit, (), soft, which
 
@@ -116,7 +120,7 @@ def _frictions() -> Iterator[Asked]:
     for kind in JOINTS.values():
         if kind.friction:
             given = element_of("", kind.freely_rubbed, GIVEN)
-            for law, adams, pin_out in product(_laws(kind), SIDES, SIDES[: 1 if kind.rolls else 2]):
+            for law, adams, pin_out in product(_laws(kind), SIDES, SIDES[: 1 if kind.bodiless else 2]):
                 for names in numbers(law, kind.friction, adams) if law in COMPARED or not adams else ():
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out), names))
                 for names in numbers(law, kind.friction, adams, OVERLAP) if LAWS[law].sets and not adams and overlaps(kind) else ():
@@ -127,7 +131,7 @@ def _frictions() -> Iterator[Asked]:
 
 def _laws(kind: JointKind) -> list[str]:
     """The laws that friction of a joint usually has."""
-    return [name for name, law in LAWS.items() if usual(name) or not (kind.pitched or kind.rolls)]
+    return [name for name, law in LAWS.items() if usual(name) or not (kind.pitched or kind.bodiless)]
 
 
 def usual(law: str) -> bool:
@@ -137,7 +141,7 @@ def usual(law: str) -> bool:
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
     """Which part may be inside, and which may have the ends."""
-    pins = pins[:1] if kind.rolls else pins
+    pins = pins[:1] if kind.bodiless else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
 

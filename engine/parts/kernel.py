@@ -64,7 +64,7 @@ class PartsKernel(Kernel):
         return ctypes.addressof(self.tables[unit]) if unit in self.tables else super().address(unit)
 
 
-SOLVED = {"acceleration", "qdd", "reaction", "drive", "power", "friction", "contact"}
+SOLVED = {"acceleration", "qdd", "reaction", "drive", "tie", "power", "friction", "contact"}
 """First words of the keys of columns that depend on multipliers or accelerations."""
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from engine.parts.known import Numbers
-from engine.recursion.symbols import Symbols
+import casadi as ca
+
+from engine.parts.known import PIECE, PIECE_SIZE, Numbers
+from engine.recursion.symbols import Symbols, along_piece
 from engine.recursion.vectors import SX
 from engine.system.leaves import Leaf, Param
 from engine.system.structure import Body, Device, Fit, Joint, Signal
@@ -23,6 +25,7 @@ class PartSymbols(Symbols):
         self.q = SX.sym("q", kind.nq if kind else 0)
         self.v = SX.sym("v", kind.nv if kind else 0)
         self.known = SX.sym("known", kind.nv if kind else 0)
+        self.piece = SX.sym(PIECE, PIECE_SIZE)
 
     def leaf(self, leaf: Leaf) -> SX:
         return self.p[leaf.index] if isinstance(leaf, Param) else SX(leaf)
@@ -32,6 +35,9 @@ class PartSymbols(Symbols):
 
     def rates(self, j: Joint) -> list[SX]:
         return [self.v[k] for k in range(j.kind.nv)]
+
+    def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
+        return along_piece(ca.vertsplit(self.piece), angle)
 
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
         return {k: self.known[k] for k in j.driven}

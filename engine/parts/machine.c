@@ -77,9 +77,22 @@ void tr_m_wrenches(double *const *a, const int *how) {
   }
 }
 
+void tr_m_piece(double *const *a, const int *how) {
+  const double *starts = a[1], x = a[0][0];
+  int low = 0, high = how[0] - 1;
+  while (low < high) {
+    const int middle = (low + high + 1) / 2;
+    if (x >= starts[middle]) low = middle;
+    else high = middle - 1;
+  }
+  a[2][0] = starts[low];
+  memcpy(a[2] + 1, starts + how[0] + 4 * low, sizeof(double) * 4);
+}
+
 void (*const tr_machine_parts[])(double *const *, const int *) = {
     tr_m_zero, tr_m_copy, tr_m_gather, tr_m_add, tr_m_combine, tr_m_pick, tr_m_scale, tr_m_product, tr_m_dots, tr_m_along, tr_m_spread,
     tr_m_gram, tr_m_couple, tr_m_wrenches, tr_meet, tr_grip, tr_factor_loops, tr_solve_loops,
+    tr_m_piece,
 };
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */

@@ -69,13 +69,13 @@ class Rates(Moved):
             n = c.joint.kind.rows
             out = self.tape.scratch_block(n)
             self.tape.copy(c.blocks["xi"], out)
-            self._add_accelerations(c, "gin", "gout", out)
+            self._add_accelerations(c.ends, c, out)
             for k in range(n):
                 if c.joint.rows + k in self.rows:
                     self.tape.copy(out.part(k, 1), Block(Space.OUT, at + self.rows[c.joint.rows + k], 1))
 
-    def _add_accelerations(self, c: Closed, on_in: str, on_out: str, out: Block) -> None:
-        for b, which in ((c.joint.inb, on_in), (c.joint.out, on_out)):
+    def _add_accelerations(self, ends: list[tuple[int, str]], c: Closed, out: Block) -> None:
+        for b, which in ends:
             Z = self.Z[b] if b != GROUND else self.scene.base
             self.tape.call(Builtin.DOTS, [c.blocks[which], Z, out], [6, out.size, 6, 1])
 
@@ -87,7 +87,7 @@ class Rates(Moved):
             c = self.motion(j)
             assert isinstance(c, Closed)
             tape.copy(c.blocks["bias"], out)
-            self._add_accelerations(c, "win", "wout", out)
+            self._add_accelerations([(j.inb, "win"), (j.out, "wout")], c, out)
             return out
         for k in range(j.kind.nv):
             known = self.moving[j.child].known
@@ -102,7 +102,7 @@ class Rates(Moved):
             assert isinstance(c, Closed)
             self.tape.zero(out)
             self.tape.call(Builtin.ALONG, [c.blocks["wat"], c.effort, out], [6, j.kind.nv])
-            self.add_wrenches(c, "gat", "wat", out)
+            self.add_wrenches(c, "gat", out)
         else:
             self.scene.call(self.tape, closing.outboard(j.forward), N=self.N[j.child], pose=self.moving[j.child].pose, out=out)
         return out

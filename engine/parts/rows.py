@@ -136,7 +136,7 @@ class Rows(DeviceRows):
         def transmitted(out: Block) -> None:
             self.tape.zero(out)
             self.tape.call(Builtin.ALONG, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])
-            self.scene.add_wrenches(self.tape, m, "gat", "wat", self._every, out, 1)
+            self.scene.add_wrenches(self.tape, m, "gat", self._every, out, 1)
 
         return self.once(("outboard", j.name), 6, transmitted)
 
@@ -206,6 +206,9 @@ class Rows(DeviceRows):
     def _quad(self, name: str) -> Block:
         system = self.system
         return Block(Space.Y, system.nq + system.nv + len(system.bristles) + self.powers.index(name), 1)
+
+    def _tie(self, row: int) -> Block:
+        return Block(Space.Z, row, 1)
 
     def _energies(self) -> Block:
         moving = self.moving()

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from engine.kernel.records import MOTION
-from engine.parts.blocks import Closed, Moving, Place
-from engine.parts.known import BARE, POSE
+from engine.parts.blocks import ALONG, Closed, Moving, Place
+from engine.parts.known import BARE, PIECE, POSE
 from engine.parts.store import closing, small
 from engine.parts.tables import BODY, Tables
 from engine.parts.tape import Block, Builtin, Space, Tape
+from engine.parts.tying import piece, tied
 from engine.system.structure import GROUND, Device, Joint, Load, Signal, state_coordinates
 
 
@@ -119,7 +120,8 @@ class Scene(Tables):
 
     def closed(self, tape: Tape, moving: list[Moving], place: Place, forces: bool = True) -> list[Closed]:
         """The cut joints, once all bodies' motions are known; what their devices do to the bodies, if ``forces``."""
-        return [self._closed(tape, j, moving, place, forces) for j in self.system.cuts]
+        tie = lambda j: tied(self, tape, j, moving, place)  # noqa: E731
+        return [tie(j) if j.mimic else self._closed(tape, j, moving, place, forces) for j in self.system.cuts]
 
     def _closed(self, tape: Tape, j: Joint, moving: list[Moving], place: Place, forces: bool) -> Closed:
         ground = "inb" if j.inb == GROUND else "out" if j.out == GROUND else ""
@@ -131,7 +133,10 @@ class Scene(Tables):
         blocks = {name: place(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
-        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels])
+        middle = [*j.profile.middle, j.profile.roller] if j.profile else []
+        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *middle])
+        if j.profile:
+            ends[PIECE] = piece(self, tape, j.profile, closing.bearing(j.kind_name, ground), numbers=numbers, **ends)
         self.call(tape, part, numbers=numbers, **ends, **blocks)
         made = Closed(j, blocks["q"], blocks["v"], blocks["pose"], blocks, self.zeros)
         if forces and self.acts(j):
@@ -170,9 +175,9 @@ class Scene(Tables):
             tape.zero(out)
             self.body_call(tape, i, "weigh", work=moving[i].work, motion=moving[i].motion, force=moving[i].force, Z=Z[i], N=out)
         for c in closed:
-            for b, g, w in ((c.joint.inb, "gin", "win"), (c.joint.out, "gout", "wout")):
+            for b, g in c.ends:
                 if b != GROUND:
-                    self.add_wrenches(tape, c, g, w, rows, N[b], -1)
+                    self.add_wrenches(tape, c, g, rows, N[b], -1)
         for i in reversed(range(len(N))):
             if self.parent(i) != GROUND:
                 self.body_call(tape, i, "carry", work=moving[i].work, up=N[self.parent(i)], N=N[i])
@@ -199,7 +204,7 @@ class Scene(Tables):
         assert j.friction is not None
         return Block(Space.Z, self.multipliers + j.friction.eta[0], j.kind.nv)
 
-    def add_wrenches(self, tape: Tape, c: Closed, g: str, w: str, rows: dict[int, int], out: Block, sign: int) -> None:
+    def add_wrenches(self, tape: Tape, c: Closed, g: str, rows: dict[int, int], out: Block, sign: int) -> None:
         """Add the wrenches of a cut joint's multipliers and its friction (opposite to η), times sign."""
         j = c.joint
         for k in range(j.kind.rows):
@@ -209,7 +214,7 @@ class Scene(Tables):
                     tape.call(Builtin.PRODUCT, [c.row(g, k).part(i, 1), z, out.part(i, 1)], [1, sign])
         for k in range(j.kind.nv if j.friction else 0):
             for i in range(6):
-                tape.call(Builtin.PRODUCT, [c.row(w, k).part(i, 1), self.eta(j).part(k, 1), out.part(i, 1)], [1, -sign])
+                tape.call(Builtin.PRODUCT, [c.row(ALONG[g], k).part(i, 1), self.eta(j).part(k, 1), out.part(i, 1)], [1, -sign])
 
     def energies(self, tape: Tape, moving: list[Moving], closed: list[Closed], out: Block) -> None:
         """Kinetic and potential energy."""

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from engine.kernel.records import HANDED, MOTION
-from engine.parts.blocks import Closed, Moving
+from engine.parts.blocks import ALONG, Closed, Moving
 from engine.parts.directions import Directions
 from engine.parts.known import POSE, Carried
 from engine.parts.scene import Scene
@@ -77,18 +77,18 @@ class Moved:
     def _push(self) -> None:
         """Forces of multipliers of cut joints on their bodies."""
         for c in self.closed:
-            for b, g, w in ((c.joint.inb, "gin", "win"), (c.joint.out, "gout", "wout")):
+            for b, g in c.ends:
                 if b != GROUND:
-                    self.add_wrenches(c, g, w, self.scene.force_on(self.tape, b, self.moving, self.tape.scratch_block))
+                    self.add_wrenches(c, g, self.scene.force_on(self.tape, b, self.moving, self.tape.scratch_block))
 
-    def add_wrenches(self, c: Closed, g: str, w: str, out: Block) -> None:
+    def add_wrenches(self, c: Closed, g: str, out: Block) -> None:
         """Add the wrenches of a cut joint's multipliers and of its friction (opposite to η)."""
         for k in range(c.joint.kind.rows):
             if c.joint.rows + k in self.rows:
                 z = Block(Space.Z, self.rows[c.joint.rows + k], 1)
                 self.tape.call(Builtin.ALONG, [c.row(g, k), z, out], [6, 1])
         if c.joint.friction:
-            self.tape.call(Builtin.ALONG, [c.blocks[w], self._against(c.joint), out], [6, c.joint.kind.nv])
+            self.tape.call(Builtin.ALONG, [c.blocks[ALONG[g]], self._against(c.joint), out], [6, c.joint.kind.nv])
 
     def _against(self, j: Joint) -> Block:
         """−η of a joint."""

@@ -225,7 +225,7 @@ class Stepping:
         rows = tape.scratch_block(len(e.needs))
         if e.joint.cut:
             c, ft = self.closing(e.joint), self.transmitted(tape, e.joint, [])
-            self.scene.add_wrenches(tape, c, "gat", "wat", {row: i for i, row in enumerate(self.active)}, ft, 1)
+            self.scene.add_wrenches(tape, c, "gat", {row: i for i, row in enumerate(self.active)}, ft, 1)
             self.pin_of_cut(tape, e, ft, rows)
         else:
             self.pin(tape, e, N[e.joint.child], rows)

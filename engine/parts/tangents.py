@@ -14,14 +14,14 @@ import casadi as ca
 
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.parts.body import body_part
-from engine.parts.known import AROUND, KEPT, VECTOR, Carried, Part
+from engine.parts.known import AROUND, KEPT, PIECE, VECTOR, Carried, Part
 from engine.parts.one import SIGNATURE, Told
 from engine.recursion.vectors import SX
 
 APART = {"sliding", "dN", "four"}
 """Outputs whose derivatives nothing needs."""
-FIXED = {"flags", "modes"}
-"""Inputs that change at events alone."""
+FIXED = {"flags", "modes", PIECE}
+"""Inputs that change at events alone, or whose changes change nothing to first order."""
 
 
 @cache

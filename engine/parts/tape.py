@@ -98,6 +98,8 @@ class Builtin(IntEnum):
     """S, out L, out U, pivots; n, its order, where the entries below each pivot begin in it, these (``system.coupling``)."""
     SOLVE = 17
     """L, U, g, out; the same: −S⁻¹ g."""
+    PIECE = 18
+    """x (1), starts and then four coefficients each, out (5); how many: where the piece starts that x is in, and its own."""
 
 
 BUILTINS = len(Builtin)

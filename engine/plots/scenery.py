@@ -13,6 +13,7 @@ from engine.contact.base import OVERLAP
 from engine.contact.journal import LENGTHS
 from engine.joints import REGISTRY
 from engine.plots import meshes
+from engine.plots.cams import cams
 from engine.plots.marks import ContactMark, Patch
 from engine.plots.meshes import SORTED, Grain, Mesh
 from engine.plots.palette import BODIES
@@ -72,7 +73,7 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
     """The drawing of a scene, without any motion. grain: how finely its shapes are cut."""
     index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
     size = _size(scene)
-    rolling = wheels(scene)
+    rolling = [*wheels(scene), *cams(scene)]
     rims = [[w.mesh for w in rolling if w.body == name] for name in scene.bodies]
     parts = tuple(_part(scene, name, i, size, rims[i], grain) for i, name in enumerate(scene.bodies))
     marks = [_joint(scene, name, j, index, size, grain) for name, j in scene.joints.items()]

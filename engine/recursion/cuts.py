@@ -5,8 +5,11 @@ A row transposed is at once the force column W^N (59), (61) of its multiplier, s
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 
+from engine.recursion.following import following_row
 from engine.recursion.kinematics import GROUND_MOTION, Motion, axes_of, axis_world
 from engine.recursion.rolling import rolling_freedoms, rolling_row
 from engine.recursion.rows import Cut as Cut
@@ -15,6 +18,10 @@ from engine.recursion.rows import once, point_velocity
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.structure import GROUND, Joint
+from engine.system.tied import Mimic
+
+FREEDOMS = "freedoms"
+"""Under which the freedoms of what carries no body are kept, as rows."""
 
 
 def motion_of(motions: list[Motion], body: int) -> Motion:
@@ -23,17 +30,39 @@ def motion_of(motions: list[Motion], body: int) -> Motion:
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
-    """A cut joint's frames, levers and constraint rows: travel rows first, then turn rows, as its type lists them; or the row
-    of wheels."""
-    inb, out = motion_of(motions, j.inb), motion_of(motions, j.out)
+    """A cut joint's frames, levers and constraint rows."""
+    made = opened(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
+    if j.mimic is None:
+        add_rows(sym, made)
+        return made
+    lead, follow = (sym.system.tree[i] for i in (j.mimic.leader, j.mimic.follower))
+    leads = opened(sym, [motion_of(motions, lead.inb), motion_of(motions, lead.out)], lead)
+    of = [(sym.coordinates(x)[0], sym.rates(x)[0]) for x in (follow, lead)]
+    made.rows.append(mimic_row(sym, replace(made, joint=follow), leads, of, j.mimic))
+    return made
+
+
+def opened(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
+    """A cut joint's frames and levers, from the motions of its inboard and outboard part."""
+    inb, out = both
     Ein, Eout = ca.sparsify(inb.R @ axes_of(sym, j.inb_frame)), ca.sparsify(out.R @ axes_of(sym, j.out_frame))
     c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
     s = ca.sparsify(out.r + c_out - inb.r - c_in)
-    made = Cut(j, Ein, Eout, c_in, c_out, inb, out, s, [])
-    made.rows = [_travel_row(made, k) for k in j.kind.rows_s] + [_turn_row(made, m, k) for m, k in j.kind.rows_r]
-    if j.kind.rolls:
-        made.rows.append(rolling_row(sym, made))
-    return made
+    return Cut(j, Ein, Eout, c_in, c_out, inb, out, s, [])
+
+
+def add_rows(sym: Symbols, c: Cut) -> None:
+    """Its constraint rows: travel rows first, then turn rows, as its type lists them; or the row of wheels, or of a cam, whose
+    inboard frame is then that of the contact."""
+    kind = c.joint.kind
+    c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
+    if kind.rolls:
+        c.rows.append(rolling_row(sym, c))
+        c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
+    if kind.follows:
+        row, slides, c.Ein = following_row(sym, c)
+        c.made[FREEDOMS] = [slides]
+        c.rows.append(row)
 
 
 @once
@@ -74,21 +103,28 @@ def _turn_row(c: Cut, m: int, k: int) -> Row:
 def rates(c: Cut) -> list[SX]:
     """Rates of a cut joint's freedoms from the bodies' motion while the loop is closed: (ω_out − ω_in)·axis where it turns,
     relative velocity of the joint's points along the axis where it slides."""
-    if c.joint.kind.rolls:
-        return [f.rate for f in _freedoms(c)]
+    if c.joint.kind.bodiless:
+        return [f.rate for f in c.made[FREEDOMS]]
     turn = ca.sparsify(c.out.omega - c.inb.omega)
     slide = point_velocity(c) - cross(c.inb.omega, c.s)
     return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
 
 
-_freedoms = once(rolling_freedoms)
+def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> Row:
+    """The row of a freedom that follows another; ``of``: coordinate and rate of both."""
+    (q, v), (q_lead, v_lead) = of
+    ratio = sym.leaf(m.ratio)
+    (on_in, on_out), (lead_in, lead_out) = (axis_wrenches(c, 0) for c in (follows, leads))
+    xi = acceleration_bias(follows, 0) - ratio * acceleration_bias(leads, 0)
+    led = (-ratio * lead_in, -ratio * lead_out)
+    return Row(q - ratio * q_lead - sym.leaf(m.offset), v - ratio * v_lead, on_in, on_out, xi, led)
 
 
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force on the outboard part along a freedom."""
-    if c.joint.kind.rolls:
-        return _freedoms(c)[freedom].g_in, _freedoms(c)[freedom].g_out
-    (a,) = c.joint.kind.axes[freedom]
+    if c.joint.kind.bodiless:
+        return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
+    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
         w = ca.sparsify(ca.vertcat(zeros(3), h))
@@ -98,9 +134,9 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 
 def acceleration_bias(c: Cut, freedom: int) -> SX:
     """Acceleration of a cut joint's freedom when Ż of both bodies vanishes; the part with Ż is ``axis_wrenches`` transposed."""
-    if c.joint.kind.rolls:
-        return _freedoms(c)[freedom].xi
-    (a,) = c.joint.kind.axes[freedom]
+    if c.joint.kind.bodiless:
+        return c.made[FREEDOMS][freedom].xi
+    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
     hdot = cross(carrier, h)

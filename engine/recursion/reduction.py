@@ -141,7 +141,7 @@ def _cut_columns(m: Model, c: cutting.Cut, bodies: list[Articulated]) -> None:
     """Add a cut joint's force columns (71), (72) to the two bodies it joins, and the forces of its springs, dampers and stops."""
     j = c.joint
     for k, row in enumerate(c.rows):
-        for body, g in ((j.inb, row.g_in), (j.out, row.g_out)):
+        for body, g in zip(j.ends, row.on, strict=True):
             if body != GROUND:
                 bodies[body].F[:, 1 + j.rows + k] += g
     coordinates, rates = (cutting.coordinates(c), cutting.rates(c)) if j.kind.nv else ([], [])
@@ -203,7 +203,7 @@ def _reduce(m: Model) -> None:
     for c in m.cuts:
         for k, row in enumerate(c.rows):
             total[c.joint.rows + k, 0] += row.xi
-            for body, g in ((c.joint.inb, row.g_in), (c.joint.out, row.g_out)):
+            for body, g in zip(c.joint.ends, row.on, strict=True):
                 if body == GROUND:
                     ground[:, 1 + c.joint.rows + k] += g
     total[:, 0] += ground[:, lam].T @ ground_z

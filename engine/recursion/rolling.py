@@ -12,12 +12,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from engine.joints.rolling import Sizes, phase, side
-from engine.recursion.rows import Cut, Row, point_velocity
+from engine.recursion.rows import Cut, Moving, Row, point_velocity, pushed
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
-
-Moving = tuple[SX, SX]
-"""A vector (3) and its rate."""
 
 
 @dataclass
@@ -29,6 +26,10 @@ class Touch:
     arm_out: Moving
     torque_in: Moving
     torque_out: Moving
+
+
+Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
+"""The axis about which wheels turn against each other, the way they go apart, and the arms of that from both parts' origins."""
 
 
 def rolling_row(sym: Symbols, c: Cut) -> Row:
@@ -44,29 +45,20 @@ def rolling_row(sym: Symbols, c: Cut) -> Row:
 
 
 def _row(c: Cut, t: Touch, phi: SX) -> Row:
-    (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = t.push, t.arm_in, t.arm_out
-    velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
-    bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)
-    turning, turned = (ca.dot(t.torque_out[i], c.out.omega) + ca.dot(t.torque_in[i], c.inb.omega) for i in (0, 1))
-    return Row(
-        phi, ca.dot(k, velocity) + turning,
-        ca.sparsify(ca.vertcat(-k, t.torque_in[0] - cross(x_in, k))), ca.sparsify(ca.vertcat(k, t.torque_out[0] + cross(x_out, k))),
-        ca.dot(kdot, velocity) + ca.dot(k, bend) + turned,
-    )  # fmt: skip
+    return pushed(c, phi, t.push, t.arm_in, t.arm_out, t.torque_in, t.torque_out)
 
 
-def rolling_freedoms(c: Cut) -> list[Row]:
-    """The freedoms of wheels about parallel axes, as rows of which only rate, wrenches and ξ count: the angle between them, and the
-    distance of their axes."""
-    (a, adot), _ = _axes(c)
-    arm_in, arm_out = _arms(c)
+def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
+    """The freedoms of a pair with teeth, as rows of which only rate, wrenches and ξ count: how fast the wheels turn against each
+    other as their flanks slide, and how fast they go apart."""
+    wheels, rolls = c.joint.wheels, c.joint.kind.rolls
+    assert wheels is not None
+    assert rolls is not None
+    r1, r2 = (0.5 * sym.leaf(wheels.module) * sym.leaf(z) for z in wheels.teeth)
     none = (zeros(3), zeros(3))
-    along, p, square, rate = _between(c)
-    length = ca.sqrt(square)
-    apart = (p[0] / length, p[1] / length - 0.5 * rate / (square * length) * p[0])
-    turn = Touch(none, none, none, (-a, -adot), (a, adot))
-    spread = Touch(apart, arm_in, _plus(arm_out, _times(SX(-1), along)), none, none)
-    return [_row(c, turn, SX(0)), _row(c, spread, SX(0))]
+    (turns, apart), (arm_in, arm_out) = APART[rolls.touch](c, r1, r2)
+    turn = Touch(none, none, none, _times(SX(-1), turns), turns)
+    return [_row(c, turn, SX(0)), _row(c, Touch(apart, arm_in, arm_out, none, none), SX(0))]
 
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
@@ -114,6 +106,33 @@ def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
     return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
 
 
+def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
+    """About their axes; along the line of centres."""
+    along, p, square, rate = _between(c)
+    length = ca.sqrt(square)
+    apart = (p[0] / length, p[1] / length - 0.5 * rate / (square * length) * p[0])
+    arm_in, arm_out = _arms(c)
+    return (_axes(c)[0], apart), (arm_in, _plus(arm_out, _times(SX(-1), along)))
+
+
+def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
+    """About the line along which they touch, and across it in the plane of the axes, towards the outboard wheel."""
+    a, b = _axes(c)
+    n, touch = _crossed(a, b), _plus(_times(r2, a), _times(r1, b))
+    line = _times(1 / ca.norm_2(touch[0]), touch)
+    apart = _times(1 / ca.norm_2(n[0]), _crossed(n, line))
+    own = _cones(c, r1, r2)
+    return (line, apart), (own.arm_in, own.arm_out)
+
+
+def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
+    """About the wheel's axis; from it to the rack."""
+    a, b = _axes(c)
+    one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
+    own = _rack(c, r, _)
+    return (a, _times(side(one, two, between, ca), _crossed(a, b))), (own.arm_in, own.arm_out)
+
+
 def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
     """Two wheels whose axes meet at the joint's point, touching where their pitch circles do."""
     a, b = _axes(c)
@@ -135,4 +154,5 @@ def _rack(c: Cut, r: SX, _: SX) -> Touch:
     return Touch(b, _plus(arm_in, reach), _plus(arm_out, back, reach), none, none)
 
 
+APART: dict[str, Callable[[Cut, SX, SX], Parting]] = {"wheels": _wheels_apart, "cones": _cones_apart, "straight": _rack_apart}
 TOUCHES: dict[str, Callable[[Cut, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 
 from engine.recursion.vectors import SX, vector
@@ -37,6 +39,16 @@ class Symbols:
     def leaves(self, leaves: Leaves) -> SX:
         """Several numbers of the scene as a column."""
         return vector([self.leaf(x) for x in leaves])
+
+    def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
+        """How far what follows a cam is from its axis, by the angle at which its profile is read; first and second derivative."""
+        assert j.profile is not None
+        begun = [SX(1), *[angle >= start for start in j.profile.starts[1:]], SX(0)]
+        piece = [SX(0)] * 5
+        for k, numbers in enumerate(zip(j.profile.starts, *zip(*j.profile.pieces, strict=True), strict=True)):
+            here = ca.logic_and(begun[k], ca.logic_not(begun[k + 1]))
+            piece = [of + ca.if_else(here, x, 0) for of, x in zip(piece, numbers, strict=True)]
+        return along_piece(piece, angle)
 
     def stop_flag(self, index: int) -> SX:
         """Flag of a stop: 1 while it is engaged."""
@@ -134,3 +146,9 @@ class Symbols:
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
         """Acceleration of each driven freedom of a joint, by its number."""
         return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}
+
+
+def along_piece(piece: Sequence[SX], angle: SX) -> tuple[SX, SX, SX]:
+    """Value and two derivatives of a cubic: where it starts, and its coefficients from there."""
+    x, (a, b, c, d) = angle - piece[0], piece[1:]
+    return a + x * (b + x * (c + x * d)), b + x * (2 * c + 3 * x * d), 2 * c + 6 * x * d

@@ -42,6 +42,8 @@ def unit_of(scene: Scene, path: Path) -> str:
     mark = unit_at(shape(path))
     if mark is not None and mark.unit:
         return mark.unit
+    if path[0] == "joints" and path[2] == "mimic":
+        return _mimic_unit(scene, str(path[1]), str(path[-1]))
     if path[0] == "joints":
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
@@ -82,6 +84,14 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "damping":
         return f"{effort}*s/{coordinate}"
     return {"stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
+
+
+def _mimic_unit(scene: Scene, name: str, key: str) -> str:
+    """Unit of a number of what follows a joint."""
+    j = scene.joints[name]
+    leader = scene.joints.get(j.mimic.joint) if j.mimic else None
+    own, led = ("m" if slides(REGISTRY[x.type], 0) else "rad" for x in (j, leader or j))
+    return own if key == "offset" else PLAIN if own == led else f"{own}/{led}"
 
 
 def slides(kind: JointKind, freedom: int) -> bool:

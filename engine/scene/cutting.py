@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from engine.joints import REGISTRY
-from engine.scene.model import Joint
+from engine.scene.model import Joint, Scene
 
 
 def is_driven(j: Joint) -> bool:
@@ -16,7 +16,13 @@ def has_rotor(j: Joint) -> bool:
     return j.rotor_inertia is not None
 
 
+def tied(scene: Scene) -> set[str]:
+    """Joints whose freedom follows another's, and those that lead."""
+    pairs = [(name, j.mimic.joint) for name, j in scene.joints.items() if j.mimic is not None]
+    return {name for pair in pairs for name in pair}
+
+
 def may_be_cut(j: Joint) -> bool:
     """Whether the rows of a cut joint, (46) and (49), express all that this one does: no row says what a drive prescribes, nor that
-    accelerations along a freedom take a force."""
+    accelerations along a freedom take a force. Of joints that others follow see ``tied``."""
     return REGISTRY[j.type].cuttable and not is_driven(j) and not has_rotor(j)

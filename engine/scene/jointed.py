@@ -14,6 +14,7 @@ from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
 from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
+from engine.scene.tying import Mimic, Profile
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
 
@@ -213,6 +214,12 @@ class Joint:
     """Radii of wheels without teeth: of the inboard and the outboard one."""
     internal: Annotated[bool, Strict()] = False
     """Whether the larger of two gears has its teeth inside."""
+    profile: Profile | None = None
+    """The curve of a cam, which the inboard part carries about the joint's e1."""
+    roller: Extent | None = None
+    """Radius of the roller that follows a cam, about the outboard point; without it a point follows."""
+    mimic: Mimic | None = None
+    """The joint whose freedom that of this one follows; both have one freedom."""
     crossed: Annotated[bool, Strict()] = False
     """Whether a belt is crossed, so that its pulleys turn opposite ways."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None

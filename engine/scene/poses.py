@@ -152,8 +152,7 @@ def sides_of(scene: Scene, j: Joint) -> tuple[JointSide, JointSide]:
     if poses is None:
         a, b = (JointSide(*point_of(scene, s), _path(s), *axes_of(j, s)) for s in sides)
         return a, b
-    rolls = REGISTRY[j.type].rolls
-    spot = None if rolls is not None and rolls.apart else place_of(scene, j, poses)
+    spot = None if REGISTRY[j.type].apart else place_of(scene, j, poses)
     a, b = (_found(scene, j, s, pose, spot, poses) for s, pose in zip(sides, poses, strict=True))
     return a, b
 

@@ -63,6 +63,12 @@ joints:
 # Wheels that roll on each other; each turns on a joint of its own:
 #   mesh: {{type: gear, inboard: pinion, outboard: wheel, axis: y, teeth: [20, 60], module: 2 mm}}   # internal: true: teeth inside
 #   belt: {{type: belt, inboard: motor, outboard: drum, axis: y, radii: [40 mm, 100 mm]}}            # or crossed: true
+# A cam by table, and what follows it; both move on joints of their own. roller: without it a point follows:
+#   lift: {{type: cam, inboard: shaft, outboard: rocker.roller, axis: y, roller: 8 mm,            # flat_cam: a face follows
+#          profile: {{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 34 mm, 34 mm, 30 mm]}}}}
+
+# A joint whose freedom follows that of another:
+#   finger: {{type: revolute, inboard: palm, outboard: tip, axis: y, mimic: {{joint: thumb, ratio: -1, offset: 0 deg}}}}
 
 # forces:
 #   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}

@@ -83,6 +83,8 @@ def loop_words(system: System, cut: Joint) -> str:
 
 def around(system: System, cut: Joint) -> list[Joint]:
     """The joints of the loop a cut joint closes, from its inboard part through the tree to its outboard part, then itself."""
+    if cut.mimic:
+        return [system.tree[cut.mimic.leader], system.tree[cut.mimic.follower]]
     ways = []
     for body in (cut.inb, cut.out):
         way = []

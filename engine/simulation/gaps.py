@@ -50,7 +50,7 @@ def _gaps(model: Model, positions: bool) -> list[Gap]:
     h = np.nan_to_num(residuals if positions else rates)
     found = []
     for j in model.system.cuts:
-        travel, turn = np.split(h[j.rows : j.rows + j.kind.rows], [j.kind.travels])
+        travel, turn = np.split(h[j.rows : j.rows + j.kind.rows], [j.travels])
         angle = float(np.linalg.norm(turn))
         found.append(Gap(j, float(np.linalg.norm(travel)), math.asin(min(1.0, angle)) if positions else angle))
     length = model.built.numbers.length

@@ -11,11 +11,13 @@ from engine.scene import model as sm
 from engine.scene.mass import mass_properties
 from engine.scene.poses import sides_of
 from engine.scene.refs import body_of, named_point
+from engine.system.cams import profile
 from engine.system.devices import Builder
 from engine.system.frames import frame
 from engine.system.friction import element
 from engine.system.leaves import Leaves, Param, ParameterTable
 from engine.system.loads import load
+from engine.system.mimics import ties
 from engine.system.numbers import Numbers, numbers_of
 from engine.system.spanning import Spanning, span
 from engine.system.structure import GROUND, Body, Fit, Joint, System, state_coordinates
@@ -82,7 +84,7 @@ class _Maker:
         ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
         return System(
             bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables), self.devices.stops,
-            tuple(self.scene.outputs), ground,
+            tuple(self.scene.outputs), ground, ties(self.scene, self.table, joints),
         )
 
     # -- points -------------------------------------------------------------------------------------------------------------
@@ -130,12 +132,14 @@ class _Maker:
         frames = [frame(s.axis, s.reference) for s in (a, b)]
         pitch = self.table.own(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
         stiffness = self.table.own(f"joints.{name}.stiffness", j.stiffness, "N/m") if j.stiffness is not None else None
+        roller = self.table.own(f"joints.{name}.roller", j.roller, "m") if j.roller is not None else 0.0
         return Joint(
             name, j.type, self.index[a.body], self.index[b.body],
             self.relative(a.body, a.named or f"joints.{name}.inboard.point", a.point),
             self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
+            profile=profile(j.profile, roller) if j.profile else None,
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:

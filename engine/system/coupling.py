@@ -28,7 +28,7 @@ class Fill:
 def path(system: System, c: Joint) -> tuple[int, ...]:
     """Bodies between those that a cut joint joins and the ground, the innermost first."""
     found: set[int] = set()
-    for i in (c.inb, c.out):
+    for i in c.ends:
         while i != GROUND and i not in found:
             found.add(i)
             i = system.bodies[i].parent

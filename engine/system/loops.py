@@ -18,7 +18,7 @@ NO_SIZE = 1e-24
 def loop_joints(system: System) -> list[Joint]:
     """Joints on any loop, in the system's order: cut joints, and the tree joints on the way between the two bodies of each."""
     found: list[str] = []
-    for c in system.cuts:
+    for c in system.joints[len(system.bodies) :]:
         paths = []
         for body in (c.inb, c.out):
             path = []

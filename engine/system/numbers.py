@@ -61,7 +61,8 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
             v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
             v_given[j.v0 : j.v0 + len(j.free)] = 1
     ignored = tuple(
-        [f"start of {j.name}: not used, the loop is cut there" for j in system.cuts if scene.joints[j.name].start is not None]
+        [f"start of {j.name}: not used, the loop is cut there" for j in system.joints if j.cut
+           and scene.joints[j.name].start is not None]
         + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
            and scene.joints[j.name].start is not None]
     )

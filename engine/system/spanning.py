@@ -6,7 +6,7 @@ import heapq
 from dataclasses import dataclass
 
 from engine.joints import REGISTRY
-from engine.scene.cutting import may_be_cut
+from engine.scene.cutting import may_be_cut, tied
 from engine.scene.mass import mass_properties
 from engine.scene.model import Joint, Scene
 from engine.scene.refs import body_of
@@ -25,12 +25,12 @@ class Spanning:
     cut: tuple[str, ...]
 
 
-def cutting_cost(j: Joint, light: bool) -> tuple[int, int]:
-    """How much is lost by cutting a joint, compared entry by entry: first a joint that cannot be cut and the user's wish, then a
-    body that is light, then devices the joint has; then friction, given start values and the number of multipliers cutting would
-    add (a spherical joint, which adds three and saves a quaternion, is the best cut)."""
+def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
+    """How much is lost by cutting a joint, compared entry by entry: first a joint that cannot be cut (its freedom may be ``tied``,
+    too) and the user's wish, then a body that is light, then devices the joint has; then friction, given start values and the
+    number of multipliers cutting would add (a spherical joint, which adds three and saves a quaternion, is the best cut)."""
     kind = REGISTRY[j.type]
-    never = 0 if may_be_cut(j) else 16
+    never = 0 if may_be_cut(j) and not tied else 16
     devices = sum(getattr(j, d) is not None for d in DEVICES)
     wish = {None: 0, True: -8, False: 8}[j.cut]
     soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
@@ -60,11 +60,11 @@ def _span(scene: Scene, light: set[str]) -> Spanning:
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():
-        if REGISTRY[scene.joints[n].type].rolls:
-            continue  # wheels carry no body
+        if REGISTRY[scene.joints[n].type].bodiless:
+            continue  # it carries no body
         at.setdefault(a, []).append(n)
         at.setdefault(b, []).append(n)
-    depth = {"ground": 0}
+    depth, together = {"ground": 0}, tied(scene)
     used: set[str] = set()
     tree: list[tuple[str, str, bool]] = []
     heap: list[tuple[tuple[int, int], int, str, str]] = []
@@ -72,7 +72,7 @@ def _span(scene: Scene, light: set[str]) -> Spanning:
     def reach(body: str) -> None:
         for n in at.get(body, ()):
             if n not in used:
-                cost = cutting_cost(scene.joints[n], not light.isdisjoint(ends[n]))
+                cost = cutting_cost(scene.joints[n], not light.isdisjoint(ends[n]), n in together)
                 heapq.heappush(heap, ((-cost[0], -cost[1]), depth[body], n, body))
 
     reach("ground")

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from engine.friction import REGISTRY as LAWS
-from engine.joints import REGISTRY, JointKind
+from engine.joints import REGISTRY, TIES, JointKind
 from engine.system.external import External
 from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
+from engine.system.tied import Mimic, Profile, Wheels
 
 GROUND = -1
 
@@ -97,16 +98,6 @@ class FrictionElement:
 
 
 @dataclass(frozen=True)
-class Wheels:
-    """Of two wheels that roll on each other: module (pitch diameter over teeth), signed numbers of teeth of the inboard and the
-    outboard one, and what ``joints.rolling.phase`` is where they mesh."""
-
-    module: Leaf
-    teeth: tuple[Leaf, Leaf]
-    phase: Leaf
-
-
-@dataclass(frozen=True)
 class Joint:
     """A joint. ``inb``/``out``: indices of its bodies (GROUND = −1). Points are relative to the bodies' reference origins, in body
     axes; frames are row-major 3×3 tuples.
@@ -135,11 +126,23 @@ class Joint:
     rows: int = 0
     stiffness: Leaf | None = None
     wheels: Wheels | None = None
+    profile: Profile | None = None
+    mimic: Mimic | None = None
 
     @property
     def kind(self) -> JointKind:
         """The joint type."""
-        return REGISTRY[self.kind_name]
+        return REGISTRY.get(self.kind_name) or TIES[self.kind_name]
+
+    @property
+    def ends(self) -> tuple[int, ...]:
+        """The bodies that the rows of a cut joint are on: its inboard and its outboard one, and those of a joint it follows."""
+        return (self.inb, self.out, *((self.mimic.inb, self.mimic.out) if self.mimic else ()))
+
+    @property
+    def travels(self) -> int:
+        """How many rows of a cut joint hold a travel, m; the others hold angles."""
+        return 0 if self.mimic and self.mimic.turns else self.kind.travels
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -197,6 +200,7 @@ class System:
     stops: int
     outputs: tuple[str, ...] = ("*",)
     ground_points: tuple[tuple[str, Leaves], ...] = field(default=())
+    ties: tuple[Joint, ...] = ()
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:
@@ -205,8 +209,8 @@ class System:
 
     @cached_property
     def cuts(self) -> tuple[Joint, ...]:
-        """The cut joints."""
-        return self.joints[len(self.bodies) :]
+        """The cut joints, and what ties freedoms of others."""
+        return self.joints[len(self.bodies) :] + self.ties
 
     @cached_property
     def nq(self) -> int:

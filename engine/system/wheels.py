@@ -19,7 +19,7 @@ from engine.scene.toothed import rolls_of, sizes
 from engine.system.frames import frame, matrix
 from engine.system.leaves import ParameterTable
 from engine.system.spanning import Spanning
-from engine.system.structure import Wheels
+from engine.system.tied import Wheels
 
 ASKEW = 1e-9
 """Sine of an angle between directions that counts as none."""

@@ -42,7 +42,7 @@ def opened(scene: Scene, bodies: Bodies) -> tuple[Scene, list[str]]:
             closing.append(n)
             continue
         carried.add(outboard)
-        joints[n] = replace(j, friction=None, start=None)
+        joints[n] = replace(j, friction=None, start=None, mimic=None)
     return replace(scene, joints=joints), closing
 
 

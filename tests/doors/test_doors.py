@@ -95,10 +95,23 @@ def test_what_cannot_be_represented_is_told_all_at_once(tmp_path: Path) -> None:
     file.write_text("""<robot name="bad"><link name="a"/><link name="b"/><link name="c"/>
       <joint name="one" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
       <joint name="two" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>
-      <mimic joint="one"/></joint></robot>""")
+      <mimic joint="none"/></joint></robot>""")
     with pytest.raises(SceneError) as e:
         scene_of_urdf(file)
     assert {(p.where, p.line) for p in e.value.problems} == {("b", 1), ("c", 1), ("two", 3)}
+
+
+def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
+    file = tmp_path / "gripper.urdf"
+    weighed = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    hinge = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 1 0"/>{}</joint>'
+    links = "".join(f'<link name="{n}">{weighed}</link>' for n in "ab")
+    mimic = '<mimic joint="near" multiplier="-0.02" offset="0.1"/>'
+    joints = hinge.format("near", "revolute", "world", "a", "") + hinge.format("far", "prismatic", "a", "b", mimic)
+    file.write_text(f'<robot name="gripper"><link name="world"/>{links}{joints}</robot>')
+    r = engine.simulate(scene_of_urdf(file)[0], 0.5, 0.1)
+    assert np.ptp(r["near.q[1]"]) > 0.1
+    assert r["far.q[1]"] == pytest.approx(0.1 - 0.02 * r["near.q[1]"], abs=1e-12)
 
 
 def test_a_fixed_joint_may_be_turned(tmp_path: Path) -> None:

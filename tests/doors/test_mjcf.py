@@ -117,6 +117,18 @@ def test_connect_closes_a_four_bar(tmp_path: Path) -> None:
     assert np.ptp(a) > 0.5
 
 
+def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None:
+    """q − ref of one is 0.1 − 0.6 (q − ref of the other); what a scene has not is told."""
+    tie = '<joint name="tie" joint1="b" joint2="a" polycoef="0.1 -0.6 {} 0 0"/>'
+    scene, _ = read(tmp_path, FOUR_BAR.format(tie.format(0)))
+    r = engine.simulate(scene, 1.0, 0.1, rtol=1e-9)
+    assert r["b.q[1]"] == pytest.approx(0.1 - 0.6 * r["a.q[1]"], abs=1e-12)
+    for wrong, told in ((tie.format(2), "polynomial"), (tie.format(0).replace('"a"', '"z"'), "there is not"),
+                        (tie.format(0).replace('joint2="a"', ""), "where it is")):  # fmt: skip
+        with pytest.raises(SceneError, match=told):
+            read(tmp_path, FOUR_BAR.format(wrong))
+
+
 def test_weld_holds_bodies_together(tmp_path: Path) -> None:
     """Two free bodies, one welded to the world where it stands, and one to the other as relpose says."""
     places = (("one", 0, 30), ("two", 1, 0))
@@ -150,7 +162,7 @@ def test_included_files_belong_to_the_model_and_to_its_folder(tmp_path: Path) ->
 
 REFUSED = {
     "a tendon that pulls": ('<tendon><fixed name="t" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>', "acts by itself"),
-    "coordinates that are tied": ('<equality><joint name="m" joint1="j"/></equality>', "ties coordinates"),
+    "coordinates that are tied": ('<equality><joint name="m" joint1="j"/></equality>', "where it is"),
     "a body that is made": ('<worldbody><composite type="cable" count="3 1 1"/></worldbody>', "makes bodies"),
     "a spring of a ball": (
         '<worldbody><body><joint type="ball" stiffness="1"/><geom size="1"/></body></worldbody>', "a spring along a ball"),

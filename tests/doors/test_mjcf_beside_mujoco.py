@@ -59,6 +59,8 @@ def test_trees_move_as_in_mujoco(seed: int, tmp_path: Path, needs: Callable[[str
 CLOSINGS = {
     "connect": '<connect body1="coupler" body2="rocker" anchor="0.5 0 0.1"/>',
     "weld": '<weld body1="coupler" body2="rocker"/>',
+    "joint": '<joint joint1="b" joint2="a" polycoef="0 -0.6 0 0 0"/>',
+    "joints on each side": '<joint joint1="c" joint2="b" polycoef="0 1.4 0 0 0"/>',
     "connect to the world": '<connect body1="coupler" anchor="0.2 0 0.1"/>',
 }
 

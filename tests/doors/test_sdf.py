@@ -173,10 +173,21 @@ def test_included_models_are_found_beside_the_file(tmp_path: Path) -> None:
     assert [position(scene, n)[1] for n in scene.bodies] == pytest.approx([1.1, -0.9])
 
 
+def test_a_joint_that_mimics_another_follows_it_from_its_reference(tmp_path: Path) -> None:
+    mimic = '<mimic joint="j" axis="axis"><multiplier>-2</multiplier><offset>0.3</offset><reference>0.1</reference></mimic>'
+    one = '<joint name="j" type="revolute"><parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint>'
+    two = f'<joint name="k" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz>{mimic}</axis></joint>'
+    weighed = "<pose>0.1 0 {} 0 0 0</pose><inertial><pose>0.2 0 0 0 0 0</pose><mass>1</mass></inertial>"
+    links = "".join(f'<link name="{n}">{weighed.format(z)}</link>' for n, z in (("a", 0), ("b", 0.2)))
+    scene, _ = read(tmp_path, f'<model name="m">{links}{one}{two}</model>')
+    r = engine.simulate(scene, 0.5, 0.1)
+    assert r["k.q[1]"] == pytest.approx(0.3 - 2 * (r["j.q[1]"] - 0.1), abs=1e-12)
+
+
 REFUSED = {
     "a gearbox": ('<joint name="j" type="gearbox"><parent>a</parent><child>b</child></joint>', "type 'gearbox'"),
     "a follower": (
-        '<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><mimic joint="k"/></axis></joint>', "mimic"),
+        '<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><mimic joint="k"/></axis></joint>', "there is n"),
     "no link": ('<joint name="j" type="ball"><parent>nothing</parent><child>b</child></joint>', "no link"),
     "no frame": ('<frame name="f"><pose relative_to="nothing">0 0 0 0 0 0</pose></frame>', "which there is not"),
     "frames in a ring": (

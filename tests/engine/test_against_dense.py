@@ -141,6 +141,6 @@ def test_recursion_is_the_dense_solve_on_two_loops(which: int) -> None:
 
 
 def test_every_type_is_cut_or_says_that_it_cannot_be() -> None:
-    cuttable = {k for k, kind in REGISTRY.items() if kind.cuttable and kind.nv < 6 and not kind.rolls}
+    cuttable = {k for k, kind in REGISTRY.items() if kind.cuttable and kind.nv < 6 and not kind.bodiless}
     assert {k for k, *_ in CUTS.values()} | set(PLAIN_CUTS) == cuttable
     assert {(law, normal) for _, _, law, normal in CUTS.values()} == set(FRICTION)

@@ -12,7 +12,7 @@ from engine.joints import REGISTRY as JOINTS
 from engine.simulation.run import simulate
 from tests.reference.random_scenes import random_tree
 
-TYPES = tuple(kind.name for kind in JOINTS.values() if kind.friction and not kind.rolls)
+TYPES = tuple(kind.name for kind in JOINTS.values() if kind.friction and not kind.bodiless)
 ACCOUNT = 1e-6
 """Allowed residual as a part of the largest energy or work, for runs at rtol 1e-8 with events."""
 

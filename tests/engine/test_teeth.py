@@ -12,18 +12,36 @@ from engine.scene import model as sm
 from engine.scene.load import scene_from_text
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
-from tests.engine.wheels import Row, flying
+from tests.engine.wheels import Pair, Row, flying
 from tests.reference.rotation import cross
 
 ANGLE, MU, MODULE = np.radians(20.0), 0.08, 0.004
 RUBBING = sm.Friction(mu=MU, pressure_angle=float(ANGLE))
 ARM = np.pi * MODULE * np.cos(ANGLE) / 4
-PAIRS = ("gear", "internal", "gear", "internal")
+ROUND = ("gear", "internal", "gear", "internal")
+OTHERS = ("bevel_gear", "rack", "bevel_gear", "rack")
+RUNS = [*((ROUND, seed, "parts") for seed in range(5)), (ROUND, 0, "compiled"), *((OTHERS, seed, "parts") for seed in range(4)),
+        (OTHERS, 0, "compiled")]  # fmt: skip
 
 
-@pytest.mark.parametrize(("seed", "kernel"), [*((seed, "parts") for seed in range(5)), (0, "compiled")])
-def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(seed: int, kernel: str) -> None:
-    f = flying(seed, PAIRS, RUBBING)
+def meshing(row: Row, one: Pair) -> tuple[np.ndarray, np.ndarray]:
+    """The axis about which wheels turn against each other where they mesh, and the way from the inboard wheel to the other."""
+    R = row.turned("carrier")
+    a, b, between = R @ one.a1, R @ one.a2, R @ (one.p2 - one.p1)
+    if one.what == "bevel_gear":
+        line = one.r2 * a + one.r1 * b
+        line /= np.linalg.norm(line)
+        out = b - (b @ line) * line
+        return line, out / np.linalg.norm(out)
+    out = between - a * (a @ between)
+    if one.what == "rack":
+        out = out - b * (b @ out)
+    return a, out / np.linalg.norm(out)
+
+
+@pytest.mark.parametrize(("pairs", "seed", "kernel"), RUNS)
+def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(pairs: tuple[str, ...], seed: int, kernel: str) -> None:
+    f = flying(seed, pairs, RUBBING)
     r = simulate(f.scene, rtol=1e-10, kernel=kernel)
     assert r.outcome.name == "done"
     for i in range(1, len(r)):
@@ -34,10 +52,7 @@ def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(seed: int, kerne
         for k, one in enumerate(f.pairs):
             force, torque, at = row.reported(f"m{k}")
             place, way = row.touch(one)
-            R = row.turned("carrier")
-            axis, between = R @ one.a1, R @ (one.p2 - one.p1)
-            outward = between - axis * (axis @ between)
-            outward /= np.linalg.norm(outward)
+            axis, outward = meshing(row, one)
             drives, apart = force @ way, force @ outward
             inside = one.what == "internal"  # the pinion, which is the inboard wheel, is pushed to the middle of its ring
             assert apart == pytest.approx((1 if inside else -1) * np.tan(ANGLE) * abs(drives), rel=1e-9)
@@ -92,6 +107,48 @@ def test_teeth_hold_between_raising_and_lowering(side: int) -> None:
         r = simulate(pair(f"effort: {torque}", "effort: 5"))
         moved = np.abs(r["on_a.q[1]"]).max()  # 2 s of what is too much turn it by 1e-4 rad, of round-off in a loop by 1e-13
         assert bool(moved > 1e-9) == moves, (side, more)
+
+
+@pytest.mark.parametrize("lifts", [True, False])
+def test_a_pinion_lifts_its_rack_and_is_turned_back_by_it_by_its_efficiency(lifts: bool) -> None:
+    weight, rate = 30.0, 5.0 if lifts else -5.0
+    scene = scene_from_text(f"""\
+schema: 1
+gravity: [0, 0, 0]
+bodies: {{a: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}, b: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}}}
+joints:
+  on_a: {{type: revolute, axis: z, inboard: ground, outboard: a, drive: {{constant: {{rate: {rate}}}}}}}
+  on_b: {{type: prismatic, axis: y, inboard: {{body: ground, point: [{R1}, 0, 0]}}, outboard: b, effort: -{weight}}}
+  m:
+    {{type: rack, inboard: {{body: a, axis: z}}, outboard: {{body: b, axis: y}}, teeth: [20], module: {MODULE},
+     friction: {{mu: {MU}, pressure_angle: {ANGLE}}}}}
+simulation: {{until: 0.5 s, every: 0.05 s}}
+""")
+    r = simulate(scene, rtol=1e-10)
+    assert r["on_b.q[1]"] == pytest.approx(R1 * rate * r.time, rel=1e-12, abs=1e-13)
+    assert r["on_a.drive.effort[1]"][1:] == pytest.approx(weight * (R1 + (ROLL if lifts else -ROLL)), rel=1e-9)
+    push = np.abs(r["on_b.reaction.force[3]"][1:]) + np.abs(r["on_b.reaction.force[2]"][1:])  # one is along the wheel's axis
+    assert push == pytest.approx(weight * np.tan(ANGLE), rel=1e-9)
+
+
+def test_a_bevel_gear_drives_by_the_efficiency_of_its_equivalent_spur_gears() -> None:
+    load = 7.0
+    scene = scene_from_text(f"""\
+schema: 1
+gravity: [0, 0, 0]
+bodies: {{a: {{mass: 1, inertia: [0.01, 0.01, 0.01]}}, b: {{mass: 1, inertia: [0.01, 0.01, 0.01]}}}}
+joints:
+  on_a: {{type: revolute, axis: z, inboard: ground, outboard: a, drive: {{constant: {{rate: 30}}}}}}
+  on_b: {{type: revolute, axis: x, inboard: ground, outboard: b, effort: {load}}}
+  m:
+    {{type: bevel_gear, inboard: {{body: a, axis: z}}, outboard: {{body: b, axis: x}}, teeth: [20, 40], module: {MODULE},
+     friction: {{mu: {MU}, pressure_angle: {ANGLE}}}}}
+simulation: {{until: 0.5 s, every: 0.05 s}}
+""")
+    r = simulate(scene, rtol=1e-10)
+    one, two = R1 / np.cos(np.arctan(20 / 40)), R2 / np.cos(np.arctan(40 / 20))  # Tredgold: radii of spur gears that mesh alike
+    wanted = R1 / R2 * (1 + ROLL / one) / (1 - ROLL / two) * load
+    assert r["on_a.drive.effort[1]"][1:] == pytest.approx(wanted, rel=1e-9)
 
 
 def reversing() -> Result:

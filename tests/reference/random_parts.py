@@ -17,7 +17,7 @@ from .signals import drive_motion
 AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
 APART = ("screw",)
 """Types whose friction is tried apart (``test_threads``), so that random scenes stay what they are."""
-RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.rolls and k.name not in APART)
+RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
 SIZED = ("revolute", "cylindrical", "prismatic", "spherical", "universal")
 """Rubbing types whose sizes are chosen below for one root; others get small ones."""
 

@@ -22,7 +22,7 @@ from .signals import per_freedom
 from .streams import chosen, covering, first, stream
 
 __all__ = ["ALL_TYPES", "CLOSING_TYPES", "LATER", "USUAL_TYPES", "Case", "covering", "first", "random_loop", "random_tree"]
-ALL_TYPES = tuple(k.name for k in REGISTRY.values() if not k.rolls)
+ALL_TYPES = tuple(k.name for k in REGISTRY.values() if not k.bodiless)
 """Every joint type that carries a body; wheels (``tests/engine/wheels.py``) do not."""
 CLOSING_TYPES = tuple(k for k in ALL_TYPES if REGISTRY[k].nv < 6)
 LATER = ("point_on_line", "point_on_plane")

@@ -1,4 +1,5 @@
-"""What closes loops in MJCF: equalities of bodies become joints; those of coordinates, and tendons that pull, are told."""
+"""What closes loops in MJCF: equalities of bodies become joints, those of two joints let one follow the other; those of
+tendons, and tendons that pull, are told."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ class Closing:
                 if self.model.attributes(e, "", "equality").get("active", "true") == "false":
                     self.found.notes.append(f"{_named(e)}: left out (it is not active)")
                 else:
-                    {"connect": self._connect, "weld": self._weld}.get(e.tag, self._coupled)(e)
+                    {"connect": self._connect, "weld": self._weld, "joint": self._follow}.get(e.tag, self._coupled)(e)
         idle = [t for section in self.model.sections("tendon") for t in section.children if not self._tendon(t)]
         if idle:
             self.found.notes.append(f"tendons left out (they do nothing by themselves): {', '.join(map(_named, idle))}")
@@ -33,6 +34,20 @@ class Closing:
     def _coupled(self, e: Element) -> None:
         """An equality that ties coordinates to each other: the one place that says what becomes of it."""
         self.found.add(e, _named(e), f"<{e.tag}> ties coordinates to each other, which is not taken over", REMEDY)
+
+    def _follow(self, e: Element) -> None:
+        """q − ref of the first joint is a polynomial of q − ref of the second, which a scene has up to its second number."""
+        known = {j.get("name"): f for j, f in zip(self.bodies.elements, self.bodies.freedoms, strict=True) if j.get("name")}
+        numbers = self.found.numbers(e, "polycoef", e.get("polycoef", "0 1 0 0 0"), (1, 2, 3, 4, 5)) or [0.0, 1.0]
+        numbers += [0.0, 1.0, 0.0, 0.0, 0.0][len(numbers) :]
+        if "joint2" not in e.attributes:
+            self.found.add(e, _named(e), "holds a joint where it is", "make its body part of the one that carries it")
+        elif any(numbers[2:]):
+            what = f"ties joints by a polynomial: {e.get('polycoef')}"
+            self.found.add(e, _named(e), what, "a scene's joints follow by a ratio and an offset")
+        else:
+            follower, leader = (known[n].name if n in known else "" for n in (e.get("joint1"), e.get("joint2")))
+            self.bodies.linkage.follow(e, follower, leader, numbers[1], numbers[0])
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 

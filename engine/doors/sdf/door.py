@@ -45,6 +45,7 @@ class _Reader:
         self.root, self.models, self.meshes, self.found, self.frames = root, models, meshes, models.found, models.frames
         self.links, self.joints = models.links, models.joints
         self.names, self.place = Names(), {WORLD: GROUND}
+        self.made: dict[str, str] = {}
 
     # -- the linkage --------------------------------------------------------------------------------------------------------
 
@@ -68,11 +69,20 @@ class _Reader:
                 out.ties[self.names.new(f"{self.place[n]}_flies", "joint")] = flies
         for j in self.joints:
             self._joint(j, out)
+        for j in self.joints:
+            self._follows(j, out)
         for n, held in moving.items():
             self._lifted(self.place[n], held.element, out)
         if not out.links:
             self.found.add(self.root, "sdf", "nothing in it moves")
         return out
+
+    def _follows(self, j: Held, out: Linkage) -> None:
+        """Joints that follow others: multiplier · (position of the other − reference) + offset."""
+        for m in (m for a in j.element.all("axis", "axis2") for m in a.all("mimic")):
+            ratio, offset, ref = (self._entry(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
+            follower, leader = (self.made.get(self.frames.full(j.scope, n), "") for n in (j.element.get("name"), m.get("joint")))
+            out.follow(j.element, follower, leader, ratio, offset - ratio * ref)
 
     def _lifted(self, name: str, e: Element, out: Linkage) -> None:
         off = e.first("gravity")
@@ -130,9 +140,8 @@ class _Reader:
             self.found.add(e, e.get("name"), f"its {side} {said(e, side)!r} is no link", "name a link of the model, or world")
         if missing or self.place[ends[0]] == self.place[ends[1]] == GROUND:
             return
-        if kind not in TYPES or any(a.first("mimic") is not None for a in e.all("axis", "axis2")):
-            what = f"has type {kind!r}" if kind not in TYPES else "follows another joint (mimic)"
-            self.found.add(e, e.get("name"), f"{what}, which a scene does not have", "take it out of the file")
+        if kind not in TYPES:
+            self.found.add(e, e.get("name"), f"has type {kind!r}, which a scene does not have", "take it out of the file")
             return
         at = self.frames.place(self.frames.full(j.scope, e.get("name")))
         first = self._axis(j, at, "axis")
@@ -141,7 +150,7 @@ class _Reader:
             return
         frame = at @ (crossed(first, self._axis(j, at, "axis2")) if kind == "universal" else first)
         more = acting(self.found, e, TYPES[kind], out) | pitch_of(self.found, e)
-        self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
+        self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
 
     def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
         """The frame of an axis in the joint's: its first direction along the axis."""
@@ -169,11 +178,13 @@ class _Reader:
         self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], at @ self._axis(j, at, "axis2"), {}, out, {middle: where})
 
     def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
-             given: dict[str, Pose] | None = None) -> None:  # fmt: skip
-        """A joint whose frame is given in the world; given: where links are that have no frame of their own."""
+             given: dict[str, Pose] | None = None) -> str:  # fmt: skip
+        """A joint whose frame is given in the world, and its name; given: where links are that have no frame of their own."""
         at = [(given or {}).get(n) if n in (given or {}) else self._stands(n) for n in ends]
         sides = [inverse(where if where is not None else np.eye(4)) @ frame for where in at]
-        out.ties[self.names.new(name, "joint")] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
+        made = self.names.new(name, "joint")
+        out.ties[made] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
+        return made
 
     def _stands(self, name: str) -> Pose:
         return np.eye(4) if self.place[name] == GROUND else self.frames.place(name)

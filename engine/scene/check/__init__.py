@@ -6,7 +6,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from engine.basics.problems import Problem
-from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, poses, run, starts, topology, wheels
+from engine.scene.check import (
+    bodies,
+    cams,
+    devices,
+    frames,
+    friction,
+    loads,
+    mimics,
+    names,
+    numbers,
+    poses,
+    run,
+    starts,
+    tied,
+    topology,
+    wheels,
+)
 from engine.scene.finding import Finding, error_of
 from engine.scene.model import Scene
 
@@ -17,6 +33,9 @@ TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     frames.check,
     poses.check,
     wheels.check,
+    cams.check,
+    mimics.check,
+    tied.check,
     friction.check,
     starts.check,
     devices.check,

@@ -19,8 +19,8 @@ def check(scene: Scene) -> Iterator[Finding]:
     """All findings about devices and signals."""
     for name, j in scene.joints.items():
         kind = REGISTRY[j.type]
-        if kind.rolls is not None:
-            continue  # told with all that wheels have not (``wheels``)
+        if kind.bodiless:
+            continue  # told with all that it has not (``wheels``)
         for field in FIELDS:
             yield from _lengths(("joints", name, field), getattr(j, field), kind)
         yield from _rotations(name, j, kind)

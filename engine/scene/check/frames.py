@@ -85,6 +85,6 @@ def _pitch(path: Path, j: Joint) -> Iterator[Finding]:
     if pitched and j.pitch is None:
         what = f"a {j.type} needs a pitch (travel a turn) that is not zero"
         yield Finding((*path, "pitch"), what, 'for example pitch: "5 mm"')
-    if not pitched and j.pitch is not None and REGISTRY[j.type].rolls is None:
+    if not pitched and j.pitch is not None and not REGISTRY[j.type].bodiless:
         able = " or ".join(k.name for k in REGISTRY.values() if k.pitched)
         yield Finding((*path, "pitch"), f"a {j.type} joint has no pitch", f"remove it, or use type: {able}")

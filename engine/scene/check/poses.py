@@ -51,10 +51,9 @@ def _joints(scene: Scene) -> Iterator[Finding]:
                 hint = f"add position to {' and '.join(loose)}, or name points of both bodies"
                 yield Finding((*path, "at"), "only a joint between placed bodies is found from where it is", hint)
         poses = poses_of(scene, j) if known else None
-        rolls = REGISTRY[j.type].rolls
-        two = rolls is not None and rolls.apart
+        two = REGISTRY[j.type].apart
         if two and j.at is not None:
-            what = f"the two wheels of a {j.type} have a point each, not one place"
+            what = f"the two parts of a {j.type} have a point each, not one place"
             yield Finding((*path, "at"), what, "remove it; name a point of each body, or their frames begin there")
         if poses is None or two or (isinstance(j.at, str) and not _known(scene, j.at)):
             continue

@@ -12,7 +12,7 @@ from engine.scene.model import AxisAngle, Coordinates, Scene
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about start values."""
     for name, j in scene.joints.items():
-        if j.start is None or REGISTRY[j.type].rolls is not None:
+        if j.start is None or REGISTRY[j.type].bodiless:
             continue
         kind, path = REGISTRY[j.type], ("joints", name, "start")
         if j.start.q is not None:

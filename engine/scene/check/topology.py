@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from engine.joints import REGISTRY
-from engine.scene.cutting import has_rotor, is_driven, may_be_cut
+from engine.scene.cutting import has_rotor, is_driven, may_be_cut, tied
 from engine.scene.finding import CONNECTIONS, Finding
 from engine.scene.model import Scene
 from engine.scene.refs import GROUND, body_of
@@ -43,7 +43,7 @@ def check(scene: Scene) -> Iterator[Finding]:
             part = "the ground" if a == GROUND else shown(a)
             yield Finding(("joints", name), f"both sides are on {part}", "a joint ties two different parts")
         elif {a, b} <= {GROUND, *scene.bodies}:
-            if not REGISTRY[j.type].rolls:  # wheels hold no body
+            if not REGISTRY[j.type].bodiless:
                 ends[name] = (a, b)
         else:
             dangling = True
@@ -88,18 +88,19 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     """Mistakes in wishes about cutting, which must leave a tree: the joints that may not be cut close no loop, and the joints
     not marked to be cut reach every body."""
     keep, rest = _Groups([GROUND, *scene.bodies]), _Groups([GROUND, *scene.bodies])
-    marked = []
+    marked, together = [], tied(scene)
     for name, (a, b) in ends.items():
         j = scene.joints[name]
         path, kind = ("joints", name, "cut"), REGISTRY[j.type]
         if j.cut and not kind.cuttable:
             yield Finding(path, f"a {j.type} joint cannot be cut", "leave it out")
-        elif (j.cut is False or not (j.cut or may_be_cut(j))) and not keep.join(a, b):
-            has = "a drive" if is_driven(j) else "rotor inertia" if has_rotor(j) else ""
+        elif (j.cut is False or not (j.cut or (may_be_cut(j) and name not in together))) and not keep.join(a, b):
+            has = "a drive" if is_driven(j) else "rotor inertia" if has_rotor(j) else "mimic" if name in together else ""
             hint = f"leave one of its joints without {has}" if has else "leave one of them to be cut"
             yield Finding(path, "the joints that must not be cut close a loop", hint)
         if j.cut and kind.cuttable:
-            marked.append((path, a, b, "driven joint" if is_driven(j) else "joint with rotor inertia" if has_rotor(j) else ""))
+            held = "driven joint" if is_driven(j) else "joint with rotor inertia" if has_rotor(j) else ""
+            marked.append((path, a, b, held or ("joint that follows another or leads one" if name in together else "")))
         else:
             rest.join(a, b)
     for path, a, b, held in marked:

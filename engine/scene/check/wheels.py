@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY
-from engine.scene.check.devices import FIELDS
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Joint, Scene
 from engine.scene.toothed import FINEST, counted, rolls_of
@@ -31,17 +29,6 @@ def check(scene: Scene) -> Iterator[Finding]:
         for key, has in (("internal", "wheel with its teeth inside"), ("crossed", "belt that could be crossed")):
             if getattr(j, key) and rolls_of(j).choice != key:
                 yield Finding((*path, key), f"a {j.type} has no {has}", "remove it")
-        for key in (*FIELDS, "start"):
-            if getattr(j, key) is not None:
-                hint = "the joints on which its wheels turn can have it"
-                yield Finding((*path, key), f"a {j.type} has no {key} of its own: wheels turn on other joints", hint)
-        if j.pin == "outboard":
-            yield Finding((*path, "pin"), "neither of two wheels carries a pin", "leave it out")
-        law = scene.law_of(j.friction) if j.friction is not None else ""
-        if law and LAWS[law].bristles:
-            yield Finding((*path, "friction"), f"teeth have no bristles, as the law {law} wants", "choose a law without bristles")
-        if j.cut is False:
-            yield Finding((*path, "cut"), "wheels carry no body: a loop is always opened between them", "leave it out")
 
 
 def _sized(path: Path, j: Joint) -> Iterator[Finding]:

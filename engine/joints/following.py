@@ -1,0 +1,23 @@
+"""Followers of cams (METHOD, "Cams"): a point, such as the middle of a roller, or a flat face of one part follows a curve around an
+axis of the other. Such a pair carries no body: both parts move on joints of their own, and one row ties them. So does one that ties
+the freedoms of two joints (METHOD, "Joints that follow another"), of which a scene speaks in one of these."""
+
+from typing import Literal
+
+from engine.joints.base import E3, JointKind, identity, no_travel, slide
+
+
+def _kind(name: str, follows: Literal["point", "face"]) -> JointKind:
+    return JointKind(
+        name=name, freedoms="its rate is how fast the follower slides along the curve", axes=((slide(E3),),), coordinates=(),
+        rotation=identity, travel=no_travel, rows_s=(), rows_r=(), measure=lambda r, s, ops: [], follows=follows,
+        friction="follower", contacts=1,
+    )  # fmt: skip
+
+
+CAM = _kind("cam", "point")
+FLAT_CAM = _kind("flat_cam", "face")
+MIMIC = JointKind(
+    name="mimic", freedoms="", axes=(), coordinates=(), rotation=identity, travel=no_travel, rows_s=(), rows_r=(),
+    measure=lambda r, s, ops: [], follows="freedom",
+)  # fmt: skip

@@ -1,0 +1,42 @@
+"""Checks of joints that follow others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from engine.joints import REGISTRY
+from engine.scene.cutting import is_driven
+from engine.scene.finding import Finding, Path
+from engine.scene.model import Joint, Scene
+from engine.scene.suggest import did_you_mean
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about joints that follow others."""
+    for name, j in scene.joints.items():
+        if j.mimic is None:
+            continue
+        path: Path = ("joints", name, "mimic")
+        leader = scene.joints.get(j.mimic.joint)
+        if leader is None:
+            yield Finding((*path, "joint"), f"there is no joint {j.mimic.joint}", did_you_mean(j.mimic.joint, scene.joints))
+            continue
+        for who, x in ((name, j), (j.mimic.joint, leader)):
+            if REGISTRY[x.type].nv != 1 or REGISTRY[x.type].nq != 1:
+                what = f"{who} is a {x.type} joint; one that follows, and one that leads, has one freedom"
+                yield Finding(path, what, "use revolute, prismatic or screw joints")
+        if is_driven(j):
+            yield Finding(path, "a drive says how this joint moves already", f"drive {j.mimic.joint}, or leave mimic out")
+        if _around(scene, name, j):
+            yield Finding((*path, "joint"), "joints that follow each other in a circle", "let one of them lead all")
+
+
+def _around(scene: Scene, name: str, j: Joint | None) -> bool:
+    """Whether the joints that lead one another come back to it."""
+    seen: set[str] = set()
+    while j is not None and j.mimic is not None and j.mimic.joint not in seen:
+        seen.add(j.mimic.joint)
+        if j.mimic.joint == name:
+            return True
+        j = scene.joints.get(j.mimic.joint)
+    return False

@@ -1,0 +1,35 @@
+"""What ties parts that other joints carry, as a scene says it: the curve of a cam, a joint that follows another."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic.dataclasses import dataclass
+
+from engine.basics.numbers import Bound
+from engine.scene.quantities import Angle, AnyUnit, Extent, Number
+from engine.scene.values import STRICT
+
+
+@dataclass(frozen=True, config=STRICT)
+class Profile:
+    """The curve of a cam: how far from its axis what follows it is, by angle about the axis, as the cam sees it. A cubic spline
+    goes through the values; it closes on itself where the angles go around once. Of a cam the radius is that of the path of the
+    follower's point (of the middle of its roller); of a flat_cam the distance of the face at the angle of its normal."""
+
+    angle: tuple[Angle, ...]
+    """Increasing angles from e2 towards e3 of the inboard frame, three at least, over one turn at most."""
+    radius: tuple[Extent, ...]
+    """One distance for each angle."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Mimic:
+    """The freedom of a joint follows that of another: q = ratio · q of the other + offset, whatever force that takes."""
+
+    joint: str
+    """Name of the joint that leads."""
+    ratio: Annotated[float, AnyUnit(bound=Bound(nonzero=True))] = 1.0
+    """How far this one goes for each of the other: a number, m/rad or rad/m."""
+    offset: Number = 0.0
+    """Coordinate of this one where the other is at 0."""
