@@ -13,7 +13,7 @@ import numpy as np
 from engine.joints import REGISTRY
 from engine.kernel.columns import columns
 from engine.parts.signals import value
-from engine.scene.model import Applied, Drive, Force, FromInput, Joint, Scene, SpringDamper, Start
+from engine.scene.model import Applied, Bushing, Drive, Force, FromInput, Joint, Scene, SpringDamper, Start
 from engine.scene.walk import each
 from engine.simulation.motions import external
 from engine.system.build import Built
@@ -82,7 +82,7 @@ def _joint(
 
 def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]) -> tuple[Applied, list[Load]]:
     """The force with plain numbers, and the load it is: its amount along the direction it has at the start."""
-    if isinstance(f, SpringDamper):
+    if isinstance(f, SpringDamper | Bushing):
         return f, []
     given, field = (f.force, "force") if isinstance(f, Force) else (f.torque, "torque")
     now = [known[f"forces.{name}.{k}"] for k in range(3)]

@@ -111,13 +111,25 @@ def _devices(j: Joint) -> Iterator[Column]:
 
 
 def _springs(system: System) -> Iterator[Column]:
-    """Columns of springs between points."""
+    """Columns of springs between points and of bushings."""
     for i, load in enumerate(system.loads):
         if load.kind == "spring_damper":
             name = load.name
             yield Column(f"{name}.length", "m", f"length of {name}", ("line", i, "length"))
             yield Column(f"{name}.force", "N", f"force with which {name} pulls its ends together", ("line", i, "force"))
             yield Column(f"{name}.power", "W", f"power of {name} on the bodies", ("line", i, "power"))
+        if load.kind == "bushing":
+            yield from _bushing(i, load.name)
+
+
+def _bushing(i: int, name: str) -> Iterator[Column]:
+    """Columns of a bushing, in its axes on the first body."""
+    for what, unit, text in (
+        ("offset", "m", "offset of the second point in {}"), ("turn", "rad", "rotation vector of the second part in {}"),
+        ("force", "N", "force of {} on the second part"), ("torque", "N*m", "torque of {} on the second part"),
+    ):  # fmt: skip
+        yield from _three(f"{name}.{what}", unit, f"{text.format(name)}, axes of the first", ("bushing", i, what))
+    yield Column(f"{name}.power", "W", f"power of {name} on the bodies", ("bushing", i, "power", 0))
 
 
 def _friction(j: Joint) -> Iterator[Column]:

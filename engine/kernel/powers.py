@@ -7,6 +7,7 @@ import casadi as ca
 from engine.kernel.records import names_of_powers
 from engine.recursion import cuts as cutting
 from engine.recursion.accelerations import Accelerations
+from engine.recursion.bushings import bushing
 from engine.recursion.elements import joint_rates
 from engine.recursion.kinematics import point_motion
 from engine.recursion.loads import spring_line, wrenches
@@ -38,7 +39,7 @@ def coordinates_of(m: Model, j: Joint) -> list[SX]:
 
 
 def _damping(m: Model) -> SX:
-    """Power of joint dampers, of dampers between points and of the damping part of stops, W (≤ 0)."""
+    """Power of joint dampers, of dampers between points, bushings and of the damping part of stops, W (≤ 0)."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -53,6 +54,8 @@ def _damping(m: Model) -> SX:
     for load in m.sym.system.loads:
         if load.kind == "spring_damper":
             total -= m.sym.leaf(load.numbers[1]) * spring_line(m.sym, m.motions, load)[1] ** 2
+        if load.kind == "bushing":
+            total += bushing(m.sym, m.motions, load).taken
     return total
 
 
@@ -108,7 +111,7 @@ def _loads(m: Model) -> SX:
     """Power of applied forces and torques and of joint efforts, W."""
     total = SX(0)
     for load in m.sym.system.loads:
-        if load.kind == "spring_damper":
+        if load.joins:
             continue
         for body, w in wrenches(m.sym, m.motions, load):
             motion = m.motions[body]

@@ -50,6 +50,7 @@ ALL = (
     Quantity(name="device", vector=False, direct=True),
     Quantity(name="power", vector=False, direct=True),
     Quantity(name="line", direct=True),
+    Quantity(name="bushing", direct=True),
     Quantity(name="friction", direct=True),
     Quantity(name="contact", direct=True, reacts=True),
     Quantity(name="contact.state", vector=False, direct=True, steps=True, reacts=True),

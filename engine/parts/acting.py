@@ -11,6 +11,9 @@ from engine.parts.store import small
 from engine.parts.tape import Block, Tape
 from engine.system.structure import Device, Joint, System
 
+BUSHING = ("offset", "turn", "force", "torque", "power")
+"""Columns of a bushing, three each but the last."""
+
 
 class DeviceRows:
     """A part of ``Rows``, which has all that stands below as such."""
@@ -55,3 +58,10 @@ class DeviceRows:
         three = self.once(("line", i), 3, lambda out: self.scene.call(
             self.tape, small.spring("line"), out=out, **self.scene.ends(load, moving)))  # fmt: skip
         return three.part(("length", "force", "power").index(what), 1)
+
+    def _bushing(self, i: int, what: str, k: int) -> Block:
+        load, moving = self.system.loads[i], self.moving()
+        size = 3 * len(BUSHING) - 2
+        all_of = self.once(("bushing", i), size, lambda out: self.scene.call(
+            self.tape, small.bushing("state"), out=out, **self.scene.ends(load, moving)))  # fmt: skip
+        return all_of.part(3 * BUSHING.index(what) + k, 1)

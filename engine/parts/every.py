@@ -57,7 +57,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "contacts":
         friction = which[0].joint.friction
         return friction.law in COMPARED and not friction.adams
-    forces = name in ("device", "load", "spring") and which[-1] != "power"
+    forces = name in ("device", "load", "spring", "bushing") and which[-1] != "power"
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
 
 
@@ -65,6 +65,7 @@ def _small() -> Iterator[Asked]:
     yield from (("small", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
     yield from (("small", "device", what) for what in ("force", "power", "potential"))
     yield from (("small", "spring", what) for what in ("wrench", "power", "potential", "line"))
+    yield from (("small", "bushing", what) for what in ("wrench", "power", "potential", "state"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
     yield from (("small", "depth", upper) for upper in SIDES)
     yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over", "span"))

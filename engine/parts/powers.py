@@ -36,8 +36,8 @@ def write_powers(
                 s.drive_effort(tape, j, k, moving[j.child], N[j.child], effort)
                 tape.call(Builtin.PRODUCT, [effort, rate, drive], [1, 1])
     for load in system.loads:
-        if load.kind == "spring_damper":
-            s.call(tape, small.spring("power"), out=damping, **s.ends(load, moving))
+        if load.joins:
+            s.call(tape, s.joining(load, "power"), out=damping, **s.ends(load, moving))
         else:
             places = s.applied(tape, load, moving[load.bodies[0]], tape.scratch_block)
             s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **places)

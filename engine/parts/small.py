@@ -4,6 +4,7 @@ energies, pins, rates of coordinates."""
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import casadi as ca
 
@@ -16,6 +17,7 @@ from engine.kernel.records import MOTION
 from engine.parts.known import POSE, Numbers, Part
 from engine.parts.local import PartSymbols, a_body
 from engine.parts.one import one
+from engine.recursion import bushings
 from engine.recursion.kinematics import Motion, Step
 from engine.recursion.loads import mass_matrix, spring_line, stop_force, wrenches
 from engine.recursion.reactions import overlap, pin_wrench
@@ -108,6 +110,24 @@ def spring(what: str) -> Part:
         return one("l_spring_wrench", ins, {"on_a": on_a, "on_b": on_b}, ["on_a", "on_b"])
     out = -sym.p[1] * rate**2 if what == "power" else 0.5 * sym.p[0] * (length - sym.p[2]) ** 2
     return one(f"l_spring_{what}", ins, {"out": out}, ["out"])
+
+
+@cache
+def bushing(what: str) -> Part:
+    """Of a bushing: numbers (12, points 3 + 3, frames 9 + 9), two motions → ``wrench`` on both (6 each, added), ``power`` of its
+    damping or ``potential`` energy (added), or its ``state``: offset, turn, force, torque, power (13)."""
+    count = Numbers()
+    numbers, points, frames = count.some(12), (count.some(3), count.some(3)), (count.some(9), count.some(9))
+    sym, a, b = _Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
+    given: Any = Load("", "bushing", (0, 1), points, numbers=numbers, frames=frames)  # type: ignore[arg-type]
+    found = bushings.bushing(sym, [unpack_motion(ca.vertsplit(m)) for m in (a, b)], given)
+    ins = {"numbers": sym.p, "a": a, "b": b}
+    if what == "wrench":
+        (_, on_a), (_, on_b) = bushings.wrenches_of(found, given)
+        return one("l_bushing_wrench", ins, {"on_a": on_a, "on_b": on_b}, ["on_a", "on_b"])
+    if what == "state":
+        return one("l_bushing_state", ins, {"out": ca.vertcat(found.offset, found.turn, found.force, found.torque, found.power)})
+    return one(f"l_bushing_{what}", ins, {"out": found.taken if what == "power" else found.potential}, ["out"])
 
 
 @cache

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.recursion.bushings import bushing, wrenches_of
 from engine.recursion.kinematics import Motion, Step, point_motion
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, rotate_inertia, skew, vector, zeros
@@ -60,7 +61,7 @@ def ground_acceleration(sym: Symbols) -> SX:
 
 
 def applied(sym: Symbols, motions: Motions) -> list[SX]:
-    """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers."""
+    """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers, bushings."""
     out = [zeros(6) for _ in sym.system.bodies]
     for load in sym.system.loads:
         for body, wrench in wrenches(sym, motions, load):
@@ -72,6 +73,8 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     """What one load does: the bodies it acts on, each with the wrench at its reference origin (6×1). The ground is left out."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
+    if load.kind == "bushing":
+        return wrenches_of(bushing(sym, motions, load), load)
     body = load.bodies[0]
     value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
     if load.body_frame:

@@ -30,7 +30,7 @@ from engine.scene.jointed import (
     Stops,
     Wear,
 )
-from engine.scene.loads import Applied, Force, Input, SpringDamper, Torque
+from engine.scene.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
 from engine.scene.quantities import Acceleration, Duration, Number, Per
 from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Move, Ramp, Signal, Table
 from engine.scene.values import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
@@ -114,8 +114,8 @@ class Scene:
 
 
 __all__ = [
-    "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive", "Force", "Friction",
-    "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType", "Load", "LoadVector", "Move", "Position",
-    "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn",
-    "Vector", "Wear",
+    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "Constant", "Coordinates", "Cylinder", "Direction", "Drive", "Force",
+    "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType", "Load", "LoadVector",
+    "Move", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table",
+    "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

@@ -67,6 +67,7 @@ joints:
 # forces:
 #   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}
 #   rubber: {{type: spring_damper, between: [pendulum.tip, ground], stiffness: 200, damping: 2, length: 0.5}}
+#   bush: {{type: bushing, between: [ground, pendulum.tip], stiffness: 2 kN/m, turning_stiffness: [8, 30, 30]}}   # also damping
 
 # inputs:
 #   motor: {{start: 0, unit: N*m, description: Torque of the motor}}

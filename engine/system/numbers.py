@@ -112,7 +112,7 @@ def _signals(scene: sm.Scene):
                 if isinstance(s, sm.Drive | sm.Signal):
                     yield s
     for f in scene.forces.values():
-        for s in () if isinstance(f, sm.SpringDamper) else f.force if isinstance(f, sm.Force) else f.torque:
+        for s in () if isinstance(f, sm.SpringDamper | sm.Bushing) else f.force if isinstance(f, sm.Force) else f.torque:
             if isinstance(s, sm.Signal):
                 yield s
 

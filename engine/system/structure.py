@@ -8,48 +8,15 @@ from functools import cached_property
 
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, JointKind
+from engine.system.acting import Device as Device
+from engine.system.acting import Load as Load
+from engine.system.acting import Signal as Signal
+from engine.system.acting import Stop as Stop
 from engine.system.external import External
 from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
 
 GROUND = -1
-
-
-@dataclass(frozen=True)
-class Signal:
-    """A function of time. kind: "value" (one leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins
-    before t = 0; a drive still has its origin at t = 0), "move_…" (a way from rest to rest: start, end, begin, duration;
-    ``profiles``), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t) or "table" (index of
-    a table; external inputs are the first tables)."""
-
-    kind: str
-    leaves: Leaves = ()
-    index: int = 0
-
-
-@dataclass(frozen=True)
-class Stop:
-    """The compliant stops of one freedom. ``flags``: indices of the flags that say whether the lower and the upper stop are
-    engaged (−1: there is no such stop)."""
-
-    stiffness: Leaf
-    damping: Leaf
-    lower: Leaf | None
-    upper: Leaf | None
-    flags: tuple[int, int]
-
-
-@dataclass(frozen=True)
-class Device:
-    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive, and the inertia that it turns
-    beside the bodies; None for what is not there."""
-
-    spring: tuple[Leaf, Leaf] | None = None
-    damping: Leaf | None = None
-    stop: Stop | None = None
-    effort: Signal | None = None
-    drive: Signal | None = None
-    inertia: Leaf | None = None
 
 
 @dataclass(frozen=True)
@@ -167,20 +134,6 @@ class Body:
     points: tuple[tuple[str, Leaves], ...]
     joint: int
     parent: int
-
-
-@dataclass(frozen=True)
-class Load:
-    """An applied load: a force or torque on a body, whose ``vector`` has signals and None for structural zeros, or a
-    spring-damper between two points with its ``numbers`` (stiffness, damping, length)."""
-
-    name: str
-    kind: str
-    bodies: tuple[int, ...]
-    points: tuple[Leaves, ...]
-    body_frame: bool = False
-    vector: tuple[Signal | None, ...] = ()
-    numbers: Leaves = ()
 
 
 @dataclass(frozen=True)
