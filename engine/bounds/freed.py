@@ -13,9 +13,10 @@ import numpy as np
 from engine.joints import REGISTRY
 from engine.kernel.columns import columns
 from engine.parts.signals import value
-from engine.scene.model import Applied, Bushing, Drive, Force, FromInput, Joint, Scene, SpringDamper, Start
-from engine.scene.walk import each
+from engine.scene.model import Applied, Bushing, Drive, Force, Friction, FromInput, Joint, Scene, Signal, SpringDamper, Start
+from engine.scene.walk import VARYING, each
 from engine.simulation.motions import external
+from engine.system.acting import Signal as Follows
 from engine.system.build import Built
 
 
@@ -71,13 +72,32 @@ def _joint(
         elif given[k] is not None:
             efforts[k] = known[f"{name}.{k}"]
             effort = given[k]
-            if isinstance(effort, FromInput):
+            if isinstance(effort, FromInput) and effort.curve is None:
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
+    j = replace(j, friction=_rubbing(name, j.friction, known)) if j.friction is not None else j
     if all(e is None for e in efforts):
         return replace(j, drive=None), drives, loads
     return replace(j, drive=None, effort=efforts[0] if nv == 1 else tuple(efforts)), drives, loads
+
+
+def _rubbing(name: str, f: Friction, known: dict[str, float]) -> Friction:
+    """Friction with plain numbers instead of those that follow time or an input."""
+    out: dict[str, Any] = {}
+    for n in VARYING:
+        given = getattr(f, n)
+        several = given if isinstance(given, tuple) else (given,)
+        now = tuple(
+            max(known[f"{name}.friction.{n}" + (f"[{k + 1}]" if isinstance(given, tuple) else "")], 0.0)
+            if isinstance(g, FromInput | Signal) else g for k, g in enumerate(several)
+        )  # fmt: skip
+        if now != several:
+            out[n] = now if isinstance(given, tuple) else now[0]
+    if {"mu", "mu_static"} & set(out) and f.mu_static is not None:
+        both = {n: out.get(n, getattr(f, n)) for n in ("mu", "mu_static")}
+        out["mu_static"] = max(both.values())
+    return replace(f, **out)
 
 
 def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]) -> tuple[Applied, list[Load]]:
@@ -86,9 +106,9 @@ def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[
         return f, []
     given, field = (f.force, "force") if isinstance(f, Force) else (f.torque, "torque")
     now = [known[f"forces.{name}.{k}"] for k in range(3)]
-    own = [0.0 if isinstance(g, FromInput) else v for g, v in zip(given, now, strict=True)]
+    own = [0.0 if isinstance(g, FromInput) and g.curve is None else v for g, v in zip(given, now, strict=True)]
     for k, g in enumerate(given):
-        if isinstance(g, FromInput):
+        if isinstance(g, FromInput) and g.curve is None:
             uses[g.input].append((f"forces.{name}.{field}[{k + 1}]", 1.0))
     size = float(np.linalg.norm(own))
     paths = tuple((f"forces.{name}.{field}[{k + 1}]", v / size) for k, v in enumerate(own) if v)
@@ -102,7 +122,11 @@ def _values(built: Built) -> dict[str, float]:
     signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
     loads = {f"forces.{load.name}.{k}": s for load in built.system.loads for k, s in enumerate(load.vector)}
     p, x = np.array(built.parameters.values, float), external(built, 0.0)
-    return {name: 0.0 if s is None else value(s, built.system.external, p, x) for name, s in (signals | loads).items()}
+    rubs: dict[str, Follows | None] = {
+        f"{j.name}.friction.{n}": s for j in built.system.frictional if j.friction for n, s in j.friction.numbers
+        if isinstance(s, Follows)
+    }  # fmt: skip
+    return {name: 0.0 if s is None else value(s, built.system.external, p, x) for name, s in (signals | loads | rubs).items()}
 
 
 def pose_columns(built: Built) -> list[str]:

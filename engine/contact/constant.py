@@ -19,8 +19,10 @@ from engine.friction import Law
 if TYPE_CHECKING:
     from engine.contact.resting import Pair, Rubs
 
-FORCE = Size("force", "N", "constant friction along the axis, whatever the load", NOT_NEGATIVE, '"5 N"', symbol="F")
-TORQUE = Size("torque", "N*m", "constant friction about an axis, whatever the load", NOT_NEGATIVE, '"2 N*m"', symbol="T")
+FORCE = Size("force", "N", "constant friction along the axis, whatever the load", NOT_NEGATIVE, '"5 N"', symbol="F", varies=True)
+TORQUE = Size(
+    "torque", "N*m", "constant friction about an axis, whatever the load", NOT_NEGATIVE, '"2 N*m"', symbol="T", varies=True
+)
 
 
 def constant(name: str, sizes: tuple[Size, ...]) -> ContactElement:

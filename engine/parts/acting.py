@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING
 
 from engine.parts.blocks import Closed, Moving
+from engine.parts.joining import ends
 from engine.parts.scene import Scene
 from engine.parts.store import small
 from engine.parts.tape import Block, Tape
@@ -56,12 +57,12 @@ class DeviceRows:
     def _line(self, i: int, what: str) -> Block:
         load, moving = self.system.loads[i], self.moving()
         three = self.once(("line", i), 3, lambda out: self.scene.call(
-            self.tape, small.spring("line"), out=out, **self.scene.ends(load, moving)))  # fmt: skip
+            self.tape, small.spring("line"), out=out, **ends(self.scene, load, moving)))  # fmt: skip
         return three.part(("length", "force", "power").index(what), 1)
 
     def _bushing(self, i: int, what: str, k: int) -> Block:
         load, moving = self.system.loads[i], self.moving()
         size = 3 * len(BUSHING) - 2
         all_of = self.once(("bushing", i), size, lambda out: self.scene.call(
-            self.tape, small.bushing("state"), out=out, **self.scene.ends(load, moving)))  # fmt: skip
+            self.tape, small.bushing("state"), out=out, **ends(self.scene, load, moving)))  # fmt: skip
         return all_of.part(3 * BUSHING.index(what) + k, 1)

@@ -8,8 +8,9 @@ from engine.parts.rows import Rows
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
 from engine.parts.store import friction, small
-from engine.parts.tape import Block, Space
+from engine.parts.tape import Block, Space, Tape
 from engine.system.elements import Element, elements
+from engine.system.leaves import Leaf
 from engine.system.loops import rubbing_on_loops
 from engine.system.structure import state_coordinates
 
@@ -30,9 +31,9 @@ def write(s: Scene, redundant: bool = False) -> None:
     coordinate_rates(s, s.tape("qdot"), Block(Space.R, 0, s.system.nv), Block(Space.OUT, 0, s.system.nq))
 
 
-def _states(s: Scene, e: Element) -> dict[str, Block]:
+def _states(s: Scene, tape: Tape, e: Element, *more: Leaf) -> dict[str, Block]:
     """Numbers, modes and states of an element, the latter behind the rates."""
-    places = element_places(s, e)
+    places = element_places(s, tape, e, *more)
     if e.friction.bristles:
         rates = sum(o.joint.kind.nv for o in elements(s.system))
         places["b"] = Block(Space.R, rates + s.system.bristles.index(e.eta[0]), 0)
@@ -46,7 +47,7 @@ def _laws(s: Scene, alone: bool) -> None:
         s.call(
             tape, friction.law(rubbing(e), alone), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
             eta=Block(Space.OUT, e.eta[0], nv), dN=Block(Space.DN, dn, nv * n),
-            sliding=Block(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, e),
+            sliding=Block(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, tape, e),
         )  # fmt: skip
         dn += nv * n
 
@@ -64,7 +65,7 @@ def _held(s: Scene, alone: bool) -> None:
                 tape.zero(rows)
             continue
         N, u = Block(Space.N, e.n0, n), Block(Space.U, e.eta[0], e.joint.kind.nv)
-        s.call(tape, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
+        s.call(tape, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, tape, e))
 
 
 def _pressed(s: Scene) -> None:
@@ -72,9 +73,7 @@ def _pressed(s: Scene) -> None:
     tape, at, dn = s.tape("pressed"), 0, 0
     for e, _, count in rubbing_on_loops(s.system):
         n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
-        places = _states(s, e)
-        if stiffness is not None:
-            places["numbers"] = s.numbers([*(x for _, x in e.friction.numbers), stiffness])
+        places = _states(s, tape, e, *([] if stiffness is None else [stiffness]))
         part, more = friction.pressed(rubbing(e), stiffness is not None), Block(Space.OUT, at, count)
         N, r, dN = Block(Space.N, e.n0, n), Block(Space.R, e.rate0, nv), Block(Space.DN, dn, count * n)
         s.call(tape, part, N=N, r=r, more=more, dN=dN, **places)

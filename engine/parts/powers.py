@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from engine.kernel.records import GIVING
 from engine.parts.blocks import Moving
+from engine.parts.joining import ends, joining
 from engine.parts.scene import Scene
 from engine.parts.store import small
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -37,7 +38,7 @@ def write_powers(
                 tape.call(Builtin.PRODUCT, [effort, rate, drive], [1, 1])
     for load in system.loads:
         if load.joins:
-            s.call(tape, s.joining(load, "power"), out=damping, **s.ends(load, moving))
+            s.call(tape, joining(load, "power"), out=damping, **ends(s, load, moving))
         else:
             places = s.applied(tape, load, moving[load.bodies[0]], tape.scratch_block)
             s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **places)

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from engine.kernel.records import MOTION
 from engine.parts.blocks import Closed, Moving, Place
-from engine.parts.known import BARE, POSE, Part
+from engine.parts.joining import ends, joining
+from engine.parts.known import BARE, POSE
 from engine.parts.store import closing, small
 from engine.parts.tables import BODY, Tables
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -69,7 +70,8 @@ class Scene(Tables):
         if s.kind == "value" and not moves:
             return self.numbers(s.leaves)
         out = place(3 if moves else 1)
-        self.call(tape, small.signal(s.kind, moves), numbers=self.numbers(s.leaves), x=Block(Space.X, 0, 2), out=out)
+        given = {"u": Block(Space.X, self.system.external.table(s.index), 1)} if s.kind == "through" else {}
+        self.call(tape, small.signal(s.kind, moves), numbers=self.numbers(s.leaves), x=Block(Space.X, 0, 2), out=out, **given)
         return out
 
     def value(self, tape: Tape, s: Signal | None, place: Place) -> Block:
@@ -157,7 +159,7 @@ class Scene(Tables):
         if load.joins:
             sink = tape.scratch_block(6)
             forces = [moving[b].force if b != GROUND else sink for b in load.bodies]
-            self.call(tape, self.joining(load, "wrench"), on_a=forces[0], on_b=forces[1], **self.ends(load, moving))
+            self.call(tape, joining(load, "wrench"), on_a=forces[0], on_b=forces[1], **ends(self, load, moving))
             return
         m = moving[load.bodies[0]]
         self.call(tape, small.load(load.kind, load.body_frame, "wrench"), out=m.force, **self.applied(tape, load, m, place))
@@ -226,7 +228,7 @@ class Scene(Tables):
                 self.device(tape, d, "potential", own, rate, potential)
         for load in self.system.loads:
             if load.joins:
-                self.call(tape, self.joining(load, "potential"), out=potential, **self.ends(load, moving))
+                self.call(tape, joining(load, "potential"), out=potential, **ends(self, load, moving))
 
     def _spun(self, tape: Tape, j: Joint, m: Moving, kinetic: Block) -> None:
         """Add the kinetic energy of a joint's rotors."""
@@ -238,18 +240,6 @@ class Scene(Tables):
             momentum = tape.scratch_block(1)
             tape.call(Builtin.SCALE, [rate, self.numbers([d.inertia]), momentum], [1])
             tape.call(Builtin.PRODUCT, [half, momentum, kinetic], [1, 1])
-
-    @staticmethod
-    def joining(load: Load, what: str) -> Part:
-        """The part of a load between two bodies."""
-        return small.bushing(what) if load.kind == "bushing" else small.spring(what)
-
-    def ends(self, load: Load, moving: list[Moving]) -> dict[str, Block]:
-        """What the parts of a load between two bodies are handed."""
-        motions = [self.ground if b == GROUND else moving[b].motion for b in load.bodies]
-        frames = [x for frame in load.frames for x in frame]
-        numbers = self.numbers([*load.numbers, *load.points[0], *load.points[1], *frames])
-        return {"numbers": numbers, "a": motions[0], "b": motions[1]}
 
     def applied(self, tape: Tape, load: Load, m: Moving, place: Place) -> dict[str, Block]:
         """What the parts of a force or torque are handed."""

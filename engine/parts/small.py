@@ -8,6 +8,7 @@ from typing import Any
 
 import casadi as ca
 
+from engine.basics.curves import KNOTS
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
@@ -27,7 +28,7 @@ from engine.system.external import TIMES
 from engine.system.profiles import MOVES
 from engine.system.structure import Body, Device, Fit, Joint, Load, Signal, Stop
 
-LEAVES = {"value": 1, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
+LEAVES = {"value": 1, "through": 2 * KNOTS, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
 """Numbers of a signal, by its kind; a table has none."""
 
 
@@ -38,10 +39,13 @@ class _Timed(PartSymbols):
         super().__init__(numbers)
         self.x = SX.sym("x", TIMES)
         self.t, self.ts = self.x[0], self.x[1]
-        self.flags = SX.sym("flags", 2)
+        self.flags, self.u = SX.sym("flags", 2), SX.sym("u")
 
     def stop_flag(self, index: int) -> SX:
         return self.flags[index]
+
+    def given(self, index: int) -> SX:
+        return self.u
 
 
 @cache
@@ -51,7 +55,8 @@ def signal(kind: str, moves: bool) -> Part:
     s = Signal(kind, count.some(LEAVES[kind]))
     sym = _Timed(count.count)
     out = ca.vertcat(*Symbols.motion(sym, s)) if moves else Symbols.load(sym, s)
-    return one(f"s_{kind}_{'motion' if moves else 'load'}", {"numbers": sym.p, "x": sym.x}, {"out": out})
+    ins = {"numbers": sym.p, "x": sym.x} | ({"u": sym.u} if kind == "through" else {})
+    return one(f"s_{kind}_{'motion' if moves else 'load'}", ins, {"out": out})
 
 
 DEVICE = 7
@@ -183,6 +188,13 @@ def along(kind: str, forward: bool, k: int) -> Part:
         h = (Ein if a.side == "in" else Eout)[:, a.index]
         total += ca.dot(t, h) if a.rot else (pitch / (2 * ca.pi) if a.by_pitch else 1) * ca.dot(f, h)
     return one(f"r_along_{kind}_{'out' if forward else 'in'}_{k}", {"N": N, "pose": pose, "pitch": pitch}, {"out": total})
+
+
+@cache
+def at_least() -> Part:
+    """A value, or what it is not to be below."""
+    value, least = SX.sym("value"), SX.sym("least")
+    return one("s_at_least", {"value": value, "least": least}, {"out": ca.fmax(value, least)})
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from engine.basics.curves import KNOTS, monotone
 from engine.recursion.vectors import SX, vector
 from engine.system.external import INSIDE, MODE, NOW
 from engine.system.leaves import Leaf, Leaves, Param
@@ -55,8 +56,15 @@ class Symbols:
             return self.x[self.at.table(s.index)]
         if s.kind == "harmonic":
             return self._harmonic(s)[0]
+        if s.kind == "through":
+            at, value = (self.leaves(x) for x in (s.leaves[:KNOTS], s.leaves[KNOTS:]))
+            return monotone(self.given(s.index), ca.vertsplit(at), ca.vertsplit(value))
         start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
         return start + (end - start) * self._progress(begin, duration)
+
+    def given(self, index: int) -> SX:
+        """Value of a table or input now."""
+        return self.x[self.at.table(index)]
 
     def motion(self, s: Signal) -> tuple[SX, SX, SX]:
         """Position, rate and acceleration that a drive prescribes at t."""

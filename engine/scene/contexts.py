@@ -7,6 +7,8 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from engine.basics.numbers import Bound, Order
+from engine.contact import sizes
+from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY, JointKind
 from engine.scene.dimensions import unit_of as unit_text
 from engine.scene.finding import Path
@@ -16,6 +18,8 @@ from engine.scene.quantities import Quantity
 from engine.scene.typed import bound_at, shape, unit_at
 
 PLAIN = "1"
+RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in group.items()}
+"""The numbers of laws and contact elements."""
 
 
 def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
@@ -45,6 +49,8 @@ def unit_of(scene: Scene, path: Path) -> str:
     if path[0] == "joints":
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
+        if "at" in path:
+            return PLAIN  # a value of an input
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
     if path[0] == "parameters":
         given = scene.parameters[str(path[1])]
@@ -68,6 +74,8 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     field, rest = path[0], path[1:]
     if field == "start":
         return _start_unit(kind, rest)
+    if field == "friction":
+        return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
     if field not in ("spring", "damping", "rotor_inertia", "stops", "drive", "effort"):
         return PLAIN  # the components of a direction have no unit
     k = rest[0] if rest and isinstance(rest[0], int) else 0
@@ -76,7 +84,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "drive":
         return _drive_unit(keys, coordinate)
     if field == "effort":
-        return _load_unit(keys, effort)
+        return _load_unit(keys, effort) if "at" not in keys else PLAIN
     if field == "rotor_inertia":
         return "kg" if slides(kind, k) else "kg*m^2"
     if field == "damping":

@@ -91,11 +91,34 @@ class Table:
 
 
 @dataclass(frozen=True, config=STRICT)
+class InputCurve:
+    """What an input is made into: a smooth curve through values, which rises and falls only where they do, level beyond them."""
+
+    at: tuple[Number, ...]
+    """Increasing values of the input, in its SI unit, two to twelve."""
+    value: tuple[Number, ...]
+    """One value for each."""
+
+
+@dataclass(frozen=True, config=STRICT)
 class FromInput:
-    """A load that is the scene's named external input."""
+    """A number that is the scene's named external input, or follows from it."""
 
     input: str
     """Name of the input."""
+    curve: InputCurve | None = None
+    """What the input is made into, such as a temperature into a coefficient of friction."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class BySpeed:
+    """A coefficient of friction by the sliding speed, as measured: a smooth curve, which rises and falls only where the values do,
+    level beyond the last."""
+
+    speed: tuple[Annotated[float, Per("m/s", Bound(0.0))], ...]
+    """Increasing sliding speeds, of which the first is 0 (there the coefficient is that of rest), two to twelve."""
+    value: tuple[Annotated[float, Per("1", Bound(0.0))], ...]
+    """One coefficient for each."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -131,6 +154,8 @@ class Signal:
 def _load_form(value: Any) -> str:
     if isinstance(value, FromInput) or (isinstance(value, dict) and "input" in value):
         return "·input"
+    if isinstance(value, BySpeed) or (isinstance(value, dict) and "speed" in value):
+        return "·speed"
     if isinstance(value, dict | Signal):
         return "·signal"
     return "·list" if isinstance(value, list | tuple) else SCALAR.tag

@@ -11,8 +11,9 @@ from engine.system.leaves import Leaf, Leaves
 class Signal:
     """A function of time. kind: "value" (one leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins
     before t = 0; a drive still has its origin at t = 0), "move_…" (a way from rest to rest: start, end, begin, duration;
-    ``profiles``), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t) or "table" (index of
-    a table; external inputs are the first tables)."""
+    ``profiles``), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t), "table" (index of
+    a table; external inputs are the first tables) or "through" (values of an input, then what they are made into, ``KNOTS`` each;
+    index: its table)."""
 
     kind: str
     leaves: Leaves = ()

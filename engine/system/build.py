@@ -153,7 +153,7 @@ class _Maker:
                 q += len(state_coordinates(new))
                 v += len(new.free)
             if self.scene.joints[j.name].friction is not None:
-                e = element(self.scene, self.table, new, eta, flag)
+                e = element(self.scene, self.devices, new, eta, flag)
                 new = replace(new, friction=e)
                 eta += j.kind.nv
                 flag += len(e.sliders)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from engine.basics.curves import filled
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
@@ -71,10 +72,17 @@ class Builder:
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:
         """A load as a function of time: a number, an input or a signal."""
         if isinstance(value, sm.FromInput):
-            return Signal("table", index=self.inputs[value.input])
+            index = self.inputs[value.input]
+            return Signal("table", index=index) if value.curve is None else self.through(f"{path}.curve", value.curve, unit, index)
         if isinstance(value, sm.Signal):
             return self.signal(path, value, unit, "load")
         return Signal("value", (self.table.own(path, value, unit),))
+
+    def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
+        """What an input is made into by a curve."""
+        at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
+        value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
+        return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
         """A component of a load vector; None, which removes terms from the code, where it is exactly 0 as written."""

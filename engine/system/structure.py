@@ -39,7 +39,7 @@ class FrictionElement:
     contact: str
     law: str
     adams: bool
-    numbers: tuple[tuple[str, Leaf], ...]
+    numbers: tuple[tuple[str, Leaf | Signal], ...]
     sliders: tuple[Slider, ...]
     bound: tuple[int, ...] = ()
     """Friction multipliers of forces that are no friction (``ContactElement.bound``)."""
@@ -50,8 +50,13 @@ class FrictionElement:
         return tuple(sorted([*(e for s in self.sliders for e in s.eta), *self.bound]))
 
     def number(self, name: str) -> Leaf:
-        """The leaf called ``name``; KeyError when the element has none."""
-        return dict(self.numbers)[name]
+        """The leaf called ``name``, which follows nothing; KeyError when the element has none."""
+        return {n: x for n, x in self.numbers if not isinstance(x, Signal)}[name]
+
+    @property
+    def varies(self) -> bool:
+        """Whether any of its numbers follows time or an input."""
+        return any(isinstance(x, Signal) for _, x in self.numbers)
 
     def has(self, name: str) -> bool:
         """Whether the element has a number of that name."""

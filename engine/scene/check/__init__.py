@@ -6,7 +6,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from engine.basics.problems import Problem
-from engine.scene.check import bodies, devices, frames, friction, loads, names, numbers, poses, run, starts, topology, wheels
+from engine.scene.check import (
+    bodies,
+    devices,
+    following,
+    frames,
+    friction,
+    loads,
+    names,
+    numbers,
+    poses,
+    run,
+    starts,
+    topology,
+    wheels,
+)
 from engine.scene.finding import Finding, error_of
 from engine.scene.model import Scene
 
@@ -20,6 +34,7 @@ TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     friction.check,
     starts.check,
     devices.check,
+    following.check,
     loads.check,
     numbers.check,
     run.check,

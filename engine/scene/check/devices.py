@@ -73,7 +73,7 @@ def _stops(path: Path, s: Stops) -> Iterator[Finding]:
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
     kinds = [k for k in KINDS if getattr(s, k, None) is not None]
     what = "drive" if isinstance(s, Drive) else "signal"
-    known = ", ".join(KINDS if isinstance(s, Drive) else KINDS[1:4])
+    known = ", ".join(KINDS if isinstance(s, Drive) else ("ramp", "harmonic", "table"))
     if not kinds:
         yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
     for extra in kinds[1:]:
