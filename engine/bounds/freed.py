@@ -76,6 +76,9 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
+    if j.motor is not None:  # at rest it gives what its signal says
+        still = [None if m is None else replace(m, signal=known[f"{name}.motor.{k}"]) for k, m in enumerate(each(j.motor, nv))]
+        j = replace(j, motor=tuple(still) if isinstance(j.motor, tuple) else still[0])
     j = replace(j, friction=_rubbing(name, j.friction, known)) if j.friction is not None else j
     if all(e is None for e in efforts):
         return replace(j, drive=None), drives, loads
@@ -120,6 +123,7 @@ def _force(name: str, f: Applied, known: dict[str, float], uses: dict[str, list[
 def _values(built: Built) -> dict[str, float]:
     """Every load of the scene at t = 0: "joint.freedom" and "forces.name.component" → N or N m."""
     signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
+    signals |= {f"{j.name}.motor.{k}": d.motor.signal for j in built.system.joints for k, d in enumerate(j.devices) if d.motor}
     loads = {f"forces.{load.name}.{k}": s for load in built.system.loads for k, s in enumerate(load.vector)}
     p, x = np.array(built.parameters.values, float), external(built, 0.0)
     rubs: dict[str, Follows | None] = {

@@ -95,7 +95,7 @@ def _joint(j: Joint) -> Iterator[Column]:
         yield from _friction(j)
 
 
-DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort"}
+DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort", "motor": "motor"}
 """Fields of a freedom's device, and what its columns are called."""
 
 

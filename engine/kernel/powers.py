@@ -10,7 +10,7 @@ from engine.recursion.accelerations import Accelerations
 from engine.recursion.bushings import bushing
 from engine.recursion.elements import joint_rates
 from engine.recursion.kinematics import point_motion
-from engine.recursion.loads import spring_line, wrenches
+from engine.recursion.loads import motor_force, spring_line, wrenches
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
@@ -108,7 +108,7 @@ def _drive(m: Model, acc: Accelerations, pick: SX) -> SX:
 
 
 def _loads(m: Model) -> SX:
-    """Power of applied forces and torques and of joint efforts, W."""
+    """Power of applied forces and torques, of joint efforts and of motors, W."""
     total = SX(0)
     for load in m.sym.system.loads:
         if load.joins:
@@ -120,6 +120,9 @@ def _loads(m: Model) -> SX:
         for k, d in enumerate(j.devices):
             if d.effort is not None:
                 total += m.sym.load(d.effort) * joint_rates(m, j)[k]
+            if d.motor is not None:
+                rate = joint_rates(m, j)[k]
+                total += motor_force(m.sym, d.motor, m.sym.load(d.motor.signal), rate) * rate
     return total
 
 

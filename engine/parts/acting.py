@@ -46,6 +46,9 @@ class DeviceRows:
                 self.tape.copy(self.scene.value(self.tape, d.effort, self.tape.scratch_block), out)
                 return
             self.tape.zero(out)
+            if field == "motor":
+                self.scene.motor(self.tape, d, rate, out)
+                return
             self.scene.device(self.tape, Device(**{field: getattr(d, field)}), "force", q, rate, out)
 
         return self.once(("device", name, k, field), 1, force)

@@ -47,8 +47,8 @@ def every() -> Iterator[Asked]:
 
 
 SMOOTH = {
-    "signal", "at_least", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward", "moved",
-    "turned", "weigh", "carry", "energies", "point", "acceleration", "orientation", "along", "over", "reaction",
+    "signal", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward",
+    "moved", "turned", "weigh", "carry", "energies", "point", "acceleration", "orientation", "along", "over", "reaction",
     "span",
 }  # fmt: skip
 """Functions that write parts of which Jacobians and linear units need tangents, whatever they are asked for."""
@@ -77,7 +77,7 @@ def _small() -> Iterator[Asked]:
     yield from (("small", "bushing", what) for what in ("wrench", "power", "potential", "state"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
     yield from (("small", "depth", upper) for upper in SIDES)
-    plain = ("energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")
+    plain = ("motor", "energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")
     yield from (("small", name) for name in plain)
     yield from (("closing", "outboard", forward) for forward in SIDES)
     yield from (("closing", "reaction", pin_out) for pin_out in SIDES)

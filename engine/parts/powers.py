@@ -32,6 +32,11 @@ def write_powers(
             s.device(tape, d, "power", q, rate, damping)
             if d.effort:
                 tape.call(Builtin.PRODUCT, [s.value(tape, d.effort, tape.scratch_block), rate, loads], [1, 1])
+            if d.motor:
+                effort = tape.scratch_block(1)
+                tape.zero(effort)
+                s.motor(tape, d, rate, effort)
+                tape.call(Builtin.PRODUCT, [effort, rate, loads], [1, 1])
             if d.drive:
                 effort = tape.scratch_block(1)
                 s.drive_effort(tape, j, k, moving[j.child], N[j.child], effort)

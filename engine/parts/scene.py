@@ -95,6 +95,12 @@ class Scene(Tables):
                 tape.copy(there.part(0, 1), flags.part(k, 1))
         self.call(tape, small.device(what), numbers=self.numbers(leaves), flags=flags, q=q, rate=rate, out=out)
 
+    def motor(self, tape: Tape, d: Device, rate: Block, out: Block) -> None:
+        """Add the effort of a freedom's motor, if it has one."""
+        if d.motor is not None:
+            numbers, signal = self.numbers([d.motor.stall, d.motor.no_load]), self.value(tape, d.motor.signal, tape.scratch_block)
+            self.call(tape, small.motor(), numbers=numbers, signal=signal, rate=rate, out=out)
+
     def each_device(self, j: Joint, q: Block, v: Block) -> Iterable[tuple[int, Device, Block, Block]]:
         """Number, device, coordinate and rate of each freedom of a joint."""
         for k, d in enumerate(j.devices):
@@ -104,7 +110,7 @@ class Scene(Tables):
     @staticmethod
     def acts(j: Joint) -> bool:
         """Whether anything but a drive and friction acts along a joint's freedoms."""
-        return any(d.spring or d.damping is not None or d.stop or d.effort for d in j.devices)
+        return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor for d in j.devices)
 
     def _efforts(self, tape: Tape, j: Joint, m: Moving, place: Place) -> None:
         if self.acts(j):
@@ -118,6 +124,7 @@ class Scene(Tables):
             self.device(tape, d, "force", own, rate, out.part(k, 1))
             if d.effort:
                 tape.call(Builtin.ADD, [self.value(tape, d.effort, place), out.part(k, 1)], [1])
+            self.motor(tape, d, rate, out.part(k, 1))
 
     def closed(self, tape: Tape, moving: list[Moving], place: Place, forces: bool = True) -> list[Closed]:
         """The cut joints, once all bodies' motions are known; what their devices do to the bodies, if ``forces``."""
@@ -190,6 +197,7 @@ class Scene(Tables):
         self.device(tape, d, "force", m.q.part(i, 1) if i >= 0 else self.zeros, m.v.part(k, 1), devices)
         if d.effort:
             tape.call(Builtin.ADD, [self.value(tape, d.effort, tape.scratch_block), devices], [1])
+        self.motor(tape, d, m.v.part(k, 1), devices)
         tape.call(Builtin.PRODUCT, [devices, self.one, out], [1, -1])
         if j.friction:
             tape.call(Builtin.PRODUCT, [self.eta(j).part(k, 1), self.one, out], [1, 1])

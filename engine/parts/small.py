@@ -20,13 +20,13 @@ from engine.parts.local import PartSymbols, a_body
 from engine.parts.one import one
 from engine.recursion import bushings
 from engine.recursion.kinematics import Motion, Step
-from engine.recursion.loads import mass_matrix, spring_line, stop_force, wrenches
+from engine.recursion.loads import mass_matrix, motor_force, spring_line, stop_force, wrenches
 from engine.recursion.reactions import overlap, pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.external import TIMES
 from engine.system.profiles import MOVES
-from engine.system.structure import Body, Device, Fit, Joint, Load, Signal, Stop
+from engine.system.structure import Body, Device, Fit, Joint, Load, Motor, Signal, Stop
 
 LEAVES = {"value": 1, "through": 2 * KNOTS, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
 """Numbers of a signal, by its kind; a table has none."""
@@ -80,6 +80,15 @@ def device(what: str) -> Part:
         "potential": 0.5 * k * (q - rest) ** 2 + pressed,
     }[what]
     return one(f"d_{what}", {"numbers": sym.p, "flags": sym.flags, "q": q, "rate": rate}, {"out": out}, ["out"])
+
+
+@cache
+def motor() -> Part:
+    """numbers (stall, no_load), signal, rate → effort of a motor, added."""
+    sym, signal, rate = PartSymbols(2), SX.sym("signal"), SX.sym("rate")
+    stall, no_load = Numbers().some(2)
+    out = motor_force(sym, Motor(stall, no_load, Signal("value")), signal, rate)
+    return one("d_motor", {"numbers": sym.p, "signal": signal, "rate": rate}, {"out": out}, ["out"])
 
 
 @cache

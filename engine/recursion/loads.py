@@ -14,7 +14,7 @@ from engine.recursion.bushings import bushing, wrenches_of
 from engine.recursion.kinematics import Motion, Step, point_motion
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, rotate_inertia, skew, vector, zeros
-from engine.system.structure import GROUND, Body, Device, Joint, Load, System
+from engine.system.structure import GROUND, Body, Device, Joint, Load, Motor, System
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
@@ -112,8 +112,8 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
-    """Force on the outboard part along one freedom, of its spring, damper, stops and effort. What a drive takes is not known here:
-    it is a reaction."""
+    """Force on the outboard part along one freedom, of its spring, damper, stops, effort and motor. What a drive takes is not known
+    here: it is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -121,9 +121,16 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
         out = out - sym.leaf(d.damping) * rate
     if d.effort is not None:
         out = out + sym.load(d.effort)
+    if d.motor is not None:
+        out = out + motor_force(sym, d.motor, sym.load(d.motor.signal), rate)
     if d.stop is not None and q is not None:
         out = out + stop_force(sym, d, q, rate)
     return out
+
+
+def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
+    """Effort of a motor: on the line through stall and no-load, which its signal shifts: stall (signal − rate/no_load)."""
+    return sym.leaf(m.stall) * (signal - rate / sym.leaf(m.no_load))
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:

@@ -13,7 +13,7 @@ from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
-from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
+from engine.scene.signals import Drive, FromInput, Load, Motor, Signal, load_or
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
 
@@ -168,6 +168,10 @@ Drives = Annotated[
     Annotated[Drive, GROUP] | Annotated[tuple[Drive | None, ...], LIST],
     either("a drive, or a list with one entry a freedom"),
 ]
+Motors = Annotated[
+    Annotated[Motor, GROUP] | Annotated[tuple[Motor | None, ...], LIST],
+    either("a motor, or a list with one entry a freedom"),
+]
 Count = Annotated[float, Per("1", POSITIVE)]
 Efforts = Annotated[
     Annotated[Number, SCALAR]
@@ -184,8 +188,8 @@ class Joint:
 
     ``axis``/``reference`` are used for both sides where a side gives none of its own. Travels and angles are those of
     the outboard part as seen from the inboard one; at q = 0 the frames of both sides coincide. Lists ``spring``,
-    ``damping``, ``rotor_inertia``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry stands
-    for the only freedom of a one-freedom joint.
+    ``damping``, ``rotor_inertia``, ``stops``, ``drive``, ``effort``, ``motor`` have one entry a freedom (rate); a single entry
+    stands for the only freedom of a one-freedom joint.
     """
 
     type: JointType
@@ -236,6 +240,8 @@ class Joint:
     """Prescribed motion of the freedoms."""
     effort: Efforts | None = None
     """Force or torque along the freedoms, on the outboard part."""
+    motor: Motors | None = None
+    """Motors along the freedoms, by their line of torque over speed."""
     cut: Annotated[bool, Strict()] | None = None
     """Whether a closed loop is opened at this joint: true, it is; false, it is not; left out, where it is best."""
     at: PointOf | None = None

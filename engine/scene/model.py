@@ -41,6 +41,7 @@ from engine.scene.signals import (
     InputCurve,
     Load,
     LoadVector,
+    Motor,
     Move,
     Ramp,
     Signal,
@@ -129,6 +130,6 @@ class Scene:
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "Direction",
     "Drive", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve", "Joint",
-    "JointType", "Load", "LoadVector", "Move", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
+    "JointType", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
     "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

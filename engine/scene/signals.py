@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.basics.numbers import Bound
-from engine.scene.quantities import Angle, Duration, Number, Per, Time
+from engine.basics.numbers import POSITIVE, Bound
+from engine.scene.quantities import Angle, AnyUnit, Duration, Number, Per, Time
 from engine.scene.values import SCALAR, STRICT
 
 
@@ -173,3 +173,15 @@ Load = Annotated[
 ]
 """A load: a constant, an external input, or a function of time."""
 LoadVector = tuple[Load, Load, Load]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Motor:
+    """A motor by its line of torque over speed: stall (signal − rate/no_load), a force where the freedom slides."""
+
+    stall: Annotated[float, AnyUnit(bound=POSITIVE)]
+    """Torque or force at rest, at a signal of 1."""
+    no_load: Annotated[float, AnyUnit(bound=POSITIVE)]
+    """Rate at which it gives none, at a signal of 1."""
+    signal: Load = 1.0
+    """Part of its full voltage, from -1 to 1: a number, an input or a signal; at 0 its terminals are shorted, and it brakes."""

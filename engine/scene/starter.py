@@ -49,6 +49,7 @@ joints:
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
+    # motor: {{stall: 5 N*m, no_load: 300 rpm, signal: 1}}   # torque falls with speed; the signal may be an input
     # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used); also move: from rest to rest
 
 # A second link, hung on the first; its joint names points of both bodies:

@@ -33,9 +33,18 @@ class Stop:
 
 
 @dataclass(frozen=True)
+class Motor:
+    """A motor by its line of effort over rate: stall (effort at rest), no_load (rate without effort), both at a signal of 1."""
+
+    stall: Leaf
+    no_load: Leaf
+    signal: Signal
+
+
+@dataclass(frozen=True)
 class Device:
-    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive, and the inertia that it turns
-    beside the bodies; None for what is not there."""
+    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, motor, drive, and the inertia that
+    it turns beside the bodies; None for what is not there."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -43,6 +52,7 @@ class Device:
     effort: Signal | None = None
     drive: Signal | None = None
     inertia: Leaf | None = None
+    motor: Motor | None = None
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from engine.basics.curves import filled
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
-from engine.system.structure import Device, Signal, Stop
+from engine.system.structure import Device, Motor, Signal, Stop
 
-FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive")
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive", "motor")
 
 
 class Builder:
@@ -41,7 +41,7 @@ class Builder:
                 return f"joints.{name}.{field}[{k + 1}]", value[k]
             return f"joints.{name}.{field}", value
 
-        (ps, spring), (pd, damping), (pi, inertia), (pt, stops), (pe, effort), (pv, drive) = map(mine, FIELDS)
+        (ps, spring), (pd, damping), (pi, inertia), (pt, stops), (pe, effort), (pv, drive), (pm, motor) = map(mine, FIELDS)
         return Device(
             spring=None if spring is None else (
                 s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
@@ -50,6 +50,9 @@ class Builder:
             stop=None if stops is None else self.stop(pt, stops, u, f),
             effort=None if effort is None else self.load(pe, effort, f),
             drive=None if drive is None else self.drive(pv, drive, u),
+            motor=None if motor is None else Motor(
+                s(f"{pm}.stall", motor.stall, f), s(f"{pm}.no_load", motor.no_load, f"{u}/s"),
+                self.load(f"{pm}.signal", motor.signal, "1")),
         )
 
     def stop(self, path: str, st: sm.Stops, u: str, f: str) -> Stop:

@@ -10,6 +10,7 @@ from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, JointKind
 from engine.system.acting import Device as Device
 from engine.system.acting import Load as Load
+from engine.system.acting import Motor as Motor
 from engine.system.acting import Signal as Signal
 from engine.system.acting import Stop as Stop
 from engine.system.external import External

@@ -10,7 +10,7 @@ from engine.scene.finding import Finding, Path
 from engine.scene.model import Drive, Joint, Scene, Signal, Stops, Table
 from engine.scene.walk import each, entries, signals
 
-FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort")
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor")
 NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
 KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
 
