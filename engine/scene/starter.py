@@ -39,8 +39,8 @@ joints:
     outboard: pendulum              # the part that moves: here its frame's origin is the hinge point
     axis: y                         # x, y, z, -x, -y, -z or three numbers
     friction: {{mu: 0.3, radius: 20 mm, half_length: 50 mm}}   # leave it out and the joint is ideal
-    #   (a brake: torque: {{input: motor}} alone; mu may be a table of time, {{speed: [0, 10 mm/s], value: [0.3, 0.2]}} as measured,
-    #   or {{input: oil, curve: {{at: [20, 80], value: [0.3, 0.2]}}}} by a temperature)
+    #   (a brake: torque: {{input: motor}} alone, a freewheel: torque: 0.1, back_torque: 500; mu may be a table of time,
+    #   {{speed: [0, 10 mm/s], value: [0.3, 0.2]}} as measured, or {{input: oil, curve: {{at: [20, 80], value: [0.3, 0.2]}}}})
     # wear: {{k: 1e-6 mm^3/(N*m)}}    # for trunnion wear
     # pin: outboard                 # which part is inside; of a sleeve on a shaft also ends: outboard, which part is short
     start: {{q: 0 deg, qd: 0}}        # angle and rate at t = 0: horizontal, at rest
