@@ -71,7 +71,7 @@ def test_a_bar_on_a_ratchet_without_teeth_stays_where_it_was_lifted_to() -> None
     assert r["joint.q[1]"][-1] > 0.3
     assert r["joint.qd[1]"][-1] == 0.0
     free = simulate(scene, until=2.0, overrides={"inputs.pawl.start": 0.0})
-    assert free["joint.qd[1]"][-1] < 0.0
+    assert free["joint.qd[1]"].min() < 0.0
     assert MASS * GRAVITY == WEIGHT
 
 
