@@ -76,9 +76,11 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    if j.motor is not None:  # at rest it gives what its signal says
-        still = [None if m is None else replace(m, signal=known[f"{name}.motor.{k}"]) for k, m in enumerate(each(j.motor, nv))]
-        j = replace(j, motor=tuple(still) if isinstance(j.motor, tuple) else still[0])
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # as it is at the start
+        own = getattr(j, device)
+        still = [d and replace(d, **{signal: known[f"{name}.{device}.{k}"]}) for k, d in enumerate(each(own, nv))]
+        put: dict[str, Any] = {device: tuple(still) if isinstance(own, tuple) else still[0]}
+        j = replace(j, **put) if own is not None else j
     j = replace(j, friction=_rubbing(name, j.friction, known)) if j.friction is not None else j
     if all(e is None for e in efforts):
         return replace(j, drive=None), drives, loads
@@ -124,6 +126,7 @@ def _values(built: Built) -> dict[str, float]:
     """Every load of the scene at t = 0: "joint.freedom" and "forces.name.component" → N or N m."""
     signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
     signals |= {f"{j.name}.motor.{k}": d.motor.signal for j in built.system.joints for k, d in enumerate(j.devices) if d.motor}
+    signals |= {f"{j.name}.latch.{k}": d.latch.release for j in built.system.joints for k, d in enumerate(j.devices) if d.latch}
     loads = {f"forces.{load.name}.{k}": s for load in built.system.loads for k, s in enumerate(load.vector)}
     p, x = np.array(built.parameters.values, float), external(built, 0.0)
     rubs: dict[str, Follows | None] = {

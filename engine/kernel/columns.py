@@ -95,7 +95,7 @@ def _joint(j: Joint) -> Iterator[Column]:
         yield from _friction(j)
 
 
-DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort", "motor": "motor"}
+DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort", "motor": "motor", "latch": "latch"}
 """Fields of a freedom's device, and what its columns are called."""
 
 
@@ -108,6 +108,8 @@ def _devices(j: Joint) -> Iterator[Column]:
                 own = f"{j.name}.{word}" + (".effort" if word != "effort" else "")
                 yield Column(f"{own}[{k + 1}]", _unit(j.kind, k)[1], f"force or torque {text}", ("device", j.name, k, field))
                 yield Column(f"{j.name}.{word}.power[{k + 1}]", "W", f"power {text}", ("power", j.name, k, field))
+        if d.latch is not None:
+            yield Column(f"{j.name}.latch.state[{k + 1}]", "1", f"1: the latch of {j.name} is down", ("latched", j.name, k))
 
 
 def _springs(system: System) -> Iterator[Column]:

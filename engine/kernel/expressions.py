@@ -8,6 +8,7 @@ import casadi as ca
 
 from engine.contact.base import Contact
 from engine.kernel.powers import coordinates_of, drive_effort
+from engine.recursion import latches
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.bushings import bushing
 from engine.recursion.elements import acceleration_rows, joint_rates, laws, numbers, reaction_rows, wrench
@@ -139,6 +140,8 @@ def potential(m: Model) -> SX:
             i = j.kind.coordinate_of(k)
             if d.spring is not None and i >= 0:
                 total += 0.5 * sym.leaf(d.spring[0]) * (q[i] - sym.leaf(d.spring[1])) ** 2
+            if d.latch is not None and i >= 0:
+                total += latches.potential(sym, d.latch, sym.latch_flags(d.latch), q[i])
             if d.stop is not None and i >= 0:
                 for bound, flag in zip((d.stop.lower, d.stop.upper), d.stop.flags, strict=True):
                     if bound is not None:

@@ -150,6 +150,11 @@ class Outputs:
         force = stiffness * (length - free) + damping * rate
         return {"length": length, "force": force, "power": -force * rate}[what]
 
+    def _latched(self, name: str, k: int) -> SX:
+        latch = ex.joint(self.m, name).devices[k].latch
+        assert latch is not None
+        return self.sym.latch_flags(latch)[0]
+
     def _bushings(self, i: int) -> Bushing:
         return bushing(self.sym, self.m.motions, self.sym.system.loads[i])
 

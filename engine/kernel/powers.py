@@ -6,6 +6,7 @@ import casadi as ca
 
 from engine.kernel.records import names_of_powers
 from engine.recursion import cuts as cutting
+from engine.recursion import latches
 from engine.recursion.accelerations import Accelerations
 from engine.recursion.bushings import bushing
 from engine.recursion.elements import joint_rates
@@ -51,6 +52,10 @@ def _damping(m: Model) -> SX:
             i = j.kind.coordinate_of(k)
             if d.stop is not None and i >= 0:
                 total += _stop_damping(m, d, q[i], rates[k])
+            if d.latch is not None and i >= 0:
+                flags = m.sym.latch_flags(d.latch)
+                pressed = latches.force(m.sym, d.latch, flags, q[i], rates[k]) - latches.elastic(m.sym, d.latch, flags, q[i])
+                total += pressed * rates[k]
     for load in m.sym.system.loads:
         if load.kind == "spring_damper":
             total -= m.sym.leaf(load.numbers[1]) * spring_line(m.sym, m.motions, load)[1] ** 2

@@ -49,6 +49,7 @@ ALL = (
     Quantity(name="drive", direct=True),
     Quantity(name="device", vector=False, direct=True),
     Quantity(name="power", vector=False, direct=True),
+    Quantity(name="latched", vector=False, steps=True, smooth=False),
     Quantity(name="line", direct=True),
     Quantity(name="bushing", direct=True),
     Quantity(name="friction", direct=True),

@@ -9,7 +9,7 @@ from engine.parts.blocks import Closed, Moving
 from engine.parts.joining import ends
 from engine.parts.scene import Scene
 from engine.parts.store import small
-from engine.parts.tape import Block, Tape
+from engine.parts.tape import Block, Space, Tape
 from engine.system.structure import Device, Joint, System
 
 BUSHING = ("offset", "turn", "force", "torque", "power")
@@ -52,6 +52,11 @@ class DeviceRows:
             self.scene.device(self.tape, Device(**{field: getattr(d, field)}), "force", q, rate, out)
 
         return self.once(("device", name, k, field), 1, force)
+
+    def _latched(self, name: str, k: int) -> Block:
+        latch = self.joint(name)[0].devices[k].latch
+        assert latch is not None
+        return Block(Space.X, self.system.external.stop(self.system.hook(latch.hook)), 1)
 
     def _power(self, name: str, k: int, field: str) -> Block:
         effort = self._drive(name, k) if field == "drive" else self._device(name, k, field)

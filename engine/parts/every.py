@@ -60,7 +60,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "contacts":
         friction = which[0].joint.friction
         return friction.law in COMPARED and not friction.adams
-    forces = name in ("device", "load", "spring", "bushing") and which[-1] != "power"
+    forces = name in ("device", "load", "spring", "bushing", "latch") and which[-1] not in ("power", "depths")
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
 
 
@@ -72,12 +72,14 @@ def _follows(which: Rubbing) -> bool:
 
 def _small() -> Iterator[Asked]:
     yield from (("small", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
-    yield from (("small", "device", what) for what in ("force", "power", "potential"))
+    yield from (("devices", "device", what) for what in ("force", "power", "potential"))
     yield from (("small", "spring", what) for what in ("wrench", "power", "potential", "line"))
     yield from (("small", "bushing", what) for what in ("wrench", "power", "potential", "state"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
-    yield from (("small", "depth", upper) for upper in SIDES)
-    plain = ("motor", "energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")
+    yield from (("devices", "depth", upper) for upper in SIDES)
+    yield from (("devices", "latch", what) for what in ("force", "power", "potential", "depths"))
+    yield "devices", "motor"
+    plain = ("energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")
     yield from (("small", name) for name in plain)
     yield from (("closing", "outboard", forward) for forward in SIDES)
     yield from (("closing", "reaction", pin_out) for pin_out in SIDES)

@@ -7,12 +7,12 @@ from engine.parts.places import coordinate_rates, element_places
 from engine.parts.rows import Rows
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
-from engine.parts.store import friction, small
+from engine.parts.store import devices, friction
 from engine.parts.tape import Block, Space, Tape
 from engine.system.elements import Element, elements
 from engine.system.leaves import Leaf
 from engine.system.loops import rubbing_on_loops
-from engine.system.structure import state_coordinates
+from engine.system.structure import Device, state_coordinates
 
 SLIDING = 3
 """Numbers of a ``tr_sliding`` and of a ``tr_hold``."""
@@ -93,12 +93,12 @@ def _closure(s: Scene) -> None:
 def _events(s: Scene) -> None:
     tape = s.tape("events")
     closed = {}
-    if any(d.stop for j in s.system.cuts for d in j.devices):
+    if any(d.stop or d.latch for j in s.system.cuts for d in j.devices):
         moving = s.outward(tape, tape.scratch_block, forces=False)
         closed = {c.joint.name: c for c in s.closed(tape, moving, tape.scratch_block, forces=False)}
     for j in s.system.joints:
         for k, d in enumerate(j.devices):
-            if d.stop is None:
+            if d.stop is None and d.latch is None:
                 continue
             i = j.kind.coordinate_of(k)
             if j.cut:
@@ -107,10 +107,20 @@ def _events(s: Scene) -> None:
                 q = s.rates_of(tape, j, tape.scratch_block)[0].part(i, 1)
             else:
                 q = Block(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
-            for upper, bound in enumerate((d.stop.lower, d.stop.upper)):
-                if bound is not None:
-                    out = Block(Space.OUT, d.stop.flags[upper], 1)
-                    s.call(tape, small.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+            _depths(s, tape, d, q)
+
+
+def _depths(s: Scene, tape: Tape, d: Device, q: Block) -> None:
+    """How deep the stops and the latch of a freedom are pressed."""
+    for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
+        if bound is not None and d.stop:
+            out = Block(Space.OUT, d.stop.flags[upper], 1)
+            s.call(tape, devices.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+    if d.latch is not None:
+        release, both = s.value(tape, d.latch.release, tape.scratch_block), tape.scratch_block(2)
+        s.call(tape, devices.latch("depths"), q=q, release=release, out=both, **s.latch(tape, d.latch))
+        for at, flag in enumerate((s.system.hook(d.latch.hook), d.latch.pressed)):
+            tape.copy(both.part(at, 1), Block(Space.OUT, flag, 1))
 
 
 def _energy(s: Scene) -> None:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from engine.kernel.records import MOTION
 from engine.parts.blocks import Closed, Moving, Place
+from engine.parts.freedoms import Freedoms
 from engine.parts.joining import ends, joining
 from engine.parts.known import BARE, POSE
 from engine.parts.store import closing, small
-from engine.parts.tables import BODY, Tables
+from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.system.structure import GROUND, Device, Joint, Load, Signal, state_coordinates
+from engine.system.structure import GROUND, Joint, Load, state_coordinates
 
 
-class Scene(Tables):
+class Scene(Freedoms):
     """The tables of a scene and the passes over it."""
 
     # -- the pass outward ---------------------------------------------------------------------------------------------------
@@ -60,57 +59,7 @@ class Scene(Tables):
                 tape.copy(moved.part(source, 1), target)
         return q, v, known
 
-    def motion(self, tape: Tape, s: Signal, place: Place) -> Block:
-        """Position, rate and acceleration that a drive prescribes."""
-        return self._signal(tape, s, place, True)
-
-    def _signal(self, tape: Tape, s: Signal, place: Place, moves: bool) -> Block:
-        if s.kind == "table":
-            return Block(Space.X, self.system.external.table(s.index), 3)
-        if s.kind == "value" and not moves:
-            return self.numbers(s.leaves)
-        out = place(3 if moves else 1)
-        given = {"u": Block(Space.X, self.system.external.table(s.index), 1)} if s.kind == "through" else {}
-        self.call(tape, small.signal(s.kind, moves), numbers=self.numbers(s.leaves), x=Block(Space.X, 0, 2), out=out, **given)
-        return out
-
-    def value(self, tape: Tape, s: Signal | None, place: Place) -> Block:
-        """Value of the signal of a load or effort; none: zero."""
-        return self.zeros.part(0, 1) if s is None else self._signal(tape, s, place, False).part(0, 1)
-
     # -- what acts ----------------------------------------------------------------------------------------------------------
-
-    def device(self, tape: Tape, d: Device, what: str, q: Block, rate: Block, out: Block) -> None:
-        """Add the force, power or potential energy of a freedom's spring, damper and stops, if it has any."""
-        if d.spring is None and d.damping is None and d.stop is None:
-            return
-        stop, spring = d.stop, d.spring or (0.0, 0.0)
-        ends = [0.0 if e is None else e for e in ((stop.lower, stop.upper) if stop else (None, None))]
-        leaves = [*spring, d.damping or 0.0, *((stop.stiffness, stop.damping) if stop else (0.0, 0.0)), *ends]
-        flags = self.zeros
-        if stop:
-            flags = tape.scratch_block(2)
-            for k, bound in enumerate((stop.lower, stop.upper)):
-                there = Block(Space.X, self.system.external.stop(stop.flags[k]), 1) if bound is not None else self.zeros
-                tape.copy(there.part(0, 1), flags.part(k, 1))
-        self.call(tape, small.device(what), numbers=self.numbers(leaves), flags=flags, q=q, rate=rate, out=out)
-
-    def motor(self, tape: Tape, d: Device, rate: Block, out: Block) -> None:
-        """Add the effort of a freedom's motor, if it has one."""
-        if d.motor is not None:
-            numbers, signal = self.numbers([d.motor.stall, d.motor.no_load]), self.value(tape, d.motor.signal, tape.scratch_block)
-            self.call(tape, small.motor(), numbers=numbers, signal=signal, rate=rate, out=out)
-
-    def each_device(self, j: Joint, q: Block, v: Block) -> Iterable[tuple[int, Device, Block, Block]]:
-        """Number, device, coordinate and rate of each freedom of a joint."""
-        for k, d in enumerate(j.devices):
-            i = j.kind.coordinate_of(k)
-            yield k, d, q.part(i, 1) if i >= 0 else self.zeros, v.part(k, 1)
-
-    @staticmethod
-    def acts(j: Joint) -> bool:
-        """Whether anything but a drive and friction acts along a joint's freedoms."""
-        return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor for d in j.devices)
 
     def _efforts(self, tape: Tape, j: Joint, m: Moving, place: Place) -> None:
         if self.acts(j):

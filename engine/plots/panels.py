@@ -76,7 +76,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _devices(result: Result) -> Iterator[Panel]:
     """Efforts of what acts along freedoms, forces and lengths of springs between points."""
-    words = ("drive.effort", "effort", "motor.effort", "spring.effort", "damper.effort", "stop.effort")
+    words = ("drive.effort", "effort", "motor.effort", "spring.effort", "damper.effort", "stop.effort", "latch.effort")
     efforts = [n for w in words for j in result.scene.joints for n in result.matching(f"{j}.{w}[*]")]
     springs = [n for n, f in result.scene.forces.items() if f"{n}.length" in result]
     held = [n for n, f in result.scene.forces.items() if f.type == "bushing"]

@@ -43,7 +43,7 @@ def prescribed(scene: sm.Scene) -> sm.Scene:
     """The scene without all that is no motion; SceneError where its drives leave a freedom open."""
     joints = {
         n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, stops=None, effort=None,
-                   motor=None, wear=None)
+                   motor=None, latch=None, wear=None)
         for n, j in scene.joints.items()
     }
     forces: dict[str, sm.Applied] = {}

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.recursion import latches
 from engine.recursion.bushings import bushing, wrenches_of
 from engine.recursion.kinematics import Motion, Step, point_motion
 from engine.recursion.symbols import Symbols
@@ -112,8 +113,8 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
-    """Force on the outboard part along one freedom, of its spring, damper, stops, effort and motor. What a drive takes is not known
-    here: it is a reaction."""
+    """Force on the outboard part along one freedom, of its spring, damper, stops, latch, effort and motor. What a drive takes is
+    not known here: it is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -125,6 +126,8 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
         out = out + motor_force(sym, d.motor, sym.load(d.motor.signal), rate)
     if d.stop is not None and q is not None:
         out = out + stop_force(sym, d, q, rate)
+    if d.latch is not None and q is not None:
+        out = out + latches.force(sym, d.latch, sym.latch_flags(d.latch), q, rate)
     return out
 
 

@@ -9,7 +9,7 @@ from engine.recursion.vectors import SX, vector
 from engine.system.external import INSIDE, MODE, NOW
 from engine.system.leaves import Leaf, Leaves, Param
 from engine.system.profiles import MOVES, PROFILES, derivative
-from engine.system.structure import Joint, Signal, System, state_coordinates
+from engine.system.structure import Joint, Latch, Signal, System, state_coordinates
 
 
 class Symbols:
@@ -42,6 +42,10 @@ class Symbols:
     def stop_flag(self, index: int) -> SX:
         """Flag of a stop: 1 while it is engaged."""
         return self.x[self.at.stop(index)]
+
+    def latch_flags(self, latch: Latch) -> tuple[SX, SX]:
+        """Flags of a latch: 1 while its hook is down, 1 while that is pressed."""
+        return self.stop_flag(self.system.hook(latch.hook)), self.stop_flag(latch.pressed)
 
     def mode(self, slider: int) -> list[SX]:
         """Mode of a sliding pair: state flag, frozen direction (3), given tilt (see ``friction.base``)."""

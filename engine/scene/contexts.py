@@ -76,14 +76,14 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
         return _start_unit(kind, rest)
     if field == "friction":
         return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
-    if field not in ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor"):
+    if field not in ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor", "latch"):
         return PLAIN  # the components of a direction have no unit
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
     if field == "drive":
         return _drive_unit(keys, coordinate)
-    if field == "motor" and keys[0] == "signal":
+    if (field, *keys[:1]) in (("motor", "signal"), ("latch", "release")):
         return _load_unit(keys, PLAIN) if "end_rates" not in keys else "1/s"
     if field == "effort":
         return _load_unit(keys, effort) if "at" not in keys else PLAIN
@@ -91,7 +91,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
         return "kg" if slides(kind, k) else "kg*m^2"
     if field == "damping":
         return f"{effort}*s/{coordinate}"
-    of_motor = {"stall": effort, "no_load": f"{coordinate}/s"}
+    of_motor = {"holds": effort, "stall": effort, "no_load": f"{coordinate}/s"}
     return {**of_motor, "stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
 
 

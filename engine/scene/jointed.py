@@ -13,7 +13,7 @@ from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
-from engine.scene.signals import Drive, FromInput, Load, Motor, Signal, load_or
+from engine.scene.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
 
@@ -172,6 +172,10 @@ Motors = Annotated[
     Annotated[Motor, GROUP] | Annotated[tuple[Motor | None, ...], LIST],
     either("a motor, or a list with one entry a freedom"),
 ]
+Latches = Annotated[
+    Annotated[Latch, GROUP] | Annotated[tuple[Latch | None, ...], LIST],
+    either("a latch, or a list with one entry a freedom"),
+]
 Count = Annotated[float, Per("1", POSITIVE)]
 Efforts = Annotated[
     Annotated[Number, SCALAR]
@@ -236,6 +240,8 @@ class Joint:
     the ratio. All turns of a free or spherical joint have the same; a joint that has one is never cut."""
     stops: StopsOf | None = None
     """End stops of the freedoms."""
+    latch: Latches | None = None
+    """Latches of the freedoms."""
     drive: Drives | None = None
     """Prescribed motion of the freedoms."""
     effort: Efforts | None = None

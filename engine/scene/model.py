@@ -39,6 +39,7 @@ from engine.scene.signals import (
     FromInput,
     Harmonic,
     InputCurve,
+    Latch,
     Load,
     LoadVector,
     Motor,
@@ -130,6 +131,6 @@ class Scene:
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "Direction",
     "Drive", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve", "Joint",
-    "JointType", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
-    "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn", "Vector", "Wear",
+    "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation",
+    "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

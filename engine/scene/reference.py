@@ -18,8 +18,9 @@ LONGEST = 60
 """Characters of an example, at most; what is longer is shown as a group."""
 ORDER = (
     "Body", "Cylinder", "Turn", "Ground", "Joint", "Side", "Friction", "FrictionDefaults", "Start", "AxisAngle", "Spring",
-    "Stops", "Drive", "Motor", "Signal", "Constant", "Ramp", "Harmonic", "Table", "FromInput", "InputCurve", "BySpeed", "Force",
-    "Torque", "SpringDamper", "Bushing", "Input", "Simulation", "Assembly", "Part", "Copies", "Mirror", "Rotate", "Line",
+    "Stops", "Latch", "Drive", "Motor", "Signal", "Constant", "Ramp", "Harmonic", "Table", "FromInput", "InputCurve",
+    "BySpeed", "Force", "Torque", "SpringDamper", "Bushing", "Input", "Simulation", "Assembly", "Part", "Copies", "Mirror",
+    "Rotate", "Line",
 )  # fmt: skip
 """Groups in the order in which a reader needs them; others follow by name."""
 HEAD = """\

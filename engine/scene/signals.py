@@ -1,4 +1,5 @@
-"""Functions of time in a scene: given as data (constant, ramp, harmonic, table, external input), never as code."""
+"""Functions of time in a scene: given as data (constant, ramp, harmonic, table, external input), never as code;
+and devices that follow them."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
 from engine.basics.numbers import POSITIVE, Bound
-from engine.scene.quantities import Angle, AnyUnit, Duration, Number, Per, Time
+from engine.scene.quantities import Angle, AnyUnit, Duration, NotNegative, Number, Per, Positive, Time
 from engine.scene.values import SCALAR, STRICT
 
 
@@ -185,3 +186,21 @@ class Motor:
     """Rate at which it gives none, at a signal of 1."""
     signal: Load = 1.0
     """Part of its full voltage, from -1 to 1: a number, an input or a signal; at 0 its terminals are shorted, and it brakes."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Latch:
+    """A hook that falls behind what has passed it, and does not let it back: no force as it falls, then that of a stop."""
+
+    at: Number
+    """Coordinate at which it falls, and below (or above) which it does not let back."""
+    stiffness: Positive
+    """N/m, or N*m/rad."""
+    keeps: Literal["above", "below"] = "above"
+    """On which side it keeps what it has caught."""
+    damping: NotNegative = 0.0
+    """s/m, or s/rad."""
+    release: Load = 0.0
+    """Lifted while this is above 0.5: an input or a signal."""
+    holds: Positive | None = None
+    """Force or torque at which it lets go; left out, it holds anything."""

@@ -29,12 +29,14 @@ def each(value: Any, count: int) -> list[Any]:
 
 
 def loads(scene: Scene) -> Iterator[tuple[Path, Any]]:
-    """(path, load) of all joint efforts, signals of motors, numbers of friction that may vary and all components of applied forces
-    and torques."""
+    """(path, load) of all joint efforts, signals of motors and latches, numbers of friction that may vary and all components of
+    applied forces and torques."""
     for name, j in scene.joints.items():
         yield from entries(j.effort, ("joints", name, "effort"))
         for path, motor in entries(j.motor, ("joints", name, "motor")):
             yield (*path, "signal"), motor.signal
+        for path, latch in entries(j.latch, ("joints", name, "latch")):
+            yield (*path, "release"), latch.release
         for n in VARYING if j.friction is not None else ():
             yield from entries(getattr(j.friction, n), ("joints", name, "friction", n))
     for name, f in scene.forces.items():

@@ -42,6 +42,22 @@ class Motor:
 
 
 @dataclass(frozen=True)
+class Latch:
+    """A hook that falls behind what has passed it, and does not let it back: ``at``, side (1: it keeps above, −1: below),
+    stiffness, damping, what it holds; release: lifted while this is above a half. pressed, hook: its flags among those of stops
+    and of hooks."""
+
+    at: Leaf
+    side: float
+    stiffness: Leaf
+    damping: Leaf
+    holds: Leaf
+    release: Signal
+    pressed: int
+    hook: int
+
+
+@dataclass(frozen=True)
 class Device:
     """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, motor, drive, and the inertia that
     it turns beside the bodies; None for what is not there."""
@@ -53,6 +69,7 @@ class Device:
     drive: Signal | None = None
     inertia: Leaf | None = None
     motor: Motor | None = None
+    latch: Latch | None = None
 
 
 @dataclass(frozen=True)

@@ -81,8 +81,8 @@ class _Maker:
         loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
         ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
         return System(
-            bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables), self.devices.stops,
-            tuple(self.scene.outputs), ground,
+            bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables),
+            self.devices.stops + self.devices.hooks, tuple(self.scene.outputs), ground, self.devices.hooks,
         )
 
     # -- points -------------------------------------------------------------------------------------------------------------

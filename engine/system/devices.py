@@ -8,20 +8,24 @@ from engine.basics.curves import filled
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
-from engine.system.structure import Device, Motor, Signal, Stop
+from engine.system.structure import Device, Latch, Motor, Signal, Stop
 
-FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive", "motor")
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive", "motor", "latch")
+
+ENDLESS = 1e300
+"""What a latch holds that says nothing of it."""
 
 
 class Builder:
-    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops."""
+    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops and
+    hooks of latches."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
         """("input", input) of every external input, then ("drive" or "load", data) of every table signal. An input that prescribes
         a motion becomes "tracked": the motion follows it smoothly."""
-        self.stops = 0
+        self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
     def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
@@ -41,7 +45,8 @@ class Builder:
                 return f"joints.{name}.{field}[{k + 1}]", value[k]
             return f"joints.{name}.{field}", value
 
-        (ps, spring), (pd, damping), (pi, inertia), (pt, stops), (pe, effort), (pv, drive), (pm, motor) = map(mine, FIELDS)
+        (ps, spring), (pd, damping), (pi, inertia), (pt, stops) = map(mine, FIELDS[:4])
+        (pe, effort), (pv, drive), (pm, motor), (pl, latch) = map(mine, FIELDS[4:])
         return Device(
             spring=None if spring is None else (
                 s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
@@ -53,6 +58,7 @@ class Builder:
             motor=None if motor is None else Motor(
                 s(f"{pm}.stall", motor.stall, f), s(f"{pm}.no_load", motor.no_load, f"{u}/s"),
                 self.load(f"{pm}.signal", motor.signal, "1")),
+            latch=None if latch is None else self.latch(pl, latch, u, f),
         )
 
     def stop(self, path: str, st: sm.Stops, u: str, f: str) -> Stop:
@@ -71,6 +77,16 @@ class Builder:
             self.table.own(f"{path}.damping", st.damping, f"s/{u}"),
             bounds[0], bounds[1], (flags[0], flags[1]),
         )
+
+    def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
+        """The latch of a freedom, and its flags."""
+        s, self.stops, self.hooks = self.table.own, self.stops + 1, self.hooks + 1
+        holds: Leaf = ENDLESS if x.holds is None else s(f"{path}.holds", x.holds, f)
+        return Latch(
+            s(f"{path}.at", x.at, u), 1.0 if x.keeps == "above" else -1.0, s(f"{path}.stiffness", x.stiffness, f"{f}/{u}"),
+            s(f"{path}.damping", x.damping, f"s/{u}"), holds, self.load(f"{path}.release", x.release, "1"),
+            self.stops - 1, self.hooks - 1,
+        )  # fmt: skip
 
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:
         """A load as a function of time: a number, an input or a signal."""

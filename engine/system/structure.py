@@ -9,6 +9,7 @@ from functools import cached_property
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, JointKind
 from engine.system.acting import Device as Device
+from engine.system.acting import Latch as Latch
 from engine.system.acting import Load as Load
 from engine.system.acting import Motor as Motor
 from engine.system.acting import Signal as Signal
@@ -156,6 +157,11 @@ class System:
     stops: int
     outputs: tuple[str, ...] = ("*",)
     ground_points: tuple[tuple[str, Leaves], ...] = field(default=())
+    latches: int = 0
+
+    def hook(self, latch: int) -> int:
+        """Which stop says whether a latch is down: hooks are the last of the stops."""
+        return self.stops - self.latches + latch
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:

@@ -10,8 +10,8 @@ from engine.scene.finding import Finding, Path
 from engine.scene.model import Drive, Joint, Scene, Signal, Stops, Table
 from engine.scene.walk import each, entries, signals
 
-FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor")
-NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor", "latch")
+NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive", "latch": "a latch"}
 KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
 
 
