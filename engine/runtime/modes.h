@@ -88,11 +88,6 @@ static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr
 /* Whether a stop is the hook of a latch: what it does at its end is another event. */
 static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->nstops - s->k->nlatches; }
 
-static inline int tr_stop_event(const tr_sim *s, int stop, int pressed) {
-  if (tr_is_hook(s, stop)) return pressed ? TR_EV_LATCH : TR_EV_UNLATCH;
-  return pressed ? TR_EV_STOP_ON : TR_EV_STOP_OFF;
-}
-
 static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) == TR_STOP_PRESSED; }
 static inline int tr_flag(const tr_mode *m) { return (int)m->flag; }
 /* Not stuck, or (a law with a kink) saturated. */
