@@ -5,7 +5,8 @@
 ``optimise(scene, bounds, minimise=…)`` → the best numbers; ``refine(scene, bounds, of=…)`` → where results jump or outcomes change;
 ``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``;
 ``hold(scene, bounds=True)`` → what a mechanism at rest can hold; ``equilibrium(scene)`` → where it rests; ``modes(scene)`` → how it
-swings about that; ``inverse(scene, time, motion)`` → what a motion takes.
+swings about that; ``inverse(scene, time, motion)`` → what a motion takes; ``wear(result)`` → what it takes off; ``knocks(result,
+clearance)`` → where pins would hit their bearings.
 Names are loaded when first used, so that importing the package costs nothing.
 """
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from engine.questions.equilibrium import Equilibrium, equilibrium
     from engine.questions.inverse import inverse
     from engine.questions.kinematics import kinematics
+    from engine.questions.knocks import Knock, knocks
     from engine.questions.modes import Modes, modes
     from engine.questions.wear import Wear, wear
     from engine.scene import Scene, load_scene, models_dir
@@ -55,6 +57,8 @@ _HOMES = {
     "inverse": "engine.questions.inverse",
     "Wear": "engine.questions.wear",
     "wear": "engine.questions.wear",
+    "Knock": "engine.questions.knocks",
+    "knocks": "engine.questions.knocks",
     "kinematics": "engine.questions.kinematics",
     "Studied": "engine.studies.running",
     "optimise": "engine.studies.running",
@@ -63,9 +67,9 @@ _HOMES = {
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
-    "Equilibrium", "Event", "Fit", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
-    "SimulationError", "Studied", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "kinematics", "linearize", "load_scene",
-    "models_dir", "modes", "optimise", "refine", "sensitivity", "simulate", "sweep", "wear",
+    "Equilibrium", "Event", "Fit", "Knock", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
+    "SimulationError", "Studied", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "kinematics", "knocks", "linearize",
+    "load_scene", "models_dir", "modes", "optimise", "refine", "sensitivity", "simulate", "sweep", "wear",
 ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from fmu.literals import integers
 SLIDES = (
     EventKind.REVERSAL, EventKind.STOP, EventKind.SLIP, EventKind.SEPARATION, EventKind.TURN, EventKind.IMPACT, EventKind.FOLD,
 )  # fmt: skip
-STOPS = (EventKind.STOP_ON, EventKind.STOP_OFF)
+STOPS, LATCHES = (EventKind.STOP_ON, EventKind.STOP_OFF), (EventKind.LATCH, EventKind.UNLATCH)
 LAST, NAME = ("last", "element"), "events.last.joint_name"
 """Key of the column that gives the joint of the last event by its number, and the variable that gives its name."""
 
@@ -52,8 +52,12 @@ def _of_pairs(model: Model) -> Iterator[Clock]:
 
 
 def _of_stops(model: Model) -> Iterator[Clock]:
-    for joint in dict.fromkeys(name for name, _ in stop_names(model.system)):
+    names = stop_names(model.system)
+    for joint in dict.fromkeys(name for name, _ in names):
         for kind in STOPS:
+            yield Clock(joint, kind)
+    for joint in dict.fromkeys(name for name, _ in names[model.system.stops - model.system.latches :]):
+        for kind in LATCHES:
             yield Clock(joint, kind)
 
 

@@ -33,7 +33,7 @@ HUGE = 1e300
 NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"), ("move", "begin"), ("move", "duration"))
 """Ends of paths whose changes would move the kinks the integrator stops at, which are laid down at export."""
 TUNABLE_SECTIONS = ("friction", "forces", "gravity")
-TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort")
+TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort", "motor")
 TUNABLE_OF_STOPS = ("stiffness", "damping")
 """Numbers that may change while the mechanism moves: nothing stored in the state depends on them. Masses, lengths, drives and stop
 positions are fixed: a change would create momentum or open a loop."""

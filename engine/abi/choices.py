@@ -44,6 +44,8 @@ class EventKind(Named, prefix="TR_EV_"):
     SWITCH = 8
     IMPACT = 9, "a jammed pair stopped at once"
     FOLD = 10, "the friction that was followed has folded away, and another has taken its place"
+    LATCH = 11, "a latch has fallen behind what it catches"
+    UNLATCH = 12, "a latch has let go"
 
 
 class PairState(Named):

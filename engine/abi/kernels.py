@@ -117,6 +117,7 @@ int npowers : powers beside the derivative, W
 int ntaken : how many of them take energy (friction, dampers): the first ones
 int nsliders : sliding pairs
 int nstops : stops
+int nlatches : how many of them say whether a latch is down: the last ones
 int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints

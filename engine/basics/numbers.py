@@ -92,6 +92,7 @@ class Number:
     not_below    another number of the same owner below which it must not be.
     count        how many there are (a cross has two journals: one number for both, or a list).
     symbol       its letter in formulas, where that is not its name.
+    varies       whether it may follow time or an input; by_speed: whether it may follow the sliding speed.
     """
 
     name: str
@@ -105,6 +106,8 @@ class Number:
     not_below: str = ""
     count: int = 1
     symbol: str = ""
+    varies: bool = False
+    by_speed: bool = False
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):

@@ -16,6 +16,7 @@ RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
 SWEEPS = ("trunnion sweep", "engine.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "engine.sensitivity", "POST /v1/sensitivities")
 WEAR = "trunnion wear"
+KNOCKS = "trunnion knocks"
 KINEMATICS = "trunnion kinematics"
 SERVED = ("POST /v1/jobs", "trunnion jobs submit")
 RUNS = ("trunnion simulate", "engine.simulate", *SWEEPS)
@@ -63,17 +64,18 @@ _SPACING = Bound(0.0, open=True, advice="give a positive spacing, such as 10 ms"
 SETTINGS = (
     Setting(
         "until", "s", "End of the run, s: 10, 500 ms, 2 min.",
-        (*RUNS, *DERIVATIVES, WEAR, KINEMATICS, "trunnion chart", "trunnion advise", "trunnion jobs submit"), "the scene's",
+        (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion chart", "trunnion advise", "trunnion jobs submit"), "the scene's",
         Bound(POSITIVE.least, open=True, advice="give a positive end time, such as 2.5, 10 ms or 1 min"), metavar="T",
     ),
     Setting(
         "every", "s", "Spacing of the rows, s; 0: a row at each of the solver's own steps.",
-        (*RUNS, *DERIVATIVES, WEAR, KINEMATICS, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
+        (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
         Bound(NOT_NEGATIVE.least, advice="give a positive spacing, or 0 for every step"), metavar="DT",
         own_left_out=dict.fromkeys(DERIVATIVES, "a hundredth of the run"), own_bounds=dict.fromkeys(DERIVATIVES, _SPACING),
     ),
     Setting(
-        "rtol", "1", "Relative tolerance of positions and velocities.", (*RUNS, *DERIVATIVES, WEAR, KINEMATICS, "trunnion chart"),
+        "rtol", "1", "Relative tolerance of positions and velocities.",
+        (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion chart"),
         "the scene's", RTOL, metavar="R", several=("trunnion chart",),
         own_left_out=dict.fromkeys(DERIVATIVES, "1e-9") | {"trunnion chart": "1e-2 … 1e-12"},
     ),
@@ -82,7 +84,7 @@ SETTINGS = (
         "steps by error control", Bound(NOT_NEGATIVE.least, advice="a positive step, or 0 for error control"), metavar="H",
     ),
     Setting(
-        "method", "", "Integration method: {methods}.", (*RUNS, WEAR, "trunnion chart"), "the scene's", words="methods",
+        "method", "", "Integration method: {methods}.", (*RUNS, WEAR, KNOCKS, "trunnion chart"), "the scene's", words="methods",
         metavar="M", several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
     ),
     Setting(
@@ -103,7 +105,7 @@ SETTINGS = (
     ),
     Setting(
         "law", "", "Friction law of all joints: {laws}.",
-        ("trunnion simulate", "trunnion sweep", "trunnion sensitivity", WEAR, "trunnion chart"), "each joint's own",
+        ("trunnion simulate", "trunnion sweep", "trunnion sensitivity", WEAR, KNOCKS, "trunnion chart"), "each joint's own",
         words="laws", metavar="L", several=("trunnion chart",), own_left_out={"trunnion chart": "all"},
     ),
 )  # fmt: skip

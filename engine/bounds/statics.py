@@ -182,7 +182,8 @@ def _joints(model: Model, reactions: np.ndarray) -> tuple[Rubbing, ...]:
     values = model.built.parameters.values
     out = []
     for e in elements(model.system):
-        sizes = {name: float(values[leaf.index] if isinstance(leaf, Param) else leaf) for name, leaf in e.friction.numbers}
+        leaves = [(name, e.friction.number(name)) for name, _ in e.friction.numbers]  # nothing follows time any more
+        sizes = {name: float(values[leaf.index] if isinstance(leaf, Param) else leaf) for name, leaf in leaves}
         if SPAN in e.needs:
             sizes["half_length"] = float(reactions[e.n0 + e.needs.index(SPAN)])
         sense = float(e.joint.fit.sign)

@@ -1,5 +1,5 @@
-"""Commands that ask something else than motion: ``equilibrium``, ``modes``, ``inverse``, ``wear``, ``kinematics``. Their work is
-imported when they are invoked."""
+"""Commands that ask something else than motion: ``equilibrium``, ``modes``, ``inverse``, ``wear``, ``knocks``,
+``kinematics``. Their work is imported when they are invoked."""
 
 from __future__ import annotations
 
@@ -97,6 +97,27 @@ def wear(
 
     wish = WearWish(words_of(scene, ctx), settings, coefficient, depth, changes or [], save, plot, as_json, verbose)
     raise typer.Exit(wear_command(wish))
+
+
+@app.command(cls=Listed, context_settings=OPEN)
+@with_settings("trunnion knocks")
+def knocks(
+    ctx: typer.Context,
+    settings: Words,
+    scene: Annotated[str | None, SCENE] = None,
+    clearance: Annotated[
+        list[str] | None,
+        typer.Option("--clearance", metavar="C", help="Radial clearance: '20 um' of all hinges and balls, or JOINT='20 um'."),
+    ] = None,
+    changes: Annotated[list[str] | None, CHANGES] = None,
+    as_json: Annotated[bool, JSON] = False,
+    verbose: Annotated[bool, VERBOSE] = False,
+) -> None:
+    """Where pins with clearance would cross their bearings, for how long, how fast they would hit."""
+    from engine.cli.knocking import KnocksWish, knocks_command
+
+    wish = KnocksWish(words_of(scene, ctx), settings, clearance or [], changes or [], as_json, verbose)
+    raise typer.Exit(knocks_command(wish))
 
 
 @app.command(cls=Listed, context_settings=OPEN)

@@ -1,5 +1,7 @@
 """Friction that does not follow the load: a spring-loaded seal, a gearbox, a detent (METHOD, "Friction that is given").
 
+One that differs by the sense of motion is a freewheel: it drags one way and holds the other, up to what it can.
+
 A pair for each freedom holds or drags with a force or torque that is given, times the ratio of its law: μ, which is 1 where it is
 not given. Nothing touches at a place, so that it has no contacts and needs no reactions. A turning freedom slides by its rate
 times an arm of 1 m: what a law says in m/s is in rad/s there.
@@ -19,13 +21,27 @@ from engine.friction import Law
 if TYPE_CHECKING:
     from engine.contact.resting import Pair, Rubs
 
-FORCE = Size("force", "N", "constant friction along the axis, whatever the load", NOT_NEGATIVE, '"5 N"', symbol="F")
-TORQUE = Size("torque", "N*m", "constant friction about an axis, whatever the load", NOT_NEGATIVE, '"2 N*m"', symbol="T")
+FORCE = Size("force", "N", "constant friction along the axis, whatever the load", NOT_NEGATIVE, '"5 N"', symbol="F", varies=True)
+TORQUE = Size(
+    "torque", "N*m", "constant friction about an axis, whatever the load", NOT_NEGATIVE, '"2 N*m"', symbol="T", varies=True
+)
+BACK_FORCE = Size(
+    "back_force", "N", "constant friction backwards, where it differs: what a one-way clutch holds", NOT_NEGATIVE, '"5 kN"',
+    needed=False, symbol="F_b", varies=True,
+)  # fmt: skip
+BACK_TORQUE = Size(
+    "back_torque", "N*m", "constant friction when turning back, where it differs: what a freewheel holds", NOT_NEGATIVE,
+    '"500 N*m"', needed=False, symbol="T_b", varies=True,
+)  # fmt: skip
 
 
-def constant(name: str, sizes: tuple[Size, ...]) -> ContactElement:
-    """The element of joints with these frictions, a freedom each, in the order of their freedoms."""
+def constant(name: str, sizes: tuple[Size, ...], back: Size | None = None) -> ContactElement:
+    """The element of joints with these frictions, a freedom each, in the order of their freedoms; back: of the only freedom when it
+    goes backwards, where that may differ."""
     labels = [label for s in sizes for label in s.labels]
+
+    def size(g: Mapping[str, SX], label: str, sense: SX) -> SX:
+        return ca.if_else(sense < 0, g[back.name], g[label]) if back is not None and back.name in g else g[label]
 
     def needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
         return ()
@@ -34,13 +50,14 @@ def constant(name: str, sizes: tuple[Size, ...]) -> ContactElement:
         return [[rate] for rate in rates]
 
     def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        return [law.ratios([rate])[0] * g[label] for law, rate, label in zip(laws, rates, labels, strict=True)]
+        ratios = [law.ratios([rate])[0] for law, rate in zip(laws, rates, strict=True)]
+        return [k * size(g, label, k) for k, label in zip(ratios, labels, strict=True)]
 
     def speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
         return [ca.fabs(rate) * law.sign([rate], (1.0,)) for law, rate in zip(laws, rates, strict=True)]
 
     def held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-        return [Hold(law.static * g[label], ca.fabs(x)) for law, x, label in zip(laws, u, labels, strict=True)]
+        return [Hold(law.static * size(g, label, x), ca.fabs(x)) for law, x, label in zip(laws, u, labels, strict=True)]
 
     def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
         return []
@@ -49,7 +66,8 @@ def constant(name: str, sizes: tuple[Size, ...]) -> ContactElement:
         return []
 
     return ContactElement(
-        name, needs, friction, speeds, held, contacts, velocity, pressed, 0, springs=0, rests=_rests(labels), sizes=sizes,
+        name, needs, friction, speeds, held, contacts, velocity, pressed, 0, springs=0, rests=_rests(labels, back),
+        sizes=sizes if back is None else (*sizes, back),
         pairs=tuple((k,) for k in range(len(labels))), places=_none, pins=_nothing,
     )  # fmt: skip
 
@@ -62,13 +80,16 @@ def _nothing(g: Mapping[str, float]) -> list[Solid]:
     return []
 
 
-def _rests(labels: Sequence[str]) -> Callable[[Rubs], list[Pair]]:
+def _rests(labels: Sequence[str], back: Size | None) -> Callable[[Rubs], list[Pair]]:
     def rests(j: Rubs) -> list[Pair]:
         import numpy as np
 
         from engine.contact.resting import Capacity, Pair, given, static
 
         mu = static(j)
+        if back is not None and back.name in j.sizes:
+            both = tuple(Capacity((given(j, j.sizes[n], mu),), sense) for n, sense in ((labels[0], 1), (back.name, -1)))
+            return [Pair(j.joint, 1, (j.eta[0],), np.array([[1.0]]), both, mu)]
         return [
             Pair(j.joint, k + 1, (j.eta[k],), np.array([[1.0]]), (Capacity((given(j, j.sizes[label], mu),)),), mu)
             for k, label in enumerate(labels)
@@ -77,7 +98,7 @@ def _rests(labels: Sequence[str]) -> Callable[[Rubs], list[Pair]]:
     return rests
 
 
-TURNING = constant("turning drag", (TORQUE,))
-SLIDING = constant("sliding drag", (FORCE,))
+TURNING = constant("turning drag", (TORQUE,), BACK_TORQUE)
+SLIDING = constant("sliding drag", (FORCE,), BACK_FORCE)
 BOTH = constant("drag along and about", (FORCE, TORQUE))
 CROSSED = constant("drag of a cross", (replace(TORQUE, count=2),))

@@ -163,7 +163,7 @@ THRUST_RADIUS = Size(
 
 PRELOAD = Size(
     "preload", "N", "force with which a spring or an interference presses all around, beside the loads (a seal)", NOT_NEGATIVE,
-    '"50 N"', needed=False, symbol="P", bears=False,
+    '"50 N"', needed=False, symbol="P", bears=False, varies=True,
 )  # fmt: skip
 
 

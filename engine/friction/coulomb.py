@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from engine.basics.symbolic import SX
-from engine.friction.base import Law, Rest
+from engine.basics.curves import KNOTS, monotone
+from engine.basics.symbolic import SX, ca
+from engine.friction.base import TINY, Law, Rest
 from engine.friction.common import MU, MU_STATIC
+
+BY_SPEED = tuple((f"speed[{k}]", f"mu[{k}]") for k in range(2, KNOTS + 1))
+"""Names of the speeds and coefficients of a curve beyond rest, whose coefficient is mu."""
 
 
 class Coulomb(Law):
@@ -18,5 +22,9 @@ class Coulomb(Law):
     formula, at_rest = "μ v/|v|", "any |k| ≤ μ_s (μ_s = μ where it is not given)"
 
     def level(self, speed2: SX) -> SX:
-        """μ at any speed."""
-        return self.value["mu"]
+        """μ at any speed, or on its curve by the speed."""
+        n = self.value
+        if BY_SPEED[0][1] not in n:
+            return n["mu"]
+        at = [ca.SX(0), *(n[speed] for speed, _ in BY_SPEED)]
+        return monotone(ca.sqrt(speed2 + TINY), at, [n["mu"], *(n[mu] for _, mu in BY_SPEED)], flat=False)

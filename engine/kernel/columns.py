@@ -98,7 +98,7 @@ def _joint(j: Joint) -> Iterator[Column]:
         yield from _friction(j)
 
 
-DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort"}
+DEVICES = {"spring": "spring", "damping": "damper", "stop": "stop", "effort": "effort", "motor": "motor", "latch": "latch"}
 """Fields of a freedom's device, and what its columns are called."""
 
 
@@ -111,16 +111,30 @@ def _devices(j: Joint) -> Iterator[Column]:
                 own = f"{j.name}.{word}" + (".effort" if word != "effort" else "")
                 yield Column(f"{own}[{k + 1}]", _unit(j.kind, k)[1], f"force or torque {text}", ("device", j.name, k, field))
                 yield Column(f"{j.name}.{word}.power[{k + 1}]", "W", f"power {text}", ("power", j.name, k, field))
+        if d.latch is not None:
+            yield Column(f"{j.name}.latch.state[{k + 1}]", "1", f"1: the latch of {j.name} is down", ("latched", j.name, k))
 
 
 def _springs(system: System) -> Iterator[Column]:
-    """Columns of springs between points."""
+    """Columns of springs between points and of bushings."""
     for i, load in enumerate(system.loads):
         if load.kind == "spring_damper":
             name = load.name
             yield Column(f"{name}.length", "m", f"length of {name}", ("line", i, "length"))
             yield Column(f"{name}.force", "N", f"force with which {name} pulls its ends together", ("line", i, "force"))
             yield Column(f"{name}.power", "W", f"power of {name} on the bodies", ("line", i, "power"))
+        if load.kind == "bushing":
+            yield from _bushing(i, load.name)
+
+
+def _bushing(i: int, name: str) -> Iterator[Column]:
+    """Columns of a bushing, in its axes on the first body."""
+    for what, unit, text in (
+        ("offset", "m", "offset of the second point in {}"), ("turn", "rad", "rotation vector of the second part in {}"),
+        ("force", "N", "force of {} on the second part"), ("torque", "N*m", "torque of {} on the second part"),
+    ):  # fmt: skip
+        yield from _three(f"{name}.{what}", unit, f"{text.format(name)}, axes of the first", ("bushing", i, what))
+    yield Column(f"{name}.power", "W", f"power of {name} on the bodies", ("bushing", i, "power", 0))
 
 
 def _friction(j: Joint) -> Iterator[Column]:

@@ -8,7 +8,9 @@ import casadi as ca
 
 from engine.contact.base import Contact
 from engine.kernel.powers import coordinates_of, drive_effort
+from engine.recursion import latches
 from engine.recursion.accelerations import Accelerations
+from engine.recursion.bushings import bushing
 from engine.recursion.elements import acceleration_rows, joint_rates, laws, numbers, reaction_rows, wrench
 from engine.recursion.loads import spring_line
 from engine.recursion.reactions import frames, on_inboard, pin_frame
@@ -125,7 +127,8 @@ def kinetic(m: Model) -> SX:
 
 
 def potential(m: Model) -> SX:
-    """Potential energy of gravity (zero at the world's origin), joint springs, engaged stops and springs between points."""
+    """Potential energy of gravity (zero at the world's origin), joint springs, engaged stops, springs between points,
+    bushings."""
     sym = m.sym
     g = sym.leaves(sym.system.gravity)
     total = SX(0)
@@ -137,6 +140,8 @@ def potential(m: Model) -> SX:
             i = j.kind.coordinate_of(k)
             if d.spring is not None and i >= 0:
                 total += 0.5 * sym.leaf(d.spring[0]) * (q[i] - sym.leaf(d.spring[1])) ** 2
+            if d.latch is not None and i >= 0:
+                total += latches.potential(sym, d.latch, sym.latch_flags(d.latch), q[i])
             if d.stop is not None and i >= 0:
                 for bound, flag in zip((d.stop.lower, d.stop.upper), d.stop.flags, strict=True):
                     if bound is not None:
@@ -145,4 +150,6 @@ def potential(m: Model) -> SX:
         if load.kind == "spring_damper":
             length = spring_line(sym, m.motions, load)[0]
             total += 0.5 * sym.leaf(load.numbers[0]) * (length - sym.leaf(load.numbers[2])) ** 2
+        if load.kind == "bushing":
+            total += bushing(sym, m.motions, load).potential
     return total

@@ -9,6 +9,7 @@ from engine.kernel.calling import CONST, STATE, inputs, qdot
 from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.expressions import kinetic, potential
 from engine.kernel.powers import coordinates_of
+from engine.recursion import latches
 from engine.recursion.elements import by_loads, laws, numbers, wrench
 from engine.recursion.reduction import Model
 from engine.recursion.springs import complete_wrench, rubbed
@@ -34,6 +35,10 @@ def stops_function(sym: Symbols, m: Model | None) -> Code:
     for j in sym.system.joints:
         q = [] if not j.kind.nv else coordinates_of(m, j) if m else sym.coordinates(j)
         for k, d in enumerate(j.devices):
+            if d.latch is not None:
+                at, (hook, _) = q[j.kind.coordinate_of(k)], sym.latch_flags(d.latch)
+                found = latches.depths(sym, d.latch, hook, at, sym.load(d.latch.release))
+                depths[sym.system.hook(d.latch.hook)], depths[d.latch.pressed] = found
             if d.stop is None:
                 continue
             for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):

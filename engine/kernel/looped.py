@@ -29,7 +29,7 @@ def loops_pay(system: System, quadratures: bool) -> bool:
     """Whether the looped unit serves this system and is worth it."""
     if system.cuts or quadratures or system.bristles or len(system.bodies) < MIN_BODIES:
         return False
-    if any(load.kind == "spring_damper" for load in system.loads):
+    if any(load.joins for load in system.loads):
         return False
     if any(j.fit.ends == OVERLAP for j in system.joints):
         return False

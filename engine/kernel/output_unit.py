@@ -18,6 +18,7 @@ from engine.kernel.columns import Column
 from engine.kernel.emit import Input, Output, Stage, emit
 from engine.kernel.records import names_of_powers, post_of, wants_of
 from engine.recursion.accelerations import Accelerations, given
+from engine.recursion.bushings import Bushing, bushing
 from engine.recursion.loads import device_force, spring_line
 from engine.recursion.reduction import Model
 from engine.recursion.redundancy import scaled_reactions
@@ -151,6 +152,17 @@ class Outputs:
         stiffness, damping, free = (self.sym.leaf(x) for x in load.numbers)
         force = stiffness * (length - free) + damping * rate
         return {"length": length, "force": force, "power": -force * rate}[what]
+
+    def _latched(self, name: str, k: int) -> SX:
+        latch = ex.joint(self.m, name).devices[k].latch
+        assert latch is not None
+        return self.sym.latch_flags(latch)[0]
+
+    def _bushings(self, i: int) -> Bushing:
+        return bushing(self.sym, self.m.motions, self.sym.system.loads[i])
+
+    def _bushing(self, i: int, what: str, k: int) -> SX:
+        return getattr(self.once(self._bushings, i), what)[k]
 
     def _friction(self, name: str, k: int) -> SX:
         return self.sym.eta[ex.eta_of(self.m, name)[k]]

@@ -6,10 +6,12 @@ import casadi as ca
 
 from engine.kernel.records import names_of_powers
 from engine.recursion import cuts as cutting
+from engine.recursion import latches
 from engine.recursion.accelerations import Accelerations
+from engine.recursion.bushings import bushing
 from engine.recursion.elements import joint_rates
 from engine.recursion.kinematics import point_motion
-from engine.recursion.loads import spring_line, wrenches
+from engine.recursion.loads import motor_force, spring_line, wrenches
 from engine.recursion.reactions import on_outboard
 from engine.recursion.reduction import Model
 from engine.recursion.vectors import SX, cross
@@ -38,7 +40,7 @@ def coordinates_of(m: Model, j: Joint) -> list[SX]:
 
 
 def _damping(m: Model) -> SX:
-    """Power of joint dampers, of dampers between points and of the damping part of stops, W (≤ 0)."""
+    """Power of joint dampers, of dampers between points, bushings and of the damping part of stops, W (≤ 0)."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -50,9 +52,15 @@ def _damping(m: Model) -> SX:
             i = j.kind.coordinate_of(k)
             if d.stop is not None and i >= 0:
                 total += _stop_damping(m, d, q[i], rates[k])
+            if d.latch is not None and i >= 0:
+                flags = m.sym.latch_flags(d.latch)
+                pressed = latches.force(m.sym, d.latch, flags, q[i], rates[k]) - latches.elastic(m.sym, d.latch, flags, q[i])
+                total += pressed * rates[k]
     for load in m.sym.system.loads:
         if load.kind == "spring_damper":
             total -= m.sym.leaf(load.numbers[1]) * spring_line(m.sym, m.motions, load)[1] ** 2
+        if load.kind == "bushing":
+            total += bushing(m.sym, m.motions, load).taken
     return total
 
 
@@ -105,10 +113,10 @@ def _drive(m: Model, acc: Accelerations, pick: SX) -> SX:
 
 
 def _loads(m: Model) -> SX:
-    """Power of applied forces and torques and of joint efforts, W."""
+    """Power of applied forces and torques, of joint efforts and of motors, W."""
     total = SX(0)
     for load in m.sym.system.loads:
-        if load.kind == "spring_damper":
+        if load.joins:
             continue
         for body, w in wrenches(m.sym, m.motions, load):
             motion = m.motions[body]
@@ -117,6 +125,9 @@ def _loads(m: Model) -> SX:
         for k, d in enumerate(j.devices):
             if d.effort is not None:
                 total += m.sym.load(d.effort) * joint_rates(m, j)[k]
+            if d.motor is not None:
+                rate = joint_rates(m, j)[k]
+                total += motor_force(m.sym, d.motor, m.sym.load(d.motor.signal), rate) * rate
     return total
 
 

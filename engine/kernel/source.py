@@ -92,8 +92,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     elements, sliders, dn = element_table(main.elements, main.turned)
     paces, filled = frequencies(system), fill(system, list(z.active))
     sizes = {n: getattr(z, n) for n in KERNEL.integers if hasattr(z, n)} | {
-        "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables,
-        "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
+        "abi": "TR_ABI", "active": len(z.active), "nsliders": len(system.sliders), "nstops": system.stops,
+        "nlatches": system.latches, "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(n * len(e.needs) for e in main.elements for _, n in [main.turned.get(e.joint.name, (0, 0))]),
         "npaces": len(paces), "nbodies": len(system.bodies),

@@ -6,10 +6,14 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING
 
 from engine.parts.blocks import Closed, Moving
+from engine.parts.joining import ends
 from engine.parts.scene import Scene
 from engine.parts.store import small
-from engine.parts.tape import Block, Tape
+from engine.parts.tape import Block, Space, Tape
 from engine.system.structure import Device, Joint, System
+
+BUSHING = ("offset", "turn", "force", "torque", "power")
+"""Columns of a bushing, three each but the last."""
 
 
 class DeviceRows:
@@ -42,9 +46,17 @@ class DeviceRows:
                 self.tape.copy(self.scene.value(self.tape, d.effort, self.tape.scratch_block), out)
                 return
             self.tape.zero(out)
+            if field == "motor":
+                self.scene.motor(self.tape, d, rate, out)
+                return
             self.scene.device(self.tape, Device(**{field: getattr(d, field)}), "force", q, rate, out)
 
         return self.once(("device", name, k, field), 1, force)
+
+    def _latched(self, name: str, k: int) -> Block:
+        latch = self.joint(name)[0].devices[k].latch
+        assert latch is not None
+        return Block(Space.X, self.system.external.stop(self.system.hook(latch.hook)), 1)
 
     def _power(self, name: str, k: int, field: str) -> Block:
         effort = self._drive(name, k) if field == "drive" else self._device(name, k, field)
@@ -53,5 +65,12 @@ class DeviceRows:
     def _line(self, i: int, what: str) -> Block:
         load, moving = self.system.loads[i], self.moving()
         three = self.once(("line", i), 3, lambda out: self.scene.call(
-            self.tape, small.spring("line"), out=out, **self.scene.ends(load, moving)))  # fmt: skip
+            self.tape, small.spring("line"), out=out, **ends(self.scene, load, moving)))  # fmt: skip
         return three.part(("length", "force", "power").index(what), 1)
+
+    def _bushing(self, i: int, what: str, k: int) -> Block:
+        load, moving = self.system.loads[i], self.moving()
+        size = 3 * len(BUSHING) - 2
+        all_of = self.once(("bushing", i), size, lambda out: self.scene.call(
+            self.tape, small.bushing("state"), out=out, **ends(self.scene, load, moving)))  # fmt: skip
+        return all_of.part(3 * BUSHING.index(what) + k, 1)

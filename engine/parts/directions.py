@@ -103,7 +103,7 @@ class Directions:
     def __post_init__(self) -> None:
         self._prepared = 0
         self._names: list[str] = []
-        self._tangents: dict[str, Part] = {}
+        self._tangents: dict[tuple[str, bool], Part] = {}
         for b in self.seeded:
             self.active.add(b)
 
@@ -131,10 +131,11 @@ class Directions:
             self._names = list(self.scene.functions)
         return self._names[function - BUILTINS]
 
-    def _tangent(self, name: str) -> Part:
-        if name not in self._tangents:
-            self._tangents[name] = tangents.tangent(*self.scene.part_of[name].made, self.numbers)
-        return self._tangents[name]
+    def _tangent(self, name: str, numbers: bool = False) -> Part:
+        asked = name, self.numbers or numbers
+        if asked not in self._tangents:
+            self._tangents[asked] = tangents.tangent(*self.scene.part_of[name].made, asked[1])
+        return self._tangents[asked]
 
     def _given(self, function: int, where: list[int], numbers: list[int]) -> Given:
         if function < BUILTINS:
@@ -159,7 +160,8 @@ class Directions:
             self._derive_part(g)
 
     def _derive_part(self, g: Given) -> None:
-        part = self._tangent(self._name(g.function))
+        numbers = g.places.get("numbers")
+        part = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # some follow time
         at, along = part.places
         moving = [n for n in g.names if n not in g.outs and g.places[n] in self.active]
         if not moving:

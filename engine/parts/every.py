@@ -19,6 +19,7 @@ from engine.contact.base import FIXED, OVERLAP
 from engine.contact.journal import PRELOAD
 from engine.contact.registry import preloads
 from engine.friction import REGISTRY as LAWS
+from engine.friction.coulomb import BY_SPEED, Coulomb
 from engine.joints import REGISTRY as JOINTS
 from engine.joints import JointKind
 from engine.parts.known import BARE, Carried, Numbers, Rubbing, sized
@@ -33,7 +34,7 @@ MANY = 3
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
 """Laws with which Adams' approximation of normal forces is compared: one that smooths another, and that."""
 SIDES = (False, True)
-DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic")
+DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic", "through")
 
 
 def every() -> Iterator[Asked]:
@@ -41,11 +42,13 @@ def every() -> Iterator[Asked]:
     told = dict.fromkeys(chain(_small(), _bodies(), _cuts(), _frictions()))
     yield from told
     yield from (("tangents", "tangent", module, name, tuple(which), False) for module, name, *which in told if _smooth(name, which))
+    residuals = (which for _, name, *which in told if name == "residual")
+    yield from (("tangents", "tangent", "friction", "residual", tuple(which), True) for which in residuals if _follows(which[0]))
 
 
 SMOOTH = {
-    "signal", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward", "moved", "turned",
-    "weigh", "carry", "energies", "point", "acceleration", "orientation", "along", "over", "reaction",
+    "signal", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward",
+    "moved", "turned", "weigh", "carry", "energies", "point", "acceleration", "orientation", "along", "over", "reaction",
     "span",
 }  # fmt: skip
 """Functions that write parts of which Jacobians and linear units need tangents, whatever they are asked for."""
@@ -57,17 +60,27 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "contacts":
         friction = which[0].joint.friction
         return friction.law in COMPARED and not friction.adams
-    forces = name in ("device", "load", "spring") and which[-1] != "power"
+    forces = name in ("device", "load", "spring", "bushing", "latch") and which[-1] not in ("power", "depths")
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
+
+
+def _follows(which: Rubbing) -> bool:
+    """Whether numbers of such friction may follow time where motions are stiff: with the usual law, without the many of a curve."""
+    friction = which.joint.friction
+    return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 
 
 def _small() -> Iterator[Asked]:
     yield from (("small", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
-    yield from (("small", "device", what) for what in ("force", "power", "potential"))
+    yield from (("devices", "device", what) for what in ("force", "power", "potential"))
     yield from (("small", "spring", what) for what in ("wrench", "power", "potential", "line"))
+    yield from (("small", "bushing", what) for what in ("wrench", "power", "potential", "state"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
-    yield from (("small", "depth", upper) for upper in SIDES)
-    yield from (("small", name) for name in ("energies", "quaternion", "point", "acceleration", "orientation", "over", "span"))
+    yield from (("devices", "depth", upper) for upper in SIDES)
+    yield from (("devices", "latch", what) for what in ("force", "power", "potential", "depths"))
+    yield "devices", "motor"
+    plain = ("energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")
+    yield from (("small", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1]
     yield from (("closing", "tie", *both) for both in product(alone, alone))
     yield from (("closing", "outboard", forward) for forward in SIDES)
@@ -157,7 +170,11 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
     sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
     declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
     always = {n.name for n in declared if preloads(n, law, adams)}
-    return [tuple(label for n in given for label in n.labels) for given in _given(declared, always)]
+    found = [tuple(label for n in given for label in n.labels) for given in _given(declared, always)]
+    if not usual or law != Coulomb.name:
+        return found
+    curve = ("mu", *(name for pair in BY_SPEED for name in pair))
+    return [*found, *((*curve, *names[1:]) for names in found if "mu_static" not in names)]
 
 
 def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:

@@ -14,7 +14,7 @@ from engine.parts.known import POSE, Part, Rubbing
 from engine.parts.local import PartSymbols
 from engine.parts.one import one
 from engine.parts.small import pinned_by
-from engine.recursion.elements import by_loads, laws, wrench
+from engine.recursion.elements import by_loads, laws, numbers, wrench
 from engine.recursion.reactions import pin_axes
 from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.vectors import SX
@@ -51,7 +51,7 @@ def law(which: Rubbing, alone: bool) -> Part:
     e = Element(which.joint, _contact(which), which.needs, 0, 0)
     sym, nv = _Rubbed(which), which.joint.kind.nv
     N, r = SX.sym("N", len(which.needs)), SX.sym("r", nv)
-    ls, g, w = laws(sym, e), {n: sym.leaf(x) for n, x in e.friction.numbers}, wrench(e, N)
+    ls, g, w = laws(sym, e), numbers(sym, e), wrench(e, N)
     rates, adams = [r[k] for k in range(nv)], e.friction.adams
     values = ca.vertcat(*e.contact.friction(w, rates, ls, g, adams))
     sliding: list[SX] = []
@@ -70,7 +70,7 @@ def residual(which: Rubbing) -> Part:
     e = Element(which.joint, _contact(which), which.needs, 0, 0)
     sym, nv = _Rubbed(which), which.joint.kind.nv
     N, r, eta, acc = SX.sym("N", len(which.needs)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("acc", nv)
-    ls, g = laws(sym, e), {n: sym.leaf(x) for n, x in e.friction.numbers}
+    ls, g = laws(sym, e), numbers(sym, e)
     values = e.contact.friction(wrench(e, N), [r[k] for k in range(nv)], ls, g, e.friction.adams)
     out = [eta[k] - value for k, value in enumerate(values)]
     for s, x in zip(e.friction.sliders, ls, strict=True):
@@ -87,7 +87,7 @@ def held(which: Rubbing, alone: bool) -> Part:
     sym = _Rubbed(which)
     N, u = SX.sym("N", len(which.needs)), SX.sym("u", which.joint.kind.nv)
     values, rows = [], []
-    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    g = numbers(sym, e)
     found = e.contact.held(wrench(e, N), [u[i] for i in e.eta], laws(sym, e), g, e.friction.adams)
     for h in found:
         values += [h.capacity, h.size, SX(h.beyond)]
@@ -114,7 +114,7 @@ def drift(which: Rubbing) -> Part:
     e = Element(which.joint, _contact(which), which.needs, 0, 0)
     sym, nv = _Rubbed(which), which.joint.kind.nv
     N, r = SX.sym("N", len(which.needs)), SX.sym("r", nv)
-    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    g = numbers(sym, e)
     out = e.contact.drifts(wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g, e.friction.adams)
     return one(f"{which.name}_drift", {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}, {"out": out})
 
@@ -127,7 +127,7 @@ def pressed(which: Rubbing, soft: bool) -> Part:
     e = Element(joint, _contact(which), which.needs, 0, 0)
     sym, nv = _Rubbed(which, int(soft)), which.joint.kind.nv
     N, r = SX.sym("N", len(which.needs)), SX.sym("r", nv)
-    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    g = numbers(sym, e)
     values = rubbed(sym, e, complete_wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g)
     ins = {"numbers": sym.p, "N": N, "r": r, "modes": sym.modes, "b": sym.b}
     name = f"{which.name}_pressed{'_soft' if soft else ''}"
@@ -141,7 +141,7 @@ def contacts(which: Rubbing) -> Part:
     e = Element(which.joint, _contact(which), everything(which.joint), 0, 0)
     sym, nv = _Rubbed(which), which.joint.kind.nv
     N, r, eta, pose = SX.sym("N", len(e.needs)), SX.sym("r", nv), SX.sym("eta", nv), SX.sym("pose", POSE)
-    g = {n: sym.leaf(x) for n, x in e.friction.numbers}
+    g = numbers(sym, e)
     found = e.contact.contacts(wrench(e, N), [r[k] for k in range(nv)], laws(sym, e), g, [eta[k] for k in range(nv)])
     Ein, Eout = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3)
     touching = touches(found, ca.sparsify(Ein.T @ pin_axes(which.joint, Ein, Eout)))

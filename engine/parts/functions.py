@@ -7,11 +7,12 @@ from engine.parts.places import coordinate_rates, element_places
 from engine.parts.rows import Rows
 from engine.parts.scene import Scene
 from engine.parts.shares import Shares
-from engine.parts.store import friction, small
-from engine.parts.tape import Block, Space
+from engine.parts.store import devices, friction
+from engine.parts.tape import Block, Space, Tape
 from engine.system.elements import Element, elements
+from engine.system.leaves import Leaf
 from engine.system.loops import rubbing_on_loops
-from engine.system.structure import state_coordinates
+from engine.system.structure import Device, state_coordinates
 
 SLIDING = 3
 """Numbers of a ``tr_sliding`` and of a ``tr_hold``."""
@@ -30,9 +31,9 @@ def write(s: Scene, redundant: bool = False) -> None:
     coordinate_rates(s, s.tape("qdot"), Block(Space.R, 0, s.system.nv), Block(Space.OUT, 0, s.system.nq))
 
 
-def _states(s: Scene, e: Element) -> dict[str, Block]:
+def _states(s: Scene, tape: Tape, e: Element, *more: Leaf) -> dict[str, Block]:
     """Numbers, modes and states of an element, the latter behind the rates."""
-    places = element_places(s, e)
+    places = element_places(s, tape, e, *more)
     if e.friction.bristles:
         rates = sum(o.joint.kind.nv for o in elements(s.system))
         places["b"] = Block(Space.R, rates + s.system.bristles.index(e.eta[0]), 0)
@@ -46,7 +47,7 @@ def _laws(s: Scene, alone: bool) -> None:
         s.call(
             tape, friction.law(rubbing(e), alone), N=Block(Space.N, e.n0, n), r=Block(Space.R, e.rate0, nv),
             eta=Block(Space.OUT, e.eta[0], nv), dN=Block(Space.DN, dn, nv * n),
-            sliding=Block(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, e),
+            sliding=Block(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, tape, e),
         )  # fmt: skip
         dn += nv * n
 
@@ -64,7 +65,7 @@ def _held(s: Scene, alone: bool) -> None:
                 tape.zero(rows)
             continue
         N, u = Block(Space.N, e.n0, n), Block(Space.U, e.eta[0], e.joint.kind.nv)
-        s.call(tape, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, e))
+        s.call(tape, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, tape, e))
 
 
 def _pressed(s: Scene) -> None:
@@ -72,9 +73,7 @@ def _pressed(s: Scene) -> None:
     tape, at, dn = s.tape("pressed"), 0, 0
     for e, _, count in rubbing_on_loops(s.system):
         n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
-        places = _states(s, e)
-        if stiffness is not None:
-            places["numbers"] = s.numbers([*(x for _, x in e.friction.numbers), stiffness])
+        places = _states(s, tape, e, *([] if stiffness is None else [stiffness]))
         part, more = friction.pressed(rubbing(e), stiffness is not None), Block(Space.OUT, at, count)
         N, r, dN = Block(Space.N, e.n0, n), Block(Space.R, e.rate0, nv), Block(Space.DN, dn, count * n)
         s.call(tape, part, N=N, r=r, more=more, dN=dN, **places)
@@ -94,12 +93,12 @@ def _closure(s: Scene) -> None:
 def _events(s: Scene) -> None:
     tape = s.tape("events")
     closed = {}
-    if any(d.stop for j in s.system.cuts for d in j.devices):
+    if any(d.stop or d.latch for j in s.system.cuts for d in j.devices):
         moving = s.outward(tape, tape.scratch_block, forces=False)
         closed = {c.joint.name: c for c in s.closed(tape, moving, tape.scratch_block, forces=False)}
     for j in s.system.joints:
         for k, d in enumerate(j.devices):
-            if d.stop is None:
+            if d.stop is None and d.latch is None:
                 continue
             i = j.kind.coordinate_of(k)
             if j.cut:
@@ -108,10 +107,20 @@ def _events(s: Scene) -> None:
                 q = s.rates_of(tape, j, tape.scratch_block)[0].part(i, 1)
             else:
                 q = Block(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
-            for upper, bound in enumerate((d.stop.lower, d.stop.upper)):
-                if bound is not None:
-                    out = Block(Space.OUT, d.stop.flags[upper], 1)
-                    s.call(tape, small.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+            _depths(s, tape, d, q)
+
+
+def _depths(s: Scene, tape: Tape, d: Device, q: Block) -> None:
+    """How deep the stops and the latch of a freedom are pressed."""
+    for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
+        if bound is not None and d.stop:
+            out = Block(Space.OUT, d.stop.flags[upper], 1)
+            s.call(tape, devices.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+    if d.latch is not None:
+        release, both = s.value(tape, d.latch.release, tape.scratch_block), tape.scratch_block(2)
+        s.call(tape, devices.latch("depths"), q=q, release=release, out=both, **s.latch(tape, d.latch))
+        for at, flag in enumerate((s.system.hook(d.latch.hook), d.latch.pressed)):
+            tape.copy(both.part(at, 1), Block(Space.OUT, flag, 1))
 
 
 def _energy(s: Scene) -> None:

@@ -127,7 +127,8 @@ def _kernel_unit(
         "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "nkappa": m.nkappa,
         "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
         "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
-        "nsliders": len(system.sliders), "nstops": system.stops, "ntables": system.tables, "nquat": len(quat),
+        "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches,
+        "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
         "sets": int(any(e.sets for e in stepping.parts)), "nfill": len(filled.below),
     }  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Any
 
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import OVERLAP
+from engine.friction.coulomb import BY_SPEED
 from engine.joints import REGISTRY
 from engine.system.elements import Element
 from engine.system.leaves import Leaves, Param
@@ -88,7 +89,8 @@ class Rubbing:
         f = self.joint.friction
         assert f is not None
         words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
-        return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers)]))
+        curve = {name for pair in BY_SPEED[1:] for name in pair}  # one stands for all
+        return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers if name not in curve)]))
 
 
 def rubbing(e: Element) -> Rubbing:

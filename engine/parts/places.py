@@ -10,16 +10,37 @@ from engine.parts.scene import Scene
 from engine.parts.store import small
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.system.elements import Element
-from engine.system.structure import Joint, state_coordinates
+from engine.system.leaves import Leaf
+from engine.system.structure import FrictionElement, Joint, Signal, state_coordinates
 
 
-def element_places(s: Scene, e: Element) -> dict[str, Block]:
-    """Numbers, modes and (of a law with bristles) states of an element, as its parts are handed them while stepping."""
+def element_places(s: Scene, tape: Tape, e: Element, *more: Leaf) -> dict[str, Block]:
+    """Numbers (and ``more``), modes and (of a law with bristles) states of an element, as its parts are handed them while
+    stepping."""
     f, system = e.friction, s.system
     modes = Block(Space.X, system.external.mode(f.sliders[0].flag), 0)
-    out = {"numbers": s.numbers([x for _, x in f.numbers]), "modes": modes}
+    out = {"numbers": _numbers(s, tape, f, more), "modes": modes}
     if f.bristles:
         out["b"] = Block(Space.Y, system.nq + system.nv + system.bristles.index(e.eta[0]), 0)
+    return out
+
+
+def _numbers(s: Scene, tape: Tape, f: FrictionElement, more: Sequence[Leaf]) -> Block:
+    """Numbers of an element behind each other; those that follow time or an input as they are now (``recursion.elements``)."""
+    fixed = s.numbers([*(0.0 if isinstance(x, Signal) else x for _, x in f.numbers), *more])
+    if not f.varies:
+        return fixed
+    out, at = tape.scratch_block(fixed.size), {name: i for i, (name, _) in enumerate(f.numbers)}
+    for i, (name, x) in enumerate(f.numbers):
+        own = fixed.part(i, 1)
+        if isinstance(x, Signal):
+            own = tape.scratch_block(1) if name == "mu_static" else out.part(i, 1)
+            s.call(tape, small.at_least(), value=s.value(tape, x, tape.scratch_block), least=s.zeros.part(0, 1), out=own)
+        if name == "mu_static":
+            s.call(tape, small.at_least(), value=own, least=out.part(at["mu"], 1), out=out.part(i, 1))
+        elif not isinstance(x, Signal):
+            tape.copy(own, out.part(i, 1))
+    tape.copy(fixed.part(len(f.numbers), len(more)), out.part(len(f.numbers), len(more)))
     return out
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from engine.kernel.records import GIVING
 from engine.parts.blocks import Moving
+from engine.parts.joining import ends, joining
 from engine.parts.scene import Scene
 from engine.parts.store import small
 from engine.parts.tape import Block, Builtin, Space, Tape
@@ -31,13 +32,18 @@ def write_powers(
             s.device(tape, d, "power", q, rate, damping)
             if d.effort:
                 tape.call(Builtin.PRODUCT, [s.value(tape, d.effort, tape.scratch_block), rate, loads], [1, 1])
+            if d.motor:
+                effort = tape.scratch_block(1)
+                tape.zero(effort)
+                s.motor(tape, d, rate, effort)
+                tape.call(Builtin.PRODUCT, [effort, rate, loads], [1, 1])
             if d.drive:
                 effort = tape.scratch_block(1)
                 s.drive_effort(tape, j, k, moving[j.child], N[j.child], effort)
                 tape.call(Builtin.PRODUCT, [effort, rate, drive], [1, 1])
     for load in system.loads:
-        if load.kind == "spring_damper":
-            s.call(tape, small.spring("power"), out=damping, **s.ends(load, moving))
+        if load.joins:
+            s.call(tape, joining(load, "power"), out=damping, **ends(s, load, moving))
         else:
             places = s.applied(tape, load, moving[load.bodies[0]], tape.scratch_block)
             s.call(tape, small.load(load.kind, load.body_frame, "power"), out=loads, **places)

@@ -61,7 +61,7 @@ class Rates(Moved):
     def law(self, part: Callable[[Rubbing], Part], e: Element, N: Block, **places: Block) -> None:
         own = part(rubbing(e))
         rates = self.motion(e.joint).v
-        self.scene.call(self.tape, own, **{**element_places(self.scene, e), "N": N, "r": rates, **places})
+        self.scene.call(self.tape, own, **{**element_places(self.scene, self.tape, e), "N": N, "r": rates, **places})
 
     def _close(self, at: int) -> None:
         """Accelerations that the rows of cut joints forbid."""
@@ -126,9 +126,7 @@ class Rates(Moved):
         for e, _, count in rubbing_on_loops(self.system):
             stiffness, n = e.joint.stiffness, len(e.needs)
             more, spare = tape.scratch_block(count), tape.scratch_block(count * n)
-            places = element_places(self.scene, e)
-            if stiffness is not None:
-                places["numbers"] = self.scene.numbers([*(x for _, x in e.friction.numbers), stiffness])
+            places = element_places(self.scene, tape, e, *([] if stiffness is None else [stiffness]))
             part, rates = friction.pressed(rubbing(e), stiffness is not None), self.motion(e.joint).v
             self.scene.call(tape, part, more=more, dN=spare, N=self.reactions[e.joint.name], r=rates, **places)
             tape.copy(more, Block(Space.OUT, self.size, count))

@@ -194,7 +194,7 @@ class Rows(DeviceRows):
         eta = self.scene.eta(j)
         columns = self.once(("contacts", j.name), TOUCH * count, lambda out: self.scene.call(
             self.tape, friction.contacts(rubbing(e)), N=pressed, r=m.v, eta=eta, pose=m.pose, columns=out, four=four,
-            **element_places(self.scene, e)))  # fmt: skip
+            **element_places(self.scene, self.tape, e)))  # fmt: skip
         return columns, four
 
     def _contact(self, name: str, i: int, what: str, k: int = 0) -> Block:

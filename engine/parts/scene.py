@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from engine.kernel.records import MOTION
 from engine.parts.blocks import ALONG, Closed, Moving, Place
+from engine.parts.freedoms import Freedoms
+from engine.parts.joining import ends, joining
 from engine.parts.known import BARE, PIECE, POSE
 from engine.parts.store import closing, small
-from engine.parts.tables import BODY, Tables
+from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
 from engine.parts.tying import piece, tied
-from engine.system.structure import GROUND, Device, Joint, Load, Signal, state_coordinates
+from engine.system.structure import GROUND, Joint, Load, state_coordinates
 
 
-class Scene(Tables):
+class Scene(Freedoms):
     """The tables of a scene and the passes over it."""
 
     # -- the pass outward ---------------------------------------------------------------------------------------------------
@@ -60,50 +60,7 @@ class Scene(Tables):
                 tape.copy(moved.part(source, 1), target)
         return q, v, known
 
-    def motion(self, tape: Tape, s: Signal, place: Place) -> Block:
-        """Position, rate and acceleration that a drive prescribes."""
-        return self._signal(tape, s, place, True)
-
-    def _signal(self, tape: Tape, s: Signal, place: Place, moves: bool) -> Block:
-        if s.kind == "table":
-            return Block(Space.X, self.system.external.table(s.index), 3)
-        if s.kind == "value" and not moves:
-            return self.numbers(s.leaves)
-        out = place(3 if moves else 1)
-        self.call(tape, small.signal(s.kind, moves), numbers=self.numbers(s.leaves), x=Block(Space.X, 0, 2), out=out)
-        return out
-
-    def value(self, tape: Tape, s: Signal | None, place: Place) -> Block:
-        """Value of the signal of a load or effort; none: zero."""
-        return self.zeros.part(0, 1) if s is None else self._signal(tape, s, place, False).part(0, 1)
-
     # -- what acts ----------------------------------------------------------------------------------------------------------
-
-    def device(self, tape: Tape, d: Device, what: str, q: Block, rate: Block, out: Block) -> None:
-        """Add the force, power or potential energy of a freedom's spring, damper and stops, if it has any."""
-        if d.spring is None and d.damping is None and d.stop is None:
-            return
-        stop, spring = d.stop, d.spring or (0.0, 0.0)
-        ends = [0.0 if e is None else e for e in ((stop.lower, stop.upper) if stop else (None, None))]
-        leaves = [*spring, d.damping or 0.0, *((stop.stiffness, stop.damping) if stop else (0.0, 0.0)), *ends]
-        flags = self.zeros
-        if stop:
-            flags = tape.scratch_block(2)
-            for k, bound in enumerate((stop.lower, stop.upper)):
-                there = Block(Space.X, self.system.external.stop(stop.flags[k]), 1) if bound is not None else self.zeros
-                tape.copy(there.part(0, 1), flags.part(k, 1))
-        self.call(tape, small.device(what), numbers=self.numbers(leaves), flags=flags, q=q, rate=rate, out=out)
-
-    def each_device(self, j: Joint, q: Block, v: Block) -> Iterable[tuple[int, Device, Block, Block]]:
-        """Number, device, coordinate and rate of each freedom of a joint."""
-        for k, d in enumerate(j.devices):
-            i = j.kind.coordinate_of(k)
-            yield k, d, q.part(i, 1) if i >= 0 else self.zeros, v.part(k, 1)
-
-    @staticmethod
-    def acts(j: Joint) -> bool:
-        """Whether anything but a drive and friction acts along a joint's freedoms."""
-        return any(d.spring or d.damping is not None or d.stop or d.effort for d in j.devices)
 
     def _efforts(self, tape: Tape, j: Joint, m: Moving, place: Place) -> None:
         if self.acts(j):
@@ -117,6 +74,7 @@ class Scene(Tables):
             self.device(tape, d, "force", own, rate, out.part(k, 1))
             if d.effort:
                 tape.call(Builtin.ADD, [self.value(tape, d.effort, place), out.part(k, 1)], [1])
+            self.motor(tape, d, rate, out.part(k, 1))
 
     def closed(self, tape: Tape, moving: list[Moving], place: Place, forces: bool = True) -> list[Closed]:
         """The cut joints, once all bodies' motions are known; what their devices do to the bodies, if ``forces``."""
@@ -159,10 +117,10 @@ class Scene(Tables):
         for b in load.bodies:
             if b != GROUND:
                 self.force_on(tape, b, moving, place)
-        if load.kind == "spring_damper":
+        if load.joins:
             sink = tape.scratch_block(6)
             forces = [moving[b].force if b != GROUND else sink for b in load.bodies]
-            self.call(tape, small.spring("wrench"), on_a=forces[0], on_b=forces[1], **self.ends(load, moving))
+            self.call(tape, joining(load, "wrench"), on_a=forces[0], on_b=forces[1], **ends(self, load, moving))
             return
         m = moving[load.bodies[0]]
         self.call(tape, small.load(load.kind, load.body_frame, "wrench"), out=m.force, **self.applied(tape, load, m, place))
@@ -193,6 +151,7 @@ class Scene(Tables):
         self.device(tape, d, "force", m.q.part(i, 1) if i >= 0 else self.zeros, m.v.part(k, 1), devices)
         if d.effort:
             tape.call(Builtin.ADD, [self.value(tape, d.effort, tape.scratch_block), devices], [1])
+        self.motor(tape, d, m.v.part(k, 1), devices)
         tape.call(Builtin.PRODUCT, [devices, self.one, out], [1, -1])
         if j.friction:
             tape.call(Builtin.PRODUCT, [self.eta(j).part(k, 1), self.one, out], [1, 1])
@@ -230,8 +189,8 @@ class Scene(Tables):
             for _, d, own, rate in self.each_device(j, q, v):
                 self.device(tape, d, "potential", own, rate, potential)
         for load in self.system.loads:
-            if load.kind == "spring_damper":
-                self.call(tape, small.spring("potential"), out=potential, **self.ends(load, moving))
+            if load.joins:
+                self.call(tape, joining(load, "potential"), out=potential, **ends(self, load, moving))
 
     def _spun(self, tape: Tape, j: Joint, m: Moving, kinetic: Block) -> None:
         """Add the kinetic energy of a joint's rotors."""
@@ -243,11 +202,6 @@ class Scene(Tables):
             momentum = tape.scratch_block(1)
             tape.call(Builtin.SCALE, [rate, self.numbers([d.inertia]), momentum], [1])
             tape.call(Builtin.PRODUCT, [half, momentum, kinetic], [1, 1])
-
-    def ends(self, load: Load, moving: list[Moving]) -> dict[str, Block]:
-        """What the parts of a spring-damper between two points are handed."""
-        motions = [self.ground if b == GROUND else moving[b].motion for b in load.bodies]
-        return {"numbers": self.numbers([*load.numbers, *load.points[0], *load.points[1]]), "a": motions[0], "b": motions[1]}
 
     def applied(self, tape: Tape, load: Load, m: Moving, place: Place) -> dict[str, Block]:
         """What the parts of a force or torque are handed."""

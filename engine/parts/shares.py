@@ -52,7 +52,7 @@ class Shares:
     def _sprung(self, tape: Tape, j: Joint, pose: Block, ft: Block, out: Block) -> None:
         f = j.friction
         own = sized(f.contact) if f and CONTACTS[f.contact].count else ()
-        found = [(name, x) for name, x in (f.numbers if f else ()) if name in own]
+        found = [(name, f.number(name)) for name, _ in (f.numbers if f else ()) if f and name in own]
         sizes, leaves, soft = tuple(name for name, _ in found), [x for _, x in found], j.stiffness is not None
         part = closing.sprung(j.kind_name, j.fit, sizes, soft, j.driven)
         if j.name not in self._numbers:

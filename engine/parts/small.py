@@ -1,12 +1,14 @@
-"""Parts of one function each, built from the functions by which whole scenes are compiled: signals, devices along a freedom, loads,
+"""Parts of one function each, built from the functions by which whole scenes are compiled: signals, loads,
 energies, pins, rates of coordinates."""
 
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import casadi as ca
 
+from engine.basics.curves import KNOTS
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import OVERLAP
 from engine.joints import REGISTRY
@@ -16,30 +18,34 @@ from engine.kernel.records import MOTION
 from engine.parts.known import POSE, Numbers, Part
 from engine.parts.local import PartSymbols, a_body
 from engine.parts.one import one
+from engine.recursion import bushings
 from engine.recursion.kinematics import Motion, Step
-from engine.recursion.loads import mass_matrix, spring_line, stop_force, wrenches
+from engine.recursion.loads import mass_matrix, spring_line, wrenches
 from engine.recursion.reactions import overlap, pin_wrench
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, zeros
 from engine.system.external import TIMES
 from engine.system.profiles import MOVES
-from engine.system.structure import Body, Device, Fit, Joint, Load, Signal, Stop
+from engine.system.structure import Body, Fit, Joint, Load, Signal
 
-LEAVES = {"value": 1, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
+LEAVES = {"value": 1, "through": 2 * KNOTS, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
 """Numbers of a signal, by its kind; a table has none."""
 
 
-class _Timed(PartSymbols):
+class Timed(PartSymbols):
     """With the moment of evaluation."""
 
     def __init__(self, numbers: int):
         super().__init__(numbers)
         self.x = SX.sym("x", TIMES)
         self.t, self.ts = self.x[0], self.x[1]
-        self.flags = SX.sym("flags", 2)
+        self.flags, self.u = SX.sym("flags", 2), SX.sym("u")
 
     def stop_flag(self, index: int) -> SX:
         return self.flags[index]
+
+    def given(self, index: int) -> SX:
+        return self.u
 
 
 @cache
@@ -47,38 +53,16 @@ def signal(kind: str, moves: bool) -> Part:
     """numbers, moment → value of a signal; of one that moves a drive its rate and acceleration too."""
     count = Numbers()
     s = Signal(kind, count.some(LEAVES[kind]))
-    sym = _Timed(count.count)
+    sym = Timed(count.count)
     out = ca.vertcat(*Symbols.motion(sym, s)) if moves else Symbols.load(sym, s)
-    return one(f"s_{kind}_{'motion' if moves else 'load'}", {"numbers": sym.p, "x": sym.x}, {"out": out})
-
-
-DEVICE = 7
-"""Numbers of a device: stiffness and rest of its spring, damping, stiffness and damping of its stops, lower and upper end."""
-
-
-@cache
-def device(what: str) -> Part:
-    """numbers (``DEVICE``), flags of the stops (2), coordinate, rate → ``force`` along the freedom, ``power`` of what takes energy
-    and ``potential`` energy; each is added."""
-    sym = _Timed(DEVICE)
-    q, rate = SX.sym("q"), SX.sym("rate")
-    k, rest, damping, stiff, _, lower, upper = ca.vertsplit(sym.p)
-    n = Numbers().some(DEVICE)
-    d = Device(stop=Stop(n[3], n[4], n[5], n[6], (0, 1)))
-    elastic = sum((stiff * sym.flags[i] * (end - q) for i, end in enumerate((lower, upper))), SX(0))
-    pressed = sum((0.5 * stiff * sym.flags[i] * (end - q) ** 2 for i, end in enumerate((lower, upper))), SX(0))
-    out = {
-        "force": -k * (q - rest) - damping * rate + stop_force(sym, d, q, rate),
-        "power": -damping * rate**2 + (stop_force(sym, d, q, rate) - elastic) * rate,
-        "potential": 0.5 * k * (q - rest) ** 2 + pressed,
-    }[what]
-    return one(f"d_{what}", {"numbers": sym.p, "flags": sym.flags, "q": q, "rate": rate}, {"out": out}, ["out"])
+    ins = {"numbers": sym.p, "x": sym.x} | ({"u": sym.u} if kind == "through" else {})
+    return one(f"s_{kind}_{'motion' if moves else 'load'}", ins, {"out": out})
 
 
 @cache
 def load(kind: str, body_frame: bool, what: str) -> Part:
     """Of a force or torque on a body: motion, point (3), value (3) → ``wrench`` (6, added) or ``power`` (added)."""
-    sym, motion = _Timed(3), SX.sym("motion", MOTION)
+    sym, motion = Timed(3), SX.sym("motion", MOTION)
     value = SX.sym("value", 3)
     sym.load = lambda s: value[s.index]  # type: ignore[method-assign]
     given = Load("", kind, (0,), (Numbers().some(3),), body_frame, tuple(Signal("value", (), k) for k in range(3)))
@@ -96,7 +80,7 @@ def spring(what: str) -> Part:
     count = Numbers()
     numbers = count.some(3)
     points = (count.some(3), count.some(3))
-    sym, a, b = _Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
+    sym, a, b = Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
     given, motions = Load("", "spring_damper", (0, 1), points, numbers=numbers), [unpack_motion(ca.vertsplit(m)) for m in (a, b)]
     ins = {"numbers": sym.p, "a": a, "b": b}
     length, rate = spring_line(sym, motions, given)[:2]
@@ -108,6 +92,24 @@ def spring(what: str) -> Part:
         return one("l_spring_wrench", ins, {"on_a": on_a, "on_b": on_b}, ["on_a", "on_b"])
     out = -sym.p[1] * rate**2 if what == "power" else 0.5 * sym.p[0] * (length - sym.p[2]) ** 2
     return one(f"l_spring_{what}", ins, {"out": out}, ["out"])
+
+
+@cache
+def bushing(what: str) -> Part:
+    """Of a bushing: numbers (12, points 3 + 3, frames 9 + 9), two motions → ``wrench`` on both (6 each, added), ``power`` of its
+    damping or ``potential`` energy (added), or its ``state``: offset, turn, force, torque, power (13)."""
+    count = Numbers()
+    numbers, points, frames = count.some(12), (count.some(3), count.some(3)), (count.some(9), count.some(9))
+    sym, a, b = Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
+    given: Any = Load("", "bushing", (0, 1), points, numbers=numbers, frames=frames)  # type: ignore[arg-type]
+    found = bushings.bushing(sym, [unpack_motion(ca.vertsplit(m)) for m in (a, b)], given)
+    ins = {"numbers": sym.p, "a": a, "b": b}
+    if what == "wrench":
+        (_, on_a), (_, on_b) = bushings.wrenches_of(found, given)
+        return one("l_bushing_wrench", ins, {"on_a": on_a, "on_b": on_b}, ["on_a", "on_b"])
+    if what == "state":
+        return one("l_bushing_state", ins, {"out": ca.vertcat(found.offset, found.turn, found.force, found.torque, found.power)})
+    return one(f"l_bushing_{what}", ins, {"out": found.taken if what == "power" else found.potential}, ["out"])
 
 
 @cache
@@ -166,10 +168,10 @@ def along(kind: str, forward: bool, k: int) -> Part:
 
 
 @cache
-def depth(upper: bool) -> Part:
-    """End of a stop (1), coordinate → by how much it is pressed."""
-    end, q = SX.sym("end"), SX.sym("q")
-    return one(f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)})
+def at_least() -> Part:
+    """A value, or what it is not to be below."""
+    value, least = SX.sym("value"), SX.sym("least")
+    return one("s_at_least", {"value": value, "least": least}, {"out": ca.fmax(value, least)})
 
 
 @cache

@@ -230,4 +230,4 @@ class Stepping:
         else:
             self.pin(tape, e, N[e.joint.child], rows)
         part, v = friction.drift(rubbing(e)), self.motion_of(e.joint)[1]
-        self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, e))
+        self.scene.call(tape, part, N=rows, r=v, out=out, **element_places(self.scene, tape, e))

@@ -39,9 +39,10 @@ class _Kept:
 
 
 if TYPE_CHECKING:
-    from engine.parts import body, closing, friction, inverse, small, tangents
+    from engine.parts import body, closing, devices, friction, inverse, small, tangents
 else:
-    body, closing, friction, inverse, small, tangents = map(_Kept, ("body", "closing", "friction", "inverse", "small", "tangents"))
+    MODULES = "body", "closing", "devices", "friction", "inverse", "small", "tangents"
+    body, closing, devices, friction, inverse, small, tangents = map(_Kept, MODULES)
 
 
 def part(module: str, name: str, *arguments: Hashable) -> Part:

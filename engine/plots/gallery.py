@@ -50,6 +50,18 @@ CHOICES: dict[str, Choice] = {
         ),
         aside=(30.0, 20.0),
     ),
+    "caught_carriage": Choice(
+        2.0,
+        "Up at the speed of the motor, down on the hook, where it bounces; each bounce shakes the frame on its mount",
+        (
+            Plot("Carriage on its rail", "travel", ("rail.q[1]",)),
+            Plot("Forces on the carriage along its rail", "force", ("rail.motor.effort[1]", "rail.latch.effort[1]")),
+            Plot("Mount, along the rail", "length", ("mount.offset[1]",)),
+        ),
+        until=2.5,
+        every=0.002,
+        aside=(20.0, 15.0),
+    ),
     "cart_pole": Choice(
         0.35,
         "The mass falls freely; as the pole passes the vertical the cart whips past under it",

@@ -62,7 +62,7 @@ def rails(result: Result, scene: Scenery) -> list[tuple[int, np.ndarray, np.ndar
     out = []
     for j in scene.joints:
         column = f"{j.name}.q[1]"
-        along = REGISTRY[j.type].slides_along
+        along = REGISTRY[j.type].slides_along if j.type in REGISTRY else -1
         if along < 0 or column not in result:
             continue
         q = result[column]

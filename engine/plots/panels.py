@@ -78,14 +78,20 @@ def _listed(names: Sequence[str]) -> str:
 
 def _devices(result: Result) -> Iterator[Panel]:
     """Efforts of what acts along freedoms, forces and lengths of springs between points."""
-    words = ("drive.effort", "effort", "spring.effort", "damper.effort", "stop.effort")
+    words = ("drive.effort", "effort", "motor.effort", "spring.effort", "damper.effort", "stop.effort", "latch.effort")
     efforts = [n for w in words for j in result.scene.joints for n in result.matching(f"{j}.{w}[*]")]
     springs = [n for n, f in result.scene.forces.items() if f"{n}.length" in result]
+    held = [n for n, f in result.scene.forces.items() if f.type == "bushing"]
+    around, pushed, away, turned = (
+        [c for n in held for c in result.matching(f"{n}.{w}[*]")] for w in ("torque", "force", "offset", "turn")
+    )
     torques = [n for n in efforts if result.units[n] == "N*m"]
-    forces = [*(n for n in efforts if result.units[n] == "N"), *(f"{n}.force" for n in springs)]
-    yield from _panel(result, "Torques along the joints' freedoms", "torque", torques)
+    forces = [*(n for n in efforts if result.units[n] == "N"), *(f"{n}.force" for n in springs), *pushed]
+    yield from _panel(result, "Torques along the joints' freedoms", "torque", [*torques, *around])
     yield from _panel(result, "Forces along the joints' freedoms and of springs", "force", forces)
     yield from _panel(result, "Lengths of springs", "length", [f"{n}.length" for n in springs])
+    yield from _panel(result, "Offsets of bushings", "length", away)
+    yield from _panel(result, "Turns of bushings", "angle", turned)
 
 
 def frictional(result: Result) -> list[str]:

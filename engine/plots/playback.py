@@ -129,17 +129,21 @@ def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -
     }  # fmt: skip
 
 
+SHOWN = ("q[*]", "offset[*]", "turn[*]", "friction.torque[*]", "friction.force", "contact[*].normal_force", "contact[*].angle")
+"""Columns of a joint or bushing whose values are shown beside it."""
+
+
 def _values(j: JointMark, result: Result, channels: _Channels) -> list[dict[str, Any]]:
     """Coordinates, friction and contacts of a joint, in degrees where they are angles."""
     names = [
         n
-        for p in ("q[*]", "friction.torque[*]", "friction.force", "contact[*].normal_force", "contact[*].angle")
+        for p in SHOWN
         for n in result.matching(f"{j.name}.{p}")
     ]
     names = [n for n in names if result.units[n] != "1"]
     out = []
     quaternion = [f"{j.name}.q[{k}]" for k in (1, 2, 3, 4)]
-    if REGISTRY[j.type].quaternion == 0 and all(n in result for n in quaternion):
+    if j.type in REGISTRY and REGISTRY[j.type].quaternion == 0 and all(n in result for n in quaternion):
         turn = rotation_vector(np.column_stack([result[n] for n in quaternion]))
         first = channels.add(*turn.T)
         out = [{"label": f"angle e{k + 1}", "unit": "°", "factor": 180 / np.pi, "channel": first + k} for k in range(3)]

@@ -24,8 +24,11 @@ from engine.scene.refs import GROUND, body_of, point_of
 from engine.scene.surfaces import unpacked
 from engine.scene.touching import sizes_given, touching
 from engine.system.frames import frame, matrix
+from engine.system.loads import as_joint
 
 ON_GROUND = -1
+RUBBER = 0.05
+"""Radius of a bushing as drawn, as a part of the mechanism's length."""
 STOUT = 12.0
 """A pin that is a symbol is drawn as for a mechanism so many times larger than the bodies it joins are thick, at most."""
 
@@ -42,7 +45,7 @@ class Part:
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, inboard first. side: 0 when the
+    """A joint or bushing: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, inboard first. side: 0 when the
     inboard part carries the pin, 1 when the outboard one does. pins: (part, mesh in that part's axes)."""
 
     name: str
@@ -77,6 +80,7 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
     rims = [[w.mesh for w in rolling if w.body == name] for name in scene.bodies]
     parts = tuple(_part(scene, name, i, size, rims[i], grain) for i, name in enumerate(scene.bodies))
     marks = [_joint(scene, name, j, index, size, grain) for name, j in scene.joints.items()]
+    marks += [_bushing(scene, name, f, index, size, grain) for name, f in scene.forces.items() if isinstance(f, sm.Bushing)]
     fixed = {m.name: tuple((ON_GROUND, w.mesh) for w in rolling if w.body == GROUND and w.pair == m.name) for m in marks}
     joints = tuple(replace(m, pins=m.pins + fixed[m.name]) for m in marks)
     g = np.array(scene.gravity, float)
@@ -176,6 +180,14 @@ def _joint(scene: sm.Scene, name: str, j: sm.Joint, index: dict[str, int], size:
     bare = JointMark(name, j.type, parts, points, frames, int(j.pin == "outboard"))
     pins = tuple(_pins(bare, j, _symbol(scene, (a.body, b.body), size), grain))
     return replace(bare, pins=pins, contacts=tuple(_contacts(bare, j)))
+
+
+def _bushing(scene: sm.Scene, name: str, f: sm.Bushing, index: dict[str, int], size: float, grain: Grain) -> JointMark:
+    """A bushing as a sleeve of rubber on its first part, along e1."""
+    free = _joint(scene, name, as_joint(f), index, size, grain)
+    thick = RUBBER * _symbol(scene, (body_of(f.between[0]), body_of(f.between[1])), size)
+    sleeve = meshes.placed(meshes.cylinder(thick, 2 * thick, 0, grain), free.frames[0], free.points[0])
+    return replace(free, type=f.type, pins=((free.parts[0], sleeve),))
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:

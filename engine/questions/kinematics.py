@@ -20,7 +20,7 @@ from engine.system.build import build
 
 MOTION = (
     "*.q[*]", "*.qd[*]", "*.qdd[*]", "*.position[*]", "*.velocity[*]", "*.acceleration[*]", "*.orientation[*]",
-    "*.angular_velocity[*]", "*.length",
+    "*.angular_velocity[*]", "*.length", "*.offset[*]", "*.turn[*]",
 )  # fmt: skip
 """Columns that do not depend on masses."""
 
@@ -42,12 +42,16 @@ def kinematics(
 def prescribed(scene: sm.Scene) -> sm.Scene:
     """The scene without all that is no motion; SceneError where its drives leave a freedom open."""
     joints = {
-        n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, stops=None, effort=None, wear=None)
+        n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, stops=None, effort=None,
+                   motor=None, latch=None, wear=None)
         for n, j in scene.joints.items()
     }
-    forces: dict[str, sm.Applied] = {
-        n: replace(f, stiffness=0.0, damping=0.0) for n, f in scene.forces.items() if isinstance(f, sm.SpringDamper)
-    }
+    forces: dict[str, sm.Applied] = {}
+    for n, f in scene.forces.items():
+        if isinstance(f, sm.SpringDamper):
+            forces[n] = replace(f, stiffness=0.0, damping=0.0)
+        elif isinstance(f, sm.Bushing):
+            forces[n] = replace(f, stiffness=0.0, damping=0.0, turning_stiffness=0.0, turning_damping=0.0)
     bare = replace(scene, joints=joints, gravity=(0.0, 0.0, 0.0), forces=forces, outputs=("*",))
     still = Still(bare)
     left = still.allowed()

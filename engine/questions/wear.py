@@ -120,7 +120,7 @@ def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float 
     forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]
     rubbed = np.column_stack([f * speeds[p] for f, p in zip(forces, pairs, strict=True)])
     grown = integral(r.time, np.column_stack([rubbed, *speeds]), pieces)
-    mu = float(j.friction.mu) if j.friction is not None and j.friction.mu is not None else math.nan
+    mu = j.friction.mu if isinstance(j.friction.mu, float) else math.nan
     out = []
     for i in range(element.count):
         place = places[i] if i < len(places) else Place("pin", 0, 0.0, 0.0)

@@ -21,7 +21,7 @@ from engine.recursion.reduction import Model
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, zeros
 from engine.system.elements import Element, elements
-from engine.system.structure import GROUND, Joint
+from engine.system.structure import GROUND, Joint, Signal
 
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
@@ -74,10 +74,9 @@ def _ground(m: Model) -> SX:
 
 def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
     """The law at each sliding pair of an element. ``states``: states of all laws, when others than the symbols' are to be used."""
-    numbers = {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
     law, b = LAWS[e.friction.law], sym.b if states is None else states
     index = {eta: i for i, eta in enumerate(sym.system.bristles)}
-    return [law(numbers, sym.mode(s.flag), [b[index[i]] for i in s.eta if i in index]) for s in e.friction.sliders]
+    return [law(numbers(sym, e), sym.mode(s.flag), [b[index[i]] for i in s.eta if i in index]) for s in e.friction.sliders]
 
 
 def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
@@ -99,8 +98,12 @@ def by_loads(values: SX, e: Element, N: SX) -> SX:
 
 
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
-    """The numbers of an element (sizes and those of its law) by name, as expressions."""
-    return {name: sym.leaf(leaf) for name, leaf in e.friction.numbers}
+    """The numbers of an element (sizes and those of its law) by name, as expressions. Those that follow time or an input are
+    never negative, nor is the coefficient of rest then below that of sliding."""
+    out = {n: ca.fmax(sym.load(x), 0) if isinstance(x, Signal) else sym.leaf(x) for n, x in e.friction.numbers}
+    if e.friction.varies and "mu_static" in out:
+        out["mu_static"] = ca.fmax(out["mu_static"], out["mu"])
+    return out
 
 
 def wrench(e: Element, values: SX) -> Wrench:

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from engine.recursion import latches
+from engine.recursion.bushings import bushing, wrenches_of
 from engine.recursion.kinematics import Motion, Step, point_motion
 from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross, rotate_inertia, skew, vector, zeros
-from engine.system.structure import GROUND, Body, Device, Joint, Load, System
+from engine.system.structure import GROUND, Body, Device, Joint, Load, Motor, System
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
@@ -60,7 +62,7 @@ def ground_acceleration(sym: Symbols) -> SX:
 
 
 def applied(sym: Symbols, motions: Motions) -> list[SX]:
-    """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers."""
+    """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers, bushings."""
     out = [zeros(6) for _ in sym.system.bodies]
     for load in sym.system.loads:
         for body, wrench in wrenches(sym, motions, load):
@@ -72,6 +74,8 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     """What one load does: the bodies it acts on, each with the wrench at its reference origin (6×1). The ground is left out."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
+    if load.kind == "bushing":
+        return wrenches_of(bushing(sym, motions, load), load)
     body = load.bodies[0]
     value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
     if load.body_frame:
@@ -109,8 +113,8 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
-    """Force on the outboard part along one freedom, of its spring, damper, stops and effort. What a drive takes is not known here:
-    it is a reaction."""
+    """Force on the outboard part along one freedom, of its spring, damper, stops, latch, effort and motor. What a drive takes is
+    not known here: it is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -118,9 +122,18 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
         out = out - sym.leaf(d.damping) * rate
     if d.effort is not None:
         out = out + sym.load(d.effort)
+    if d.motor is not None:
+        out = out + motor_force(sym, d.motor, sym.load(d.motor.signal), rate)
     if d.stop is not None and q is not None:
         out = out + stop_force(sym, d, q, rate)
+    if d.latch is not None and q is not None:
+        out = out + latches.force(sym, d.latch, sym.latch_flags(d.latch), q, rate)
     return out
+
+
+def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
+    """Effort of a motor: on the line through stall and no-load, which its signal shifts: stall (signal − rate/no_load)."""
+    return sym.leaf(m.stall) * (signal - rate / sym.leaf(m.no_load))
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:

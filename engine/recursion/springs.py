@@ -22,7 +22,7 @@ from engine.recursion.symbols import Symbols
 from engine.recursion.vectors import SX, cross
 from engine.system.elements import Element
 from engine.system.loops import NO_SIZE, USUAL, contact_of
-from engine.system.structure import GROUND, Body, Joint
+from engine.system.structure import GROUND, Body, Joint, Signal
 
 PART = 0.1
 """Half length of the contacts of a joint without friction, of the radius of gyration of its parts."""
@@ -77,7 +77,7 @@ def rubbed(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Ma
 
 def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
     """A joint's own sizes, or those of one without friction."""
-    own = {name: sym.leaf(leaf) for name, leaf in j.friction.numbers} if j.friction else {}
+    own = {n: sym.leaf(x) for n, x in j.friction.numbers if not isinstance(x, Signal)} if j.friction else {}
     if all(label in own for s in element.sizes if s.needed and s.bears and not s.ends for label in s.labels):
         return own
     return {label: arm for s in element.sizes for label in s.labels}

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from engine.basics.curves import KNOTS, monotone
 from engine.recursion.vectors import SX, vector
 from engine.system.external import INSIDE, MODE, NOW
 from engine.system.leaves import Leaf, Leaves, Param
 from engine.system.profiles import MOVES, PROFILES, derivative
-from engine.system.structure import Joint, Signal, System, state_coordinates
+from engine.system.structure import Joint, Latch, Signal, System, state_coordinates
 
 
 class Symbols:
@@ -54,6 +55,10 @@ class Symbols:
         """Flag of a stop: 1 while it is engaged."""
         return self.x[self.at.stop(index)]
 
+    def latch_flags(self, latch: Latch) -> tuple[SX, SX]:
+        """Flags of a latch: 1 while its hook is down, 1 while that is pressed."""
+        return self.stop_flag(self.system.hook(latch.hook)), self.stop_flag(latch.pressed)
+
     def mode(self, slider: int) -> list[SX]:
         """Mode of a sliding pair: state flag, frozen direction (3), given tilt (see ``friction.base``)."""
         k = self.at.mode(slider)
@@ -67,8 +72,15 @@ class Symbols:
             return self.x[self.at.table(s.index)]
         if s.kind == "harmonic":
             return self._harmonic(s)[0]
+        if s.kind == "through":
+            at, value = (self.leaves(x) for x in (s.leaves[:KNOTS], s.leaves[KNOTS:]))
+            return monotone(self.given(s.index), ca.vertsplit(at), ca.vertsplit(value))
         start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
         return start + (end - start) * self._progress(begin, duration)
+
+    def given(self, index: int) -> SX:
+        """Value of a table or input now."""
+        return self.x[self.at.table(index)]
 
     def motion(self, s: Signal) -> tuple[SX, SX, SX]:
         """Position, rate and acceleration that a drive prescribes at t."""

@@ -86,6 +86,12 @@ static double tr_violation(tr_sim *s, int i, const double *depth) {
 /* Pairs and stops, in this order, are numbered as what may end. */
 static inline int tr_watched(const tr_sim *s) { return s->k->nsliders + s->k->nstops; }
 
+/* What happens where a stop or the hook of a latch is reached (`pressed`) or left. */
+static int tr_stop_event(const tr_sim *s, int stop, int pressed) {
+  if (tr_is_hook(s, stop)) return pressed ? TR_EV_LATCH : TR_EV_UNLATCH;
+  return pressed ? TR_EV_STOP_ON : TR_EV_STOP_OFF;
+}
+
 /* How deep each stop is pressed at y, m or rad. */
 static void tr_depths(tr_sim *s, const double *y, double *depth) {
   if (s->k->nstops) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, depth);

@@ -71,6 +71,9 @@ static inline tr_signal *tr_signal_of(const tr_sim *s, int table) { return (tr_s
 static inline double *tr_stop_flag(const tr_sim *s, int stop) { return (double *)tr_signal_of(s, s->k->ntables) + stop; }
 static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr_stop_flag(s, s->k->nstops) + i; }
 
+/* Whether a stop is the hook of a latch: what it does at its end is another event. */
+static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->nstops - s->k->nlatches; }
+
 static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) == TR_STOP_PRESSED; }
 static inline int tr_flag(const tr_mode *m) { return (int)m->flag; }
 /* Not stuck, or (a law with a kink) saturated. */

@@ -90,7 +90,7 @@ static void tr_moreau_stops(tr_sim *s, double t, const double *y) {
   for (int i = 0; i < s->k->nstops; ++i) {
     if (tr_pressed(s, i) == (depth[i] > 0.0)) continue;
     *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
-    tr_log(s, t, depth[i] > 0.0 ? TR_EV_STOP_ON : TR_EV_STOP_OFF, i, 0, 0, 0);
+    tr_log(s, t, tr_stop_event(s, i, depth[i] > 0.0), i, 0, 0, 0);
     s->stats.events++;
   }
 }

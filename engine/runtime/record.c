@@ -18,7 +18,7 @@ static void tr_log(tr_sim *s, double t, int kind, int index, const tr_contact *b
   e->time = t, e->kind = kind, e->index = index, e->contacts = n;
   e->margin = tr_method_of(s)->kind == TR_IMPULSES ? NAN : s->events.margin;
   e->marginal = last->marginal = e->margin == e->margin && s->events.unsure;
-  const int stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
+  const int stop = TR_IS_OF_STOP(kind);
   last->time = t, last->kind = kind, last->element = stop ? 0.0 : 1.0 + tr_pair_of(s, index)->element;
   for (int i = 0; i < n && i < TR_EVENT_CONTACTS; ++i) {
     tr_turn *turned = e->turned + i;
@@ -137,6 +137,13 @@ static void tr_log_fold(tr_sim *s, int i, double t, const double *y, const tr_br
   }
 }
 
+/* Potential energy at y, J, where the audit asks for it. */
+static double tr_stored(const tr_sim *s, const double *y) {
+  double both[2] = {0.0, 0.0};
+  if (s->k->energy && s->k->nlatches) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, both);
+  return both[1];
+}
+
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
 static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
@@ -147,8 +154,13 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   s->stats.events++;
   if (which >= k->nsliders) {
     int stop = which - k->nsliders, pressed = !tr_pressed(s, stop);
+    const double before = tr_stored(s, y);
     *tr_stop_flag(s, stop) = pressed ? TR_STOP_PRESSED : TR_STOP_OPEN;
-    tr_log(s, t, pressed ? TR_EV_STOP_ON : TR_EV_STOP_OFF, stop, 0, 0, 0);
+    if (tr_is_hook(s, stop) && !pressed) { /* what it was pressed in by goes with it */
+      const double lost = before - tr_stored(s, y);
+      s->audit.begin -= lost, s->audit.energy0 -= lost;
+    }
+    tr_log(s, t, tr_stop_event(s, stop, pressed), stop, 0, 0, 0);
     return;
   }
   tr_mode *m = tr_mode_of(s, which);

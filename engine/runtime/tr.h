@@ -8,6 +8,9 @@
 #define TR_H
 #include "tr_abi.h"
 
+/* Whether events of a kind are of stops and latches, not of sliding pairs. */
+#define TR_IS_OF_STOP(kind) ((kind) == TR_EV_STOP_ON || (kind) == TR_EV_STOP_OFF || (kind) == TR_EV_LATCH || (kind) == TR_EV_UNLATCH)
+
 /* Where the run is and what it writes. */
 typedef struct tr_clock {
   double t;                /* time of the state in `y`, s */

@@ -7,6 +7,8 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from engine.basics.numbers import Bound, Order
+from engine.contact import sizes
+from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY, JointKind
 from engine.scene.dimensions import unit_of as unit_text
 from engine.scene.finding import Path
@@ -16,6 +18,8 @@ from engine.scene.quantities import Quantity
 from engine.scene.typed import bound_at, shape, unit_at
 
 PLAIN = "1"
+RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in group.items()}
+"""The numbers of laws and contact elements."""
 
 
 def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
@@ -47,6 +51,8 @@ def unit_of(scene: Scene, path: Path) -> str:
     if path[0] == "joints":
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
+        if "at" in path:
+            return PLAIN  # a value of an input
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
     if path[0] == "parameters":
         given = scene.parameters[str(path[1])]
@@ -70,20 +76,25 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     field, rest = path[0], path[1:]
     if field == "start":
         return _start_unit(kind, rest)
-    if field not in ("spring", "damping", "rotor_inertia", "stops", "drive", "effort"):
+    if field == "friction":
+        return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
+    if field not in ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor", "latch"):
         return PLAIN  # the components of a direction have no unit
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
     if field == "drive":
         return _drive_unit(keys, coordinate)
+    if (field, *keys[:1]) in (("motor", "signal"), ("latch", "release")):
+        return _load_unit(keys, PLAIN) if "end_rates" not in keys else "1/s"
     if field == "effort":
-        return _load_unit(keys, effort)
+        return _load_unit(keys, effort) if "at" not in keys else PLAIN
     if field == "rotor_inertia":
         return "kg" if slides(kind, k) else "kg*m^2"
     if field == "damping":
         return f"{effort}*s/{coordinate}"
-    return {"stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
+    of_motor = {"holds": effort, "stall": effort, "no_load": f"{coordinate}/s"}
+    return {**of_motor, "stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
 
 
 def _mimic_unit(scene: Scene, name: str, key: str) -> str:

@@ -13,7 +13,7 @@ from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
-from engine.scene.signals import Drive, FromInput, Load, Signal, load_or
+from engine.scene.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
 from engine.scene.tying import Mimic, Profile
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
@@ -148,8 +148,7 @@ SideOf = Annotated[
     either('"body", "body.point" or a group with body, point, axis, reference'),
 ]
 Springs = Annotated[
-    Annotated[Spring, GROUP] | Annotated[tuple[Spring | None, ...], LIST],
-    either("a spring, or a list with one entry a freedom"),
+    Annotated[Spring, GROUP] | Annotated[tuple[Spring | None, ...], LIST], either("a spring, or a list with one entry a freedom")
 ]
 Resisting = Annotated[float, AnyUnit(bound=Bound(0.0, advice="it opposes the motion by itself"))]
 Dampings = Annotated[
@@ -169,6 +168,14 @@ Drives = Annotated[
     Annotated[Drive, GROUP] | Annotated[tuple[Drive | None, ...], LIST],
     either("a drive, or a list with one entry a freedom"),
 ]
+Motors = Annotated[
+    Annotated[Motor, GROUP] | Annotated[tuple[Motor | None, ...], LIST],
+    either("a motor, or a list with one entry a freedom"),
+]
+Latches = Annotated[
+    Annotated[Latch, GROUP] | Annotated[tuple[Latch | None, ...], LIST],
+    either("a latch, or a list with one entry a freedom"),
+]
 Count = Annotated[float, Per("1", POSITIVE)]
 Efforts = Annotated[
     Annotated[Number, SCALAR]
@@ -185,8 +192,8 @@ class Joint:
 
     ``axis``/``reference`` are used for both sides where a side gives none of its own. Travels and angles are those of
     the outboard part as seen from the inboard one; at q = 0 the frames of both sides coincide. Lists ``spring``,
-    ``damping``, ``rotor_inertia``, ``stops``, ``drive``, ``effort`` have one entry a freedom (rate); a single entry stands
-    for the only freedom of a one-freedom joint.
+    ``damping``, ``rotor_inertia``, ``stops``, ``drive``, ``effort``, ``motor`` have one entry a freedom (rate); a single entry
+    stands for the only freedom of a one-freedom joint.
     """
 
     type: JointType
@@ -239,10 +246,14 @@ class Joint:
     the ratio. All turns of a free or spherical joint have the same; a joint that has one is never cut."""
     stops: StopsOf | None = None
     """End stops of the freedoms."""
+    latch: Latches | None = None
+    """Latches of the freedoms."""
     drive: Drives | None = None
     """Prescribed motion of the freedoms."""
     effort: Efforts | None = None
     """Force or torque along the freedoms, on the outboard part."""
+    motor: Motors | None = None
+    """Motors along the freedoms, by their line of torque over speed."""
     cut: Annotated[bool, Strict()] | None = None
     """Whether a closed loop is opened at this joint: true, it is; false, it is not; left out, where it is best."""
     at: PointOf | None = None

@@ -1,8 +1,8 @@
-"""Forces, torques and springs applied to bodies, and external inputs."""
+"""Forces, torques, springs and bushings applied to bodies, and external inputs."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from engine.basics.numbers import NOT_NEGATIVE, POSITIVE
 from engine.scene.quantities import Damping, Number, Per, Stiffness
 from engine.scene.signals import LoadVector
-from engine.scene.values import STRICT
+from engine.scene.values import LIST, SCALAR, STRICT, Direction, either
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -57,7 +57,46 @@ class SpringDamper:
     """Length at which it is relaxed."""
 
 
-APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper}
+def _three(unit: str, wanted: str) -> Any:
+    one = Annotated[float, Per(unit, NOT_NEGATIVE)]
+    three: Any = tuple.__class_getitem__((one,) * 3)
+    return Annotated[Annotated[one, SCALAR] | Annotated[three, LIST], either(f"{wanted}, or a list of three along e1, e2, e3")]
+
+
+if TYPE_CHECKING:
+    Along: TypeAlias = float | tuple[float, float, float]
+    TurningAlong: TypeAlias = Along
+    DampedAlong: TypeAlias = Along
+    SlowedAlong: TypeAlias = Along
+else:
+    Along, TurningAlong = _three("N/m", "a stiffness"), _three("N*m/rad", "a rotational stiffness")
+    DampedAlong, SlowedAlong = _three("N*s/m", "a damping"), _three("N*m*s/rad", "a rotational damping")
+
+
+@dataclass(frozen=True, config=STRICT)
+class Bushing:
+    """A rubber bush: it holds two parts at a point in all six directions, by stiffness and damping along axes of the first part.
+    Relaxed where the points and the axes of both parts coincide."""
+
+    type: Literal["bushing"]
+    """Kind of load: a bushing."""
+    between: tuple[str, str]
+    """The two parts: "body.point", or "body" for its frame origin; between placed bodies, as the sides of a joint."""
+    axis: Direction | None = None
+    """e1, in both bodies' frames; between placed bodies, in the world. Left out: x, y, z."""
+    reference: Direction | None = None
+    """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
+    stiffness: Along = 0.0
+    """Force per offset along e1, e2, e3."""
+    damping: DampedAlong = 0.0
+    """Force per rate of offset."""
+    turning_stiffness: TurningAlong = 0.0
+    """Torque per angle about e1, e2, e3: about one axis k sin q."""
+    turning_damping: SlowedAlong = 0.0
+    """Torque per angular velocity."""
+
+
+APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing}
 
 
 def _kind(value: Any) -> str:
@@ -68,8 +107,9 @@ def _kind(value: Any) -> str:
 Applied = Annotated[
     Annotated[Force, Tag("·force")]
     | Annotated[Torque, Tag("·torque")]
-    | Annotated[SpringDamper, Tag("·spring_damper")],
-    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message="type: force, torque or spring_damper"),
+    | Annotated[SpringDamper, Tag("·spring_damper")]
+    | Annotated[Bushing, Tag("·bushing")],
+    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message="type: force, torque, spring_damper or bushing"),
 ]
 
 

@@ -30,7 +30,8 @@ class Usual:
 
 
 USUAL = (
-    Usual(("joints.*.start.q*", "joints.*.stops*", "joints.*.spring*.rest", "joints.*.drive*.start", "joints.*.drive*.origin",
+    Usual(("joints.*.start.q*", "joints.*.stops*", "joints.*.spring*.rest", "joints.*.latch*.at",
+           "joints.*.drive*.start", "joints.*.drive*.origin",
            "joints.*.drive*.phase", "joints.*.drive*.amplitude"), "rad", 0.0, 2 * math.pi,
           "an angle of more than one turn", "deg"),
     Usual(("bodies.*.box*", "bodies.*.cylinder.*", "bodies.*.sphere", "bodies.*.points*", "bodies.*.center*"), "m", 1e-6, 100.0,

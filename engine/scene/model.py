@@ -30,9 +30,24 @@ from engine.scene.jointed import (
     Stops,
     Wear,
 )
-from engine.scene.loads import Applied, Force, Input, SpringDamper, Torque
+from engine.scene.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
 from engine.scene.quantities import Acceleration, Duration, Number, Per
-from engine.scene.signals import Constant, Drive, FromInput, Harmonic, Load, LoadVector, Move, Ramp, Signal, Table
+from engine.scene.signals import (
+    BySpeed,
+    Constant,
+    Drive,
+    FromInput,
+    Harmonic,
+    InputCurve,
+    Latch,
+    Load,
+    LoadVector,
+    Motor,
+    Move,
+    Ramp,
+    Signal,
+    Table,
+)
 from engine.scene.values import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
 
 if TYPE_CHECKING:
@@ -114,8 +129,8 @@ class Scene:
 
 
 __all__ = [
-    "Applied", "AxisAngle", "AxisName", "Body", "Constant", "Coordinates", "Cylinder", "Direction", "Drive", "Force", "Friction",
-    "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "Joint", "JointType", "Load", "LoadVector", "Move", "Position",
-    "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn",
-    "Vector", "Wear",
+    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "Direction",
+    "Drive", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve", "Joint",
+    "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation",
+    "Spring", "SpringDamper", "Start", "Stops", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

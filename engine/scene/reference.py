@@ -17,9 +17,10 @@ EXAMPLES = FilePath(__file__).with_name("examples.yaml")
 LONGEST = 60
 """Characters of an example, at most; what is longer is shown as a group."""
 ORDER = (
-    "Body", "Cylinder", "Turn", "Ground", "Joint", "Side", "Friction", "FrictionDefaults", "Start", "AxisAngle", "Spring", "Stops",
-    "Drive", "Signal", "Constant", "Ramp", "Harmonic", "Table", "FromInput", "Force", "Torque", "SpringDamper", "Input",
-    "Simulation", "Assembly", "Part", "Copies", "Mirror", "Rotate", "Line",
+    "Body", "Cylinder", "Turn", "Ground", "Joint", "Side", "Friction", "FrictionDefaults", "Start", "AxisAngle", "Spring",
+    "Stops", "Latch", "Drive", "Motor", "Signal", "Constant", "Ramp", "Harmonic", "Table", "FromInput", "InputCurve",
+    "BySpeed", "Force", "Torque", "SpringDamper", "Bushing", "Input", "Simulation", "Assembly", "Part", "Copies", "Mirror",
+    "Rotate", "Line",
 )  # fmt: skip
 """Groups in the order in which a reader needs them; others follow by name."""
 HEAD = """\

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from engine.scene.finding import Path
-from engine.scene.model import Direction, Force, Joint, Scene, Side, SpringDamper, Torque
+from engine.scene.model import Bushing, Direction, Force, Joint, Scene, Side, SpringDamper, Torque
 
 GROUND = "ground"
 
@@ -63,7 +63,7 @@ def references(scene: Scene) -> Iterator[Reference]:
         at: Path = ("forces", name)
         if isinstance(f, Force | Torque):
             yield Reference((*at, "on"), *split(f.on), "load")
-        elif isinstance(f, SpringDamper):
+        elif isinstance(f, SpringDamper | Bushing):
             for i, end in enumerate(f.between):
                 yield Reference((*at, "between", i), *split(end), "end")
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
+from pydantic import Tag
+
 from engine.basics.numbers import Number
 from engine.contact import GIVEN, element_of, sizes
 from engine.friction import REGISTRY as LAWS
@@ -12,6 +14,7 @@ from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY as JOINTS
 from engine.scene.dimensions import QUANTITIES
 from engine.scene.quantities import Per
+from engine.scene.signals import BySpeed, FromInput, Signal, load_or
 from engine.scene.values import LIST, SCALAR, either
 
 if TYPE_CHECKING:
@@ -28,11 +31,21 @@ def annotation(number: Number, count: int) -> Any:
     """The type of a number's field: SI or text with a unit; also a list, where the number may stand for ``count`` of them."""
     if number.unit not in QUANTITIES:
         raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
-    one = Annotated[float, Per(number.unit, number.bound)]
+    one: Any = Annotated[float, Per(number.unit, number.bound)]
+    name = QUANTITIES[number.unit][0]
+    if number.varies:
+        forms: Any = Annotated[one, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")]
+        words = f"{name}, an input or a signal (ramp, harmonic, table)"
+        if number.by_speed:
+            forms, words = forms | Annotated[BySpeed, Tag("·speed")], f"{words}, or speed and value"
+        if count > 1:
+            several: Any = tuple.__class_getitem__((Annotated[forms, load_or(words)],) * count)
+            forms, words = forms | Annotated[several, LIST], f"{words} (some joints: or a list of {count})"
+        return Annotated[forms, load_or(words)]
     if count == 1:
         return one
-    several: Any = tuple.__class_getitem__((one,) * count)
-    wanted = f"{QUANTITIES[number.unit][0]} (some joints: or a list of {count})"
+    several = tuple.__class_getitem__((one,) * count)
+    wanted = f"{name} (some joints: or a list of {count})"
     return Annotated[Annotated[one, SCALAR] | Annotated[several, LIST], either(wanted)]
 
 

@@ -1,4 +1,5 @@
-"""Functions of time in a scene: given as data (constant, ramp, harmonic, table, external input), never as code."""
+"""Functions of time in a scene: given as data (constant, ramp, harmonic, table, external input), never as code;
+and devices that follow them."""
 
 from __future__ import annotations
 
@@ -7,8 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
-from engine.basics.numbers import Bound
-from engine.scene.quantities import Angle, Duration, Number, Per, Time
+from engine.basics.numbers import POSITIVE, Bound
+from engine.scene.quantities import Angle, AnyUnit, Duration, NotNegative, Number, Per, Positive, Time
 from engine.scene.values import SCALAR, STRICT
 
 
@@ -91,11 +92,34 @@ class Table:
 
 
 @dataclass(frozen=True, config=STRICT)
+class InputCurve:
+    """What an input is made into: a smooth curve through values, which rises and falls only where they do, level beyond them."""
+
+    at: tuple[Number, ...]
+    """Increasing values of the input, in its SI unit, two to twelve."""
+    value: tuple[Number, ...]
+    """One value for each."""
+
+
+@dataclass(frozen=True, config=STRICT)
 class FromInput:
-    """A load that is the scene's named external input."""
+    """A number that is the scene's named external input, or follows from it."""
 
     input: str
     """Name of the input."""
+    curve: InputCurve | None = None
+    """What the input is made into, such as a temperature into a coefficient of friction."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class BySpeed:
+    """A coefficient of friction by the sliding speed, as measured: a smooth curve, which rises and falls only where the values do,
+    level beyond the last."""
+
+    speed: tuple[Annotated[float, Per("m/s", Bound(0.0))], ...]
+    """Increasing sliding speeds, of which the first is 0 (there the coefficient is that of rest), two to twelve."""
+    value: tuple[Annotated[float, Per("1", Bound(0.0))], ...]
+    """One coefficient for each."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -131,6 +155,8 @@ class Signal:
 def _load_form(value: Any) -> str:
     if isinstance(value, FromInput) or (isinstance(value, dict) and "input" in value):
         return "·input"
+    if isinstance(value, BySpeed) or (isinstance(value, dict) and "speed" in value):
+        return "·speed"
     if isinstance(value, dict | Signal):
         return "·signal"
     return "·list" if isinstance(value, list | tuple) else SCALAR.tag
@@ -148,3 +174,33 @@ Load = Annotated[
 ]
 """A load: a constant, an external input, or a function of time."""
 LoadVector = tuple[Load, Load, Load]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Motor:
+    """A motor by its line of torque over speed: stall (signal − rate/no_load), a force where the freedom slides."""
+
+    stall: Annotated[float, AnyUnit(bound=POSITIVE)]
+    """Torque or force at rest, at a signal of 1."""
+    no_load: Annotated[float, AnyUnit(bound=POSITIVE)]
+    """Rate at which it gives none, at a signal of 1."""
+    signal: Load = 1.0
+    """Part of its full voltage, from -1 to 1: a number, an input or a signal; at 0 its terminals are shorted, and it brakes."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Latch:
+    """A hook that falls behind what has passed it, and does not let it back: no force as it falls, then that of a stop."""
+
+    at: Number
+    """Coordinate at which it falls, and below (or above) which it does not let back."""
+    stiffness: Positive
+    """N/m, or N*m/rad."""
+    keeps: Literal["above", "below"] = "above"
+    """On which side it keeps what it has caught."""
+    damping: NotNegative = 0.0
+    """s/m, or s/rad."""
+    release: Load = 0.0
+    """Lifted while this is above 0.5: an input or a signal."""
+    holds: Positive | None = None
+    """Force or torque at which it lets go; left out, it holds anything."""

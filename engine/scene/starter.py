@@ -39,6 +39,8 @@ joints:
     outboard: pendulum              # the part that moves: here its frame's origin is the hinge point
     axis: y                         # x, y, z, -x, -y, -z or three numbers
     friction: {{mu: 0.3, radius: 20 mm, half_length: 50 mm}}   # leave it out and the joint is ideal
+    #   (a brake: torque: {{input: motor}} alone, a freewheel: torque: 0.1, back_torque: 500; mu may be a table of time,
+    #   {{speed: [0, 10 mm/s], value: [0.3, 0.2]}} as measured, or {{input: oil, curve: {{at: [20, 80], value: [0.3, 0.2]}}}})
     # wear: {{k: 1e-6 mm^3/(N*m)}}    # for trunnion wear
     # pin: outboard                 # which part is inside; of a sleeve on a shaft also ends: outboard, which part is short
     start: {{q: 0 deg, qd: 0}}        # angle and rate at t = 0: horizontal, at rest
@@ -46,7 +48,9 @@ joints:
     # rotor_inertia: 0.01           # kg*m^2 of a motor's rotor, as the joint feels it (times the ratio squared)
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
+    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # does not let back below 90 deg; also holds: 300 N*m
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
+    # motor: {{stall: 5 N*m, no_load: 300 rpm, signal: 1}}   # torque falls with speed; the signal may be an input
     # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used); also move: from rest to rest
 
 # A second link, hung on the first; its joint names points of both bodies:
@@ -73,6 +77,7 @@ joints:
 # forces:
 #   push: {{type: force, on: pendulum.tip, force: [0, 0, 10], frame: world}}
 #   rubber: {{type: spring_damper, between: [pendulum.tip, ground], stiffness: 200, damping: 2, length: 0.5}}
+#   bush: {{type: bushing, between: [ground, pendulum.tip], stiffness: 2 kN/m, turning_stiffness: [8, 30, 30]}}   # also damping
 
 # inputs:
 #   motor: {{start: 0, unit: N*m, description: Torque of the motor}}

@@ -18,13 +18,14 @@ def named(f: Friction) -> set[str]:
 
 
 def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:
-    """Sizes of an element that a joint's friction gives, by label, m (one number may stand for several)."""
+    """Sizes of an element that a joint's friction gives, by label, m (one number may stand for several); without those that follow
+    time or an input."""
     out: dict[str, float] = {}
     for s in element.sizes:
         value = getattr(f, s.name)
         if value is not None:
             values = value if isinstance(value, tuple) else (value,) * s.count
-            out |= {label: float(v) for label, v in zip(s.labels, values, strict=True)}
+            out |= {label: float(v) for label, v in zip(s.labels, values, strict=True) if isinstance(v, float | int)}
     return out
 
 

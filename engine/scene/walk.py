@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from engine.contact import sizes
+from engine.friction import numbers as law_numbers
 from engine.scene.finding import Path
 from engine.scene.model import Drive, Force, Scene, Signal, Torque
+
+VARYING = tuple(n.name for group in (law_numbers(), sizes()) for n, _ in group.values() if n.varies)
+"""Numbers of friction that may follow time or an input."""
 
 
 def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
@@ -24,9 +29,16 @@ def each(value: Any, count: int) -> list[Any]:
 
 
 def loads(scene: Scene) -> Iterator[tuple[Path, Any]]:
-    """(path, load) of all joint efforts and of all components of applied forces and torques."""
+    """(path, load) of all joint efforts, signals of motors and latches, numbers of friction that may vary and all components of
+    applied forces and torques."""
     for name, j in scene.joints.items():
         yield from entries(j.effort, ("joints", name, "effort"))
+        for path, motor in entries(j.motor, ("joints", name, "motor")):
+            yield (*path, "signal"), motor.signal
+        for path, latch in entries(j.latch, ("joints", name, "latch")):
+            yield (*path, "release"), latch.release
+        for n in VARYING if j.friction is not None else ():
+            yield from entries(getattr(j.friction, n), ("joints", name, "friction", n))
     for name, f in scene.forces.items():
         if isinstance(f, Force | Torque):
             yield from entries(f.force if isinstance(f, Force) else f.torque, ("forces", name, f.type))

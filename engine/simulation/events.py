@@ -10,8 +10,8 @@ from engine.simulation.pairs import slider_names, stop_names
 from engine.system.structure import System
 
 KINDS = {k.value: k.name.lower() for k in EventKind}
-STOP_KINDS = {kind for kind in KINDS.values() if kind.startswith("stop_")}
-"""Events of stops; all others are of sliding pairs."""
+STOP_KINDS = {k.name.lower() for k in (EventKind.STOP_ON, EventKind.STOP_OFF, EventKind.LATCH, EventKind.UNLATCH)}
+"""Events of stops and latches; all others are of sliding pairs."""
 
 
 def decode(system: System, records: np.ndarray) -> list[Event]:

@@ -15,10 +15,12 @@ def slider_names(system: System) -> list[tuple[str, int]]:
 
 
 def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, freedom from 1) of every stop, in the order of their flags."""
+    """(joint, freedom from 1) of every stop, of latches that press and then of their hooks, in the order of their flags."""
     found: dict[int, tuple[str, int]] = {}
     for j in system.joints:
         for k, d in enumerate(j.devices):
             if d.stop is not None:
                 found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}
+            if d.latch is not None:
+                found |= dict.fromkeys((d.latch.pressed, system.hook(d.latch.hook)), (j.name, k + 1))
     return [found[i] for i in sorted(found)]

@@ -83,8 +83,9 @@ class _Maker:
         loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
         ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
         return System(
-            bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables), self.devices.stops,
-            tuple(self.scene.outputs), ground, ties(self.scene, self.table, joints),
+            bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables),
+            self.devices.stops + self.devices.hooks, tuple(self.scene.outputs), ground,
+            ties(self.scene, self.table, joints), self.devices.hooks,
         )
 
     # -- points -------------------------------------------------------------------------------------------------------------
@@ -157,7 +158,7 @@ class _Maker:
                 q += len(state_coordinates(new))
                 v += len(new.free)
             if self.scene.joints[j.name].friction is not None:
-                e = element(self.scene, self.table, new, eta, flag)
+                e = element(self.scene, self.devices, new, eta, flag)
                 new = replace(new, friction=e)
                 eta += j.kind.nv
                 flag += len(e.sliders)

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from typing import Any
 
+from engine.basics.curves import filled
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
-from engine.system.structure import Device, Signal, Stop
+from engine.system.structure import Device, Latch, Motor, Signal, Stop
 
-FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive")
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive", "motor", "latch")
+
+ENDLESS = 1e300
+"""What a latch holds that says nothing of it."""
 
 
 class Builder:
-    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops."""
+    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops and
+    hooks of latches."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
         """("input", input) of every external input, then ("drive" or "load", data) of every table signal. An input that prescribes
         a motion becomes "tracked": the motion follows it smoothly."""
-        self.stops = 0
+        self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
     def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
@@ -40,7 +45,8 @@ class Builder:
                 return f"joints.{name}.{field}[{k + 1}]", value[k]
             return f"joints.{name}.{field}", value
 
-        (ps, spring), (pd, damping), (pi, inertia), (pt, stops), (pe, effort), (pv, drive) = map(mine, FIELDS)
+        (ps, spring), (pd, damping), (pi, inertia), (pt, stops) = map(mine, FIELDS[:4])
+        (pe, effort), (pv, drive), (pm, motor), (pl, latch) = map(mine, FIELDS[4:])
         return Device(
             spring=None if spring is None else (
                 s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
@@ -49,6 +55,10 @@ class Builder:
             stop=None if stops is None else self.stop(pt, stops, u, f),
             effort=None if effort is None else self.load(pe, effort, f),
             drive=None if drive is None else self.drive(pv, drive, u),
+            motor=None if motor is None else Motor(
+                s(f"{pm}.stall", motor.stall, f), s(f"{pm}.no_load", motor.no_load, f"{u}/s"),
+                self.load(f"{pm}.signal", motor.signal, "1")),
+            latch=None if latch is None else self.latch(pl, latch, u, f),
         )
 
     def stop(self, path: str, st: sm.Stops, u: str, f: str) -> Stop:
@@ -68,13 +78,30 @@ class Builder:
             bounds[0], bounds[1], (flags[0], flags[1]),
         )
 
+    def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
+        """The latch of a freedom, and its flags."""
+        s, self.stops, self.hooks = self.table.own, self.stops + 1, self.hooks + 1
+        holds: Leaf = ENDLESS if x.holds is None else s(f"{path}.holds", x.holds, f)
+        return Latch(
+            s(f"{path}.at", x.at, u), 1.0 if x.keeps == "above" else -1.0, s(f"{path}.stiffness", x.stiffness, f"{f}/{u}"),
+            s(f"{path}.damping", x.damping, f"s/{u}"), holds, self.load(f"{path}.release", x.release, "1"),
+            self.stops - 1, self.hooks - 1,
+        )  # fmt: skip
+
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:
         """A load as a function of time: a number, an input or a signal."""
         if isinstance(value, sm.FromInput):
-            return Signal("table", index=self.inputs[value.input])
+            index = self.inputs[value.input]
+            return Signal("table", index=index) if value.curve is None else self.through(f"{path}.curve", value.curve, unit, index)
         if isinstance(value, sm.Signal):
             return self.signal(path, value, unit, "load")
         return Signal("value", (self.table.own(path, value, unit),))
+
+    def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
+        """What an input is made into by a curve."""
+        at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
+        value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
+        return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
         """A component of a load vector; None, which removes terms from the code, where it is exactly 0 as written."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+from engine.basics.curves import filled
 from engine.contact.registry import preloads
 from engine.friction import REGISTRY as LAWS
+from engine.friction.coulomb import BY_SPEED
 from engine.scene import model as sm
 from engine.scene.touching import given, touching
+from engine.system.devices import Builder
 from engine.system.leaves import Leaf, ParameterTable
-from engine.system.structure import FrictionElement, Joint, Slider
+from engine.system.structure import FrictionElement, Joint, Signal, Slider
 
 
 def _sign(teeth: tuple[Leaf, ...]) -> float:
@@ -17,7 +20,15 @@ def _sign(teeth: tuple[Leaf, ...]) -> float:
     return math.copysign(1.0, sum(z for z in teeth if isinstance(z, float)))
 
 
-def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: int) -> FrictionElement:
+def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str, Leaf]]:
+    """The coefficient of rest, then speeds and coefficients on the curve."""
+    speed = filled([table.own(f"{path}.speed[{i + 1}]", v, "m/s") for i, v in enumerate(c.speed)])
+    value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
+    more = zip(BY_SPEED, speed[1:], value[1:], strict=True)
+    return [("mu", value[0]), *(pair for names, v, mu in more for pair in zip(names, (v, mu), strict=True))]
+
+
+def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) -> FrictionElement:
     """Element of joint j whose multipliers start at ``eta`` and sliding pairs at ``flag``: the numbers that its law and its contact
     element declare, as far as the scene gives them."""
     f = scene.joints[j.name].friction
@@ -25,7 +36,8 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
     law = scene.law_of(f)
     contact = touching(scene.joints[j.name])
     assert contact is not None
-    numbers: list[tuple[str, Leaf]] = []
+    numbers: list[tuple[str, Leaf | Signal]] = []
+    table = devices.table
     for n in (*LAWS[law].numbers, *contact.sizes):
         value = getattr(f, n.name)
         if value is None and n.default is not None:
@@ -36,9 +48,16 @@ def element(scene: sm.Scene, table: ParameterTable, j: Joint, eta: int, flag: in
             if preloads(n, law, scene.normal_force_of(f) == "adams"):
                 numbers += [(label, 0.0) for label in n.labels]
             continue
+        if isinstance(value, sm.BySpeed):
+            numbers += _by_speed(table, f"joints.{j.name}.friction.{n.name}", value)
+            continue
         values = value if isinstance(value, tuple) else (value,) * n.count
         put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one number may stand for both journals
         for label, one in zip(n.labels, values, strict=True):
+            if isinstance(one, sm.FromInput | sm.Signal):
+                at = label if isinstance(value, tuple) else n.name
+                numbers.append((label, devices.load(f"joints.{j.name}.friction.{at}", one, n.unit)))
+                continue
             numbers.append((label, put(f"joints.{j.name}.friction.{label}", one, n.unit)))
     if j.pitch is not None:
         numbers.append(("pitch", j.pitch))

@@ -10,6 +10,7 @@ import numpy as np
 from engine.scene import model as sm
 from engine.scene.mass import mass_properties
 from engine.scene.poses import poses_of, sides_of
+from engine.scene.walk import signals
 from engine.system.curves import Curve, Outside, curve
 from engine.system.devices import Builder
 from engine.system.frames import direction
@@ -96,7 +97,7 @@ def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
 def breaks(scene: sm.Scene) -> tuple[float, ...]:
     """Sorted times at which a ramp or table has a kink; the integrator stops there."""
     times: set[float] = set()
-    for s in _signals(scene):
+    for _, s in signals(scene):
         if s.ramp is not None:
             times |= {float(s.ramp.begin), float(s.ramp.begin + s.ramp.duration)}
         if isinstance(s, sm.Drive) and s.move is not None:
@@ -104,18 +105,6 @@ def breaks(scene: sm.Scene) -> tuple[float, ...]:
         if s.table is not None:
             times |= {float(t) for t in s.table.time}
     return tuple(sorted(times))
-
-
-def _signals(scene: sm.Scene):
-    for j in scene.joints.values():
-        for field in (j.drive, j.effort):
-            for s in field if isinstance(field, tuple) else (field,):
-                if isinstance(s, sm.Drive | sm.Signal):
-                    yield s
-    for f in scene.forces.values():
-        for s in () if isinstance(f, sm.SpringDamper) else f.force if isinstance(f, sm.Force) else f.torque:
-            if isinstance(s, sm.Signal):
-                yield s
 
 
 def length_scale(scene: sm.Scene) -> float:

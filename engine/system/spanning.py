@@ -13,7 +13,7 @@ from engine.scene.refs import body_of
 
 LIGHT = 1e-6
 """Of the heaviest body's mass: below it six of sixteen digits of what a cut joint pulls along are lost."""
-DEVICES = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort")
+DEVICES = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor", "latch")
 
 
 @dataclass(frozen=True)

@@ -8,49 +8,18 @@ from functools import cached_property
 
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY, TIES, JointKind
+from engine.system.acting import Device as Device
+from engine.system.acting import Latch as Latch
+from engine.system.acting import Load as Load
+from engine.system.acting import Motor as Motor
+from engine.system.acting import Signal as Signal
+from engine.system.acting import Stop as Stop
 from engine.system.external import External
 from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
 from engine.system.tied import Mimic, Profile, Wheels
 
 GROUND = -1
-
-
-@dataclass(frozen=True)
-class Signal:
-    """A function of time. kind: "value" (one leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins
-    before t = 0; a drive still has its origin at t = 0), "move_…" (a way from rest to rest: start, end, begin, duration;
-    ``profiles``), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t) or "table" (index of
-    a table; external inputs are the first tables)."""
-
-    kind: str
-    leaves: Leaves = ()
-    index: int = 0
-
-
-@dataclass(frozen=True)
-class Stop:
-    """The compliant stops of one freedom. ``flags``: indices of the flags that say whether the lower and the upper stop are
-    engaged (−1: there is no such stop)."""
-
-    stiffness: Leaf
-    damping: Leaf
-    lower: Leaf | None
-    upper: Leaf | None
-    flags: tuple[int, int]
-
-
-@dataclass(frozen=True)
-class Device:
-    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, drive, and the inertia that it turns
-    beside the bodies; None for what is not there."""
-
-    spring: tuple[Leaf, Leaf] | None = None
-    damping: Leaf | None = None
-    stop: Stop | None = None
-    effort: Signal | None = None
-    drive: Signal | None = None
-    inertia: Leaf | None = None
 
 
 @dataclass(frozen=True)
@@ -73,7 +42,7 @@ class FrictionElement:
     contact: str
     law: str
     adams: bool
-    numbers: tuple[tuple[str, Leaf], ...]
+    numbers: tuple[tuple[str, Leaf | Signal], ...]
     sliders: tuple[Slider, ...]
     bound: tuple[int, ...] = ()
     """Friction multipliers of forces that are no friction (``ContactElement.bound``)."""
@@ -84,8 +53,13 @@ class FrictionElement:
         return tuple(sorted([*(e for s in self.sliders for e in s.eta), *self.bound]))
 
     def number(self, name: str) -> Leaf:
-        """The leaf called ``name``; KeyError when the element has none."""
-        return dict(self.numbers)[name]
+        """The leaf called ``name``, which follows nothing; KeyError when the element has none."""
+        return {n: x for n, x in self.numbers if not isinstance(x, Signal)}[name]
+
+    @property
+    def varies(self) -> bool:
+        """Whether any of its numbers follows time or an input."""
+        return any(isinstance(x, Signal) for _, x in self.numbers)
 
     def has(self, name: str) -> bool:
         """Whether the element has a number of that name."""
@@ -173,20 +147,6 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Load:
-    """An applied load: a force or torque on a body, whose ``vector`` has signals and None for structural zeros, or a
-    spring-damper between two points with its ``numbers`` (stiffness, damping, length)."""
-
-    name: str
-    kind: str
-    bodies: tuple[int, ...]
-    points: tuple[Leaves, ...]
-    body_frame: bool = False
-    vector: tuple[Signal | None, ...] = ()
-    numbers: Leaves = ()
-
-
-@dataclass(frozen=True)
 class System:
     """A whole mechanism: bodies in tree order (inboard before outboard), joints (those of the tree first, in the order of the
     bodies they carry, then cut joints), applied loads, gravity, and sizes."""
@@ -201,6 +161,11 @@ class System:
     outputs: tuple[str, ...] = ("*",)
     ground_points: tuple[tuple[str, Leaves], ...] = field(default=())
     ties: tuple[Joint, ...] = ()
+    latches: int = 0
+
+    def hook(self, latch: int) -> int:
+        """Which stop says whether a latch is down: hooks are the last of the stops."""
+        return self.stops - self.latches + latch
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:

@@ -64,7 +64,7 @@ static void fmu_tell_events(const fmu_instance *m) {
   for (int i = 0; MODEL->clocks && i < n; ++i) fmu_tick_of(m, e + i);
   if (!fmu_wants(m, FMU_SAYS_EVENTS)) return;
   for (int i = 0; i < n; ++i) {
-    const int kind = (int)e[i].kind, of_stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
+    const int kind = (int)e[i].kind, of_stop = TR_IS_OF_STOP(kind);
     const char *joint = MODEL->joint_of[(of_stop ? MODEL->kernel->nsliders : 0) + (int)e[i].index];
     fmu_tell(m, FMU_SAYS_EVENTS, "event at t = %.12g s: %s in joint %s", e[i].time, MODEL->event[kind], joint);
   }

@@ -20,7 +20,7 @@ static int fmu_is_heard(const fmu_state *s, const tr_event *e) {
 
 /* The clock of an event, -1 where there is none. */
 static int fmu_clock_of(const tr_event *e) {
-  const int kind = (int)e->kind, of_stop = kind == TR_EV_STOP_ON || kind == TR_EV_STOP_OFF;
+  const int kind = (int)e->kind, of_stop = TR_IS_OF_STOP(kind);
   const int watched = (of_stop ? MODEL->kernel->nsliders : 0) + (int)e->index;
   return kind < MODEL->clocks->kinds ? MODEL->clocks->of[watched * MODEL->clocks->kinds + kind] : -1;
 }

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import place
+from .bodies import GROUND, frame, place
 from .joint_rows import directions, free_picker, freedoms, of
 from .kinematics import State
-from .rotation import cross
+from .rotation import cross, quaternion_from_matrix
 from .signals import load_value, per_freedom
 
 
@@ -23,7 +23,8 @@ class Applied:
         self.stored = {"gravity": 0.0, "springs": 0.0}
         self._gravity()
         for load in state.scene.forces.values():
-            {"force": self._force, "torque": self._torque, "spring_damper": self._spring_damper}[load.type](load)
+            {"force": self._force, "torque": self._torque, "spring_damper": self._spring_damper, "bushing": self._bushing}[
+                load.type](load)
 
     def push(self, body: str, point: np.ndarray, force: np.ndarray) -> None:
         """Apply a force to a body at a point of the world."""
@@ -69,6 +70,35 @@ class Applied:
         self.push(b2, p2, -pull * along)
         self.power["dampers"] -= load.damping * rate**2
         self.stored["springs"] += load.stiffness * stretch**2 / 2
+
+    def _bushing(self, load) -> None:
+        (a, p, _), (b, q, v) = (self._end(text) for text in load.between)
+        axes = frame(load.axis, load.reference)
+        E, F = (self._turn(body) @ axes for body in (a, b))
+        k, c, turning, slowing = (
+            np.array(x) if isinstance(x, tuple) else np.full(3, x)
+            for x in (load.stiffness, load.damping, load.turning_stiffness, load.turning_damping)
+        )
+        wa, wb = (np.zeros(3) if body == GROUND else self.state.omega[body] for body in (a, b))
+        seen = v - (np.zeros(3) if a == GROUND else self.state.v[a] + cross(wa, q - self.state.c[a]))
+        offset, rate, spin = E.T @ (q - p), E.T @ seen, E.T @ (wb - wa)
+        w, *rest = quaternion_from_matrix(E.T @ F)
+        x = np.array(rest)
+        f = E @ -(k * offset + c * rate)
+        m = E @ -(2 * (w * turning * x + cross(x, turning * x)) + slowing * spin)
+        for body, sign in ((a, -1.0), (b, 1.0)):
+            if body != GROUND:
+                self.push(body, q, sign * f)
+                self.torque[body] += sign * m
+        self.power["dampers"] -= c @ rate**2 + slowing @ spin**2
+        self.stored["springs"] += k @ offset**2 / 2 + 2 * turning @ x**2
+
+    def _end(self, text: str) -> tuple[str, np.ndarray, np.ndarray]:
+        body, local = place(self.state.scene, text)
+        return body, *self.state.point(body, np.zeros(3) if local is None else local)
+
+    def _turn(self, body: str) -> np.ndarray:
+        return np.eye(3) if body == GROUND else self.state.R[body]
 
     def devices(self, name: str) -> np.ndarray:
         """Effort of a joint's springs, damping, stops and efforts along its freedoms on the outboard part; noted with what acts."""

@@ -63,6 +63,11 @@ def motion(j: Joint, q: np.ndarray, qd: np.ndarray, t: float) -> tuple[np.ndarra
             v = np.array(v)
             R = turned(2 * np.arctan2(np.linalg.norm(v), w) * v / (np.linalg.norm(v) or 1))
             return turned(t * qd) @ R, np.zeros(3)
+        case "free":
+            w, *v = q[3:] / np.linalg.norm(q[3:])
+            v = np.array(v)
+            R = turned(2 * np.arctan2(np.linalg.norm(v), w) * v / (np.linalg.norm(v) or 1))
+            return turned(t * qd[3:]) @ R, q[:3] + t * qd[:3]
     raise NotImplementedError(j.type)
 
 

@@ -40,6 +40,8 @@ SPATIAL: dict[str, Any] = {
         "carried": {"type": "force", "on": "link.end", "force": [0.3, 0.2, -1], "frame": "body"},
         "twist": {"type": "torque", "on": "nut", "torque": [0.02, 0.01, -0.03]},
         "own": {"type": "torque", "on": "link", "torque": [0.1, -0.2, 0.3], "frame": "body"},
+        "rubber": {"type": "bushing", "between": ["link", "ram"], "axis": [1, 0.2, 0], "stiffness": [20, 30, 40], "damping": 0.2,
+                   "turning_stiffness": [1, 2, 3], "turning_damping": [0.01, 0.02, 0.03]},
         "rope": {"type": "spring_damper", "between": ["ram", "ground.post"], "stiffness": 20, "damping": 1, "length": 0.3},
     },
     "ground": {"points": {"post": [1, 0.2, 0.5]}},

@@ -21,7 +21,7 @@ from engine.scene.overrides import apply
 from .kinematics import Poses, gaps
 
 MODELS = [
-    "andrews", "bricard", "cart_pole", "crank_slider", "crank_slider_free", "double_pendulum",
+    "andrews", "bricard", "cart_pole", "caught_carriage", "crank_slider", "crank_slider_free", "double_pendulum",
     "friction_identification", "governor", "n_four_bar", "simple_pendulum", "spatial_slider_crank", "spherical_pendulum",
 ]  # fmt: skip
 CLOSED = 1e-15
@@ -76,7 +76,7 @@ def test_reference_numbers_are_well_formed_and_name_parts_of_the_scene(name):
         for column in columns_of(e.value) if e.value else ():
             path = parse_path(column)
             assert path is not None
-            assert path[0] in (*SCENES[name].bodies, *SCENES[name].joints, "energy"), column
+            assert path[0] in (*SCENES[name].bodies, *SCENES[name].joints, *SCENES[name].forces, "energy"), column
         apply(SCENES[name], e.set)
 
 

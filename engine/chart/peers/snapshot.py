@@ -182,7 +182,7 @@ def _spring(model: Model, parts: tuple[Part, ...], s: sm.SpringDamper) -> Spring
     return Spring((bodies[0], bodies[1]), (points[0], points[1]), float(s.stiffness), float(s.damping), float(s.length))
 
 
-UNKNOWN = ("spring", "damping", "rotor_inertia", "stops", "drive")
+UNKNOWN = ("spring", "damping", "rotor_inertia", "stops", "drive", "motor", "latch")
 """What joints may have and a snapshot does not."""
 
 

@@ -10,8 +10,8 @@ from engine.scene.finding import Finding, Path
 from engine.scene.model import Drive, Joint, Scene, Signal, Stops, Table
 from engine.scene.walk import each, entries, signals
 
-FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort")
-NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive"}
+FIELDS = ("spring", "damping", "rotor_inertia", "stops", "drive", "effort", "motor", "latch")
+NEED_COORDINATE = {"spring": "a spring", "stops": "a stop", "drive": "a drive", "latch": "a latch"}
 KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
 
 
@@ -73,7 +73,7 @@ def _stops(path: Path, s: Stops) -> Iterator[Finding]:
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
     kinds = [k for k in KINDS if getattr(s, k, None) is not None]
     what = "drive" if isinstance(s, Drive) else "signal"
-    known = ", ".join(KINDS if isinstance(s, Drive) else KINDS[1:4])
+    known = ", ".join(KINDS if isinstance(s, Drive) else ("ramp", "harmonic", "table"))
     if not kinds:
         yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
     for extra in kinds[1:]:

@@ -167,7 +167,9 @@ def _joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
     if move.mirror >= 0 and kind is not None:
         sign = _handed(name, out, kind, notes)
     if move.turns:
-        _explicit(name, out, kind, notes)
+        across = kind is not None and (kind.second_axis >= 0 or (out.get("friction") is not None and kind.slides_along >= 0))
+        if kind is not None and kind.nv not in (0, 6):
+            _explicit(("joints", name), out, across, notes)
         _turned(out, move, sign)
     for side in ("inboard", "outboard"):
         given = out.get(side)
@@ -190,9 +192,10 @@ def _in_body(p: Any, move: Move) -> Any:
     return _flipped(p, move.mirror) if move.mirror >= 0 else p
 
 
-def _explicit(name: str, j: dict[str, Any], kind: JointKind | None, notes: list[Note]) -> None:
-    """Write down the axis and reference that a joint has when it gives none, so that they can be turned."""
-    if kind is None or not kind.nv or kind.nv == 6 or "reference" in j:
+def _explicit(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
+    """Write down the axis and reference that a joint or bushing has when it gives none, so that they can be turned; ``across``:
+    what lies across the axis matters."""
+    if "reference" in j:
         return
     if "axis" not in j:
         j["axis"], j["reference"] = "x", "y"
@@ -201,9 +204,9 @@ def _explicit(name: str, j: dict[str, Any], kind: JointKind | None, notes: list[
     try:
         sizes = [abs(known(c)) for c in three(vector)]
     except UnitError:
-        if kind.second_axis >= 0 or (j.get("friction") is not None and kind.slides_along >= 0):
+        if across:
             what = "it is turned with the assembly, and what lies across its axis must be, too"
-            notes.append((("joints", name), what, "give it a reference"))
+            notes.append((path, what, "give it a reference"))
         return
     j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]
 
@@ -224,7 +227,7 @@ def _handed(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) ->
         j["pitch"] = times(-1.0, j["pitch"])
         return -1.0
     if len(set(turns)) > 1:
-        said = [k for k in ("start", "spring", "stops", "drive", "effort") if j.get(k) is not None]
+        said = [k for k in ("start", "spring", "stops", "drive", "effort", "motor", "latch") if j.get(k) is not None]
         for k in said:
             what = f"{k} of a {kind.name} joint has no mirror image: its travels and angles turn out differently"
             notes.append((("joints", name, k), what, "write the joint for each side"))
@@ -233,6 +236,10 @@ def _handed(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) ->
 
 def _force(name: str, f: Any, move: Move, notes: list[Note]) -> Any:
     out = dict(f)
+    if out.get("type") == "bushing" and move.turns:
+        _explicit(("forces", name), out, True, notes)
+        _turned(out, move, 1.0)
+        return out
     for key, sign in (("force", 1.0), ("torque", -1.0 if move.mirror >= 0 else 1.0)):
         given = out.get(key)
         if not isinstance(given, list) or len(given) != 3 or not move.turns:
