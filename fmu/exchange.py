@@ -103,4 +103,7 @@ def refusals(model: Model) -> list[Problem]:
     for name in followed(model):
         why = f"the motion that follows input {name} depends on its values at communication points"
         out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "an effort: {input: …} in that joint, or --type cs"))
+    if model.system.latches:
+        why = "what a latch does depends on whether its hook is down, which is no state of model exchange"
+        out.append(Problem("joints", f"no model exchange: {why}", "leave its latches out, or --type cs"))
     return out

@@ -83,8 +83,7 @@ def export(
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
     equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an SSV
     file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). kind: cs, me or both: for
-    co-simulation, model exchange (native only, not every scene). SceneError for wrong input, SimulationError when the scene cannot
-    start.
+    co-simulation, model exchange (native only, not every scene). SceneError for wrong input, SimulationError where it cannot start.
     """
     target, read = Path(file), Amounts()
     step, of = read.time(step, "step"), kernel if sources else None
@@ -93,7 +92,7 @@ def export(
     loaded = scene_given(scene, overrides)
     if whole_vectors:
         loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
-    tell = progress or (lambda what, done, of: None)
+    tell = progress or (lambda *_: None)
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
     made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi], kind=kind)

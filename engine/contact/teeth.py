@@ -90,4 +90,4 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
 
 
 TEETH = teeth("flanks", ("f2", "f3"), True)
-CONES = teeth("flanks of cones", ("f1", "f2", "f3"), False)
+CONES = teeth("bevel_flanks", ("f1", "f2", "f3"), False)

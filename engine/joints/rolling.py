@@ -43,7 +43,7 @@ GEAR = replace(
 )
 BEVEL = _toothed(
     _kind("bevel_gear", "two wheels about axes e1 that meet at its point, to the wheels", Rolls(touch="cones", apart=False)),
-    "flanks of cones",
+    "bevel_flanks",
 )
 RACK = _toothed(
     _kind("rack", "a wheel about the inboard e1, and a rack along the outboard e1", Rolls(touch="straight", wheels=1)), "flanks"

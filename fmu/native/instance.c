@@ -84,7 +84,11 @@ static void fmu_numbers(fmu_state *s) {
 
 #include "motion.c"
 
+#if defined FMU_ALONE
+#define fmu_row_here(m) FMU_ERROR /* a plain library makes its own steps */
+#else
 static fmu_status fmu_row_here(fmu_instance *m);
+#endif
 
 /* Hand the simulation the start values of coordinates and rates; its assembly normalises the quaternions. */
 static void fmu_start_values(fmu_state *s) {

@@ -30,8 +30,13 @@ static double fmu_value(const fmu_state *s, int r) {
   return r < no ? FMU_A(s, row)[1 + r] : r < no + ni ? *fmu_input_at(s, r - no) : FMU_A(s, settings)[r - no - ni];
 }
 
+#if defined FMU_ALONE
+#define fmu_is_exchanged(r) 0 /* a plain library makes its own steps */
+#define fmu_exchanged(m, r, value) FMU_ERROR
+#else
 static int fmu_is_exchanged(fmu_reference r);
 static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value);
+#endif
 
 static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, double *value) {
   const int all = fmu_count();

@@ -76,7 +76,16 @@ def described(name: str) -> list[tuple[bytes, bytes]]:
     return out
 
 
-@pytest.mark.parametrize("name", model_names())
+LATCHED = "caught_carriage"
+"""A model with a latch, whose hook is no state of model exchange."""
+
+
+def test_a_scene_with_a_latch_is_refused_with_why() -> None:
+    with pytest.raises(SceneError, match="whether its hook is down"):
+        described(LATCHED)
+
+
+@pytest.mark.parametrize("name", [n for n in model_names() if n != LATCHED])
 def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
     assert [validate_fmu(io.BytesIO(d)) for d in described(name)] == [[], []]
 
