@@ -102,7 +102,7 @@ async function grown() {
   try {
     if (!table || table.large || before < job.done) await rows();
   } finally {
-    next = Date.now() + Math.max(GROW, 10 * (Date.now() - began));
+    next = Date.now() + Math.max(GROW, 3 * (Date.now() - began));
   }
 }
 
