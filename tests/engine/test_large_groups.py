@@ -43,7 +43,7 @@ def platform(mu: float, push: float) -> Scene:
     return scene_from_text("\n".join([begin, "bodies:", plate, *bodies, "joints:", *joints, shake]))
 
 
-@pytest.mark.parametrize(("mu", "push"), [(0.1, 60.0), (0.15, 100.0), (0.2, 100.0)])
+@pytest.mark.parametrize(("mu", "push"), [pytest.param(0.1, 60.0, marks=pytest.mark.slow), (0.15, 100.0), (0.2, 100.0)])
 def test_loads_that_come_and_go_while_many_pairs_rest_take_few_steps(mu: float, push: float) -> None:
     """One pair after the other came to what it can hold, with next to nothing to spare each time the load was shared anew; and a
     small ball was let go for a torque about its force of round-off of the others' loads: runs stood still, 1e-7 s a step."""

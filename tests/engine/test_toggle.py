@@ -65,7 +65,7 @@ def sprung(stiffness: float, begin: float, end: float):
     return model.run(begin, end, ours["crown.q[1]"][at], ours["crown.qd[1]"][at])
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [pytest.param(m, marks=pytest.mark.slow) if m == "moreau" else m for m in METHODS])
 def test_the_press_folds_through_and_jams_on_its_way_back_at_every_setting(method: str) -> None:
     for rtol in TOLERANCES:
         r = run(method, rtol)
