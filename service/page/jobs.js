@@ -28,19 +28,26 @@ async function anew() {
   await more();
 }
 
+// An answer counts only for the list it was asked for: one that a new search has overtaken is dropped.
+async function answer(from) {
+  const list = known, page = await ask("GET", asking(from));
+  if (list !== known) return null;
+  for (const job of page.jobs) known.set(job.id, job);
+  return page;
+}
+
 const asking = (from) => "/v1/jobs?" + new URLSearchParams({ limit: PAGE, ...($("search").value ? { search: $("search").value } : {}), ...(from ? { cursor: from } : {}) });
 
 async function more() {
-  const page = await ask("GET", asking(cursor));
-  for (const job of page.jobs) known.set(job.id, job);
+  const page = await answer(cursor);
+  if (!page) return;
   cursor = page.next;
   $("older").hidden = !cursor;
   list();
 }
 
 async function fresh() {
-  for (const job of (await ask("GET", asking(null))).jobs) known.set(job.id, job);
-  list();
+  if (await answer(null)) list();
 }
 
 export async function recent() {

@@ -154,11 +154,14 @@ def test_a_jobs_scene_comes_back_into_the_form_and_gives_the_same_job(page: Any,
     assert again.to_arrow().to_pydict() == grid.to_arrow().to_pydict()
 
 
+LISTED = "[...document.querySelectorAll('#joblist li')].map((row) => row.textContent)"
+
+
 def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: Job) -> None:
     show(page, "/jobs")
     page.fill("#search", "grid")
-    until(page, "[...document.querySelectorAll('#joblist a')].every((a) => a.textContent === 'grid')")
-    assert page.get_attribute("#joblist time", "datetime") == grid.document["created"]
+    until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")  # in its label, or another's tags
+    assert page.locator(f"#joblist li:has([data-job='{grid.id}']) time").get_attribute("datetime") == grid.document["created"]
     page.fill("#search", "")
     for name in ("grid", "three"):
         page.locator(f"#joblist input[aria-label^='compare {name} ']").first.check()
@@ -168,6 +171,20 @@ def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: 
     values = [v for v in three.to_arrow()[FORCE].to_pylist() if v is not None]
     assert str(len(values)) in page.locator("#comparetable tr", has_text="three").inner_text().split("\t")
     picture(page, "compare")
+
+
+def test_an_answer_that_a_new_search_has_overtaken_changes_nothing(page: Any, grid: Job, three: Job) -> None:
+    held: list[Any] = []
+    page.route("**/v1/jobs?limit=30", lambda route: held.append(route))  # the whole list, asked for as the view is opened
+    page.goto("/".join(page.url.split("/")[:3]) + "/jobs")
+    eventually(lambda: page.wait_for_timeout(20) or held)
+    page.fill("#search", "grid")
+    until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")
+    with page.expect_response("**/v1/jobs?limit=30"):
+        held[0].continue_()
+    page.wait_for_timeout(300)  # in which it would be listed
+    page.unroute("**/v1/jobs?limit=30")
+    assert all("grid" in row for row in page.evaluate(LISTED))
 
 
 def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, tab: tuple[Any, list[str]]) -> None:

@@ -1,0 +1,51 @@
+/* The block of an instance: its memory, where its arrays are, its values as they were exported. */
+
+#if defined FMU_ALONE /* a library without a heap */
+static void *fmu_allocate(const fmu_host *host, size_t bytes) { return (void)host, (void)bytes, NULL; }
+static void fmu_free(const fmu_host *host, void *p) { (void)host, (void)p; }
+#else
+#include <stdlib.h>
+static void *fmu_allocate(const fmu_host *host, size_t bytes) { return host->allocate ? host->allocate(1, bytes) : calloc(1, bytes); }
+
+static void fmu_free(const fmu_host *host, void *p) {
+  if (!p) return;
+  if (host->release) host->release(p);
+  else free(p);
+}
+#endif
+
+/* Set the places of the arrays behind the state; returns the bytes of the whole block. */
+static size_t fmu_layout(fmu_state *s) {
+  int at = 0;
+  s->settings = at, at += MODEL->settings;
+  s->trial = at, at += MODEL->settings;
+  s->inputs = at, at += TR_DOUBLES(fmu_input) * MODEL->inputs;
+  s->row = at, at += 1 + MODEL->columns->nout;
+  s->ticks = at, at += MODEL->clocks ? TR_DOUBLES(fmu_tick) * MODEL->clocks->count : 0;
+  s->heard = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
+  s->given_up = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
+  s->sim = at = (at + 7) & ~7;
+  return sizeof(fmu_state) + sizeof(double) * at
+       + tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+}
+
+/* Set every value of the block as it was exported. */
+static void fmu_defaults(fmu_state *s) {
+  size_t bytes = s->bytes;
+  memset(s, 0, bytes);
+  fmu_layout(s);
+  s->bytes = bytes;
+  strncpy(s->guid, MODEL->guid, sizeof s->guid - 1);
+  for (int i = 0; i < MODEL->settings; ++i) FMU_A(s, settings)[i] = MODEL->setting[i].start;
+  for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
+}
+
+/* Renew the pointers of a block that was copied here from another address. */
+static void fmu_adopt(fmu_state *s) {
+  tr_sim *sim = FMU_SIM(s);
+  sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
+  if (!sim->k->scene) return; /* constants of what is made of parts begin with the place of its scene (engine/parts/machine.h) */
+  memcpy(TR_A(sim, c), &sim->k->scene, sizeof(void *));
+  memcpy(TR_A(sim, co), &sim->o->scene, sizeof(void *));
+  memcpy(TR_A(sim, cj), &sim->j->scene, sizeof(void *));
+}
