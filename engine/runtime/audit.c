@@ -31,11 +31,13 @@ static double tr_audit_unrest(tr_sim *s, int i) {
   return size > 0.0 ? fabs(sum) / size : 0.0;
 }
 
-/* How a pair that is held keeps to rest: its speed, and what is left of the accelerations that cancel. Maps and solution in place. */
+/* How a pair that is held keeps to rest: its speed, and what is left of the accelerations that cancel (where its motion is prescribed none
+ * do: what it creeps says all). Maps and solution in place. */
 static void tr_audit_rest(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_audit_figure(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
-  for (int j = 0; j < pair->neta; ++j) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_audit_unrest(s, pair->eta0 + j), i);
+  for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
+    if (tr_row_kinds(s)[j] != TR_ROW_FREE) tr_audit_figure(&s->audit, TR_LAW_UNREST, tr_audit_unrest(s, j), i);
 }
 
 /* Power of a pair's friction, W: positive where it drives. */

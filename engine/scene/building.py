@@ -15,6 +15,7 @@ from engine.joints import FREE
 from engine.scene.finding import CONNECTIONS, Finding, Path
 from engine.scene.model import Scene
 from engine.scene.reading import DEEPEST
+from engine.scene.scalars import whole_text
 from engine.scene.translate import findings_of
 
 ROUNDS = 12
@@ -86,11 +87,11 @@ def copied(data: Any, deeper: int = DEEPEST) -> Any:
     """A copy made of nested dicts (keys as text) and lists. SceneError when they are nested too deep, or contain themselves."""
     if isinstance(data, dict | Mapping):
         inside = _within(data, deeper)
-        return {str(k): copied(v, inside) for k, v in data.items()}
+        return {whole_text(str(k)): copied(v, inside) for k, v in data.items()}
     if isinstance(data, list | tuple):
         inside = _within(data, deeper)
         return [copied(v, inside) for v in data]
-    return data
+    return whole_text(data) if isinstance(data, str) else data
 
 
 def _within(data: Any, deeper: int) -> int:

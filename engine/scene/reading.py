@@ -14,7 +14,7 @@ from typing import Any
 
 from engine.scene.events import Unreadable, events
 from engine.scene.finding import Finding, Path
-from engine.scene.scalars import plain
+from engine.scene.scalars import plain, whole_text
 from engine.scene.suggest import shown
 
 LARGEST = 5_000_000
@@ -120,9 +120,7 @@ class _Builder:
     def scalar(self, event: Any, line: int) -> None:
         """Take a scalar: a key where a group waits for one, else a value."""
         self.refuse_tag(event, line)
-        text = event.value
-        if any("\ud800" <= c <= "\udfff" for c in text):
-            text = text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+        text = whole_text(event.value)
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.value, dict) and top.key is None:
             self.key(top, text, line)

@@ -32,6 +32,13 @@ def plain(text: str) -> object:
     return float("nan") if text in (".nan", ".NaN", ".NAN") else text
 
 
+def whole_text(text: str) -> str:
+    """The text with a replacement character for every half of a surrogate pair, which no file can hold (whole pairs are joined)."""
+    if not any("\ud800" <= c <= "\udfff" for c in text):
+        return text
+    return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+
+
 def is_text(text: str) -> bool:
     """Whether an unquoted scalar would be read as text."""
     return isinstance(plain(text), str)

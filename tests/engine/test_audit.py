@@ -77,6 +77,11 @@ def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
         assert r.audit.share <= 30 * rtol
 
 
+def test_a_driven_joint_that_starts_from_rest_is_no_error() -> None:
+    """Its motion is prescribed: friction holds nothing there that could fail to cancel."""
+    assert simulate("robot_arm", until=0.01).audit.notes == ()
+
+
 def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
     bristles = {"joints.ball.friction.bristle_stiffness": 1e3, "joints.ball.friction.bristle_damping": 0.03}
     for law in ({"friction.law": "regularized"}, {"friction.law": "lugre", **bristles}):

@@ -6,6 +6,7 @@ import copy
 import random
 from typing import Any
 
+import pytest
 import yaml
 
 from engine.basics.problems import Problem, SceneError
@@ -54,3 +55,12 @@ def test_rubbish_has_problems_and_nothing_worse() -> None:
             fine += 1
     assert all(p.where and p.what for p in problems)
     assert 0 < fine < ROUNDS
+
+
+def test_half_a_surrogate_is_told_like_any_other_wrong_text() -> None:
+    half = "\ud800"
+    for body in ({"mass": half}, {half: 1.0, "mass": 1.0}, {"mass": 1.0, "inertia": [half, 1.0, 1.0]}):
+        with pytest.raises(SceneError) as told:
+            scene_from_dict({"bodies": {"a": body}, "joints": {"j": {"type": "revolute", "outboard": "a"}}})
+        assert "\ufffd" in str(told.value)
+        assert str(told.value).encode()
