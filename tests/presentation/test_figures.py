@@ -7,12 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Annotation, Text
 
 from engine.basics.problems import SceneError
 from engine.plots import figure, mechanism, save_figure
 from engine.plots.angles import broken, rotation_vector
 from engine.plots.curves import thousands, ylabel
 from engine.plots.panels import Curve, Panel, sections
+from engine.scene import load_scene
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 from tests.engine.test_many_pairs import links
@@ -159,3 +162,20 @@ def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
     seen = [s.heading.split()[0] for s in sections(only)]
     assert rubbing[5] in seen
     assert not any("not drawn" in s.heading for s in sections(r, rubbing))
+
+
+@pytest.mark.parametrize("name", ["stewart_platform", "wishbone_corner", "scissor_lift", "toggle_press", "andrews"])
+def test_no_name_in_a_picture_covers_another_or_leaves_it(name: str) -> None:
+    """By the boxes that the renderer itself gives the texts."""
+    drawn = mechanism(load_scene(name))
+    renderer = FigureCanvasAgg(drawn).get_renderer()
+    boxes = []
+    for text in (t for t in drawn.axes[0].texts if isinstance(t, Annotation) and t.get_text()):
+        text.update_positions(renderer)
+        boxes.append(Text.get_window_extent(text, renderer).extents)
+    at = np.array(boxes)
+    low, high = np.maximum(at[:, None, :2], at[None, :, :2]), np.minimum(at[:, None, 2:], at[None, :, 2:])
+    assert np.argwhere((low < high).all(axis=2) & ~np.eye(len(at), dtype=bool)).tolist() == []
+    left, bottom, right, top = drawn.axes[0].bbox.extents
+    assert (at >= [left, bottom, left, bottom]).all()
+    assert (at <= [right, top, right, top]).all()
