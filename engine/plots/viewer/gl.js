@@ -54,6 +54,7 @@ function graphics(canvas) {
     line: program(gl, LINE_VERTEX, PLAIN, ["a", "b"]),
     dot: program(gl, DOT_VERTEX, DOT, ["p"]),
     ground: program(gl, GROUND_VERTEX, GROUND_FRAGMENT, ["p"]),
+    cap: program(gl, GROUND_VERTEX, CAP_FRAGMENT, ["p"]),
   };
   function array(fill) {
     const vao = gl.createVertexArray();
@@ -90,6 +91,7 @@ function graphics(canvas) {
     edges: (l, values) => { if (l.count) draw(l, "line", values, () => gl.drawArrays(gl.TRIANGLES, 0, 6 * l.count)); },
     dot: (values) => draw(spot, "dot", values, () => gl.drawArrays(gl.POINTS, 0, 1)),
     ground: (values) => draw(sheet, "ground", values, () => gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)),
+    cap: (values) => draw(sheet, "cap", values, () => gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)),
   };
 }
 

@@ -92,12 +92,36 @@ function bodies(m, cam, cut) {
     card.surface(things.shapes[run.parts[i].mesh], { ...pose(m.poses[i]), uColor: [...color, 1], uCut: cut, uGhost: look.xray ? 1 : 0 });
   }
   gl.disable(gl.POLYGON_OFFSET_FILL);
+  if (cut !== OFF && !look.xray) for (const i of order) capped(i, m, cut);
   for (const i of order) {
     const color = mixed(rgb(run.parts[i].color), [0, 0, 0], 0.62);
     outlined(things.shapes[run.parts[i].mesh], m.poses[i], cam, { uColor: [...color, look.xray ? 0.7 : 1], uCut: cut, uWidth: LINE * cam.ratio, uBias: 0 });
   }
   gl.disable(gl.CULL_FACE);
   gl.depthMask(true);
+}
+
+// What the cut shows of a body: there its sight goes from within it, so that more of its faces are seen from behind than from the front.
+function capped(i, m, cut) {
+  const gl = card.gl, n = cut.slice(0, 3), along = unit(cross(n, Math.abs(n[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0]));
+  const { p } = m.poses[i], spots = boxes[run.parts[i].mesh], reach = 2 * Math.max(...spots.map((b) => Math.hypot(...b)));
+  const color = [...rgb(run.parts[i].color), 1], foot = add(p, n, cut[3] - dot(n, p));
+  gl.clear(gl.STENCIL_BUFFER_BIT);
+  gl.enable(gl.STENCIL_TEST);
+  gl.colorMask(false, false, false, false);
+  gl.depthMask(false);
+  gl.disable(gl.DEPTH_TEST);
+  gl.stencilFunc(gl.ALWAYS, 0, 255);
+  gl.stencilOpSeparate(gl.FRONT, gl.KEEP, gl.KEEP, gl.DECR_WRAP);
+  gl.stencilOpSeparate(gl.BACK, gl.KEEP, gl.KEEP, gl.INCR_WRAP);
+  card.surface(things.shapes[run.parts[i].mesh], { ...pose(m.poses[i]), uColor: color, uCut: cut, uGhost: 0 });
+  gl.colorMask(true, true, true, true);
+  gl.depthMask(true);
+  gl.enable(gl.DEPTH_TEST);
+  gl.stencilFunc(gl.NOTEQUAL, 0, 255);
+  gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
+  card.cap({ uFoot: foot, uAlong: along, uAcross: cross(n, along), uReach: reach, uColor: color });
+  gl.disable(gl.STENCIL_TEST);
 }
 
 // Pins, coils, rails, contacts: all that is about the joints.

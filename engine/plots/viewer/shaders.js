@@ -13,10 +13,19 @@ void main() {
   gl_Position = uView * w;
 }`;
 
-// A face seen from within is that of a cut: flat and hatched. A ghost is the clearer the more one looks straight at it.
+// What a cut shows of a body, flat and hatched.
+const HATCHED = `
+vec4 hatched(vec3 color, float wide) {
+  float s = fract((gl_FragCoord.x + gl_FragCoord.y) / wide);
+  return vec4(color * (0.62 + 0.16 * smoothstep(0.42, 0.5, s) * (1.0 - smoothstep(0.92, 1.0, s))), 1.0);
+}
+`;
+
+// A face seen from within looks like the cut that opens it (where a body is not closed; else the cut itself hides it). A ghost is the
+// clearer the more one looks straight at it.
 const SURFACE = `#version 300 es
 precision highp float;
-in vec3 vP, vN;
+${HATCHED}in vec3 vP, vN;
 uniform vec4 uColor, uEye, uCut;
 uniform vec3 uLight, uUp;
 uniform float uGhost, uHatch;
@@ -24,11 +33,7 @@ out vec4 o;
 void main() {
   if (dot(vP, uCut.xyz) > uCut.w) discard;
   vec3 e = normalize(uEye.xyz - uEye.w * vP), n = normalize(vN);
-  if (!gl_FrontFacing) {
-    float s = fract((gl_FragCoord.x + gl_FragCoord.y) / uHatch);
-    o = vec4(uColor.rgb * (0.62 + 0.16 * smoothstep(0.42, 0.5, s) * (1.0 - smoothstep(0.92, 1.0, s))), 1.0);
-    return;
-  }
+  if (!gl_FrontFacing) { o = hatched(uColor.rgb, uHatch); return; }
   float lit = max(dot(n, uLight), 0.0), shine = pow(max(dot(reflect(-uLight, n), e), 0.0), 30.0);
   vec3 c = uColor.rgb * (0.64 + 0.10 * dot(n, uUp) + 0.34 * lit) + 0.08 * shine;
   float a = uColor.a * (uGhost > 0.0 ? mix(0.2, 0.85, pow(1.0 - abs(dot(n, e)), 2.5)) : 1.0);
@@ -121,3 +126,10 @@ void main() {
   float a = uShade > 0.0 ? uShade * fade : uColor.a * fade * max(0.5 * lines(vQ / uStep), 0.85 * lines(vQ / (5.0 * uStep)));
   o = vec4((uShade > 0.0 ? vec3(0.0) : uColor.rgb) * a, a);
 }`;
+
+const CAP_FRAGMENT = `#version 300 es
+precision highp float;
+${HATCHED}uniform vec4 uColor;
+uniform float uHatch;
+out vec4 o;
+void main() { o = hatched(uColor.rgb, uHatch); }`;
