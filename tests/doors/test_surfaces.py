@@ -87,6 +87,17 @@ def test_meshes_of_all_formats_are_drawn_where_they_stand(tmp_path: Path) -> Non
         assert extent(read(file)[0], "a") == pytest.approx(expected, abs=1e-5), file.name
 
 
+def test_a_body_that_mujoco_hides_altogether_is_drawn_by_its_first_group(tmp_path: Path) -> None:
+    """Under a skin, which no scene has, there would be nothing to see; beside what is shown, what is hidden stays so."""
+    file = tmp_path / "dog.xml"
+    bone, flesh = '<geom type="sphere" size="0.2" group="5"/>', '<geom type="sphere" size="0.5" group="3"/>'
+    bodies = (bone + flesh, bone, bone + '<geom type="sphere" size="0.1" group="1"/>')
+    made = "".join(f'<body name="b{k}" pos="{k} 0 0"><joint/>{geoms}</body>' for k, geoms in enumerate(bodies))
+    file.write_text(f"<mujoco><worldbody>{made}</worldbody></mujoco>")
+    scene, _ = scene_of_mjcf(file)
+    assert [scene.bodies[f"b{k}"].sphere for k in range(3)] == [pytest.approx(r) for r in (0.5, 0.2, 0.1)]
+
+
 def test_a_mesh_that_is_not_there_is_told_and_not_missed(tmp_path: Path) -> None:
     file = tmp_path / "bot.urdf"
     file.write_text(robot('<mesh filename="none.dae"/>'))

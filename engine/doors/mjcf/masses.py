@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -34,15 +35,15 @@ class Mass:
 
 @dataclass
 class Geom:
-    """A geom in its body: its kind, half sizes, m, and where it is; its mass there; triangles of a mesh (n×3×3), in its own frame;
-    whether MuJoCo shows it."""
+    """A geom in its body: its kind, half sizes, m, and where it is; its mass there; what gives the triangles of a mesh (n×3×3) in its
+    own frame; its group, of which MuJoCo shows those below ``HIDDEN``."""
 
     kind: str
     size: list[float]
     at: Pose
     mass: Mass
-    corners: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
-    shown: bool = True
+    corners: Callable[[], np.ndarray]
+    group: float
 
 
 def together(parts: list[Mass]) -> Mass:
@@ -104,10 +105,13 @@ class Masses:
         density = self.found.number(e, "density", said.get("density"), WATER)
         low, high = self.model.settings.groups
         weighs = weighs and low <= group <= high and (given > 0 if "mass" in said else density > 0)
-        name, shown = e.get("name") or e.get("mesh") or kind, group < HIDDEN
-        corners = self._seen(e, said) if shown and kind == "mesh" else np.zeros((0, 3, 3))
+        name = e.get("name") or e.get("mesh") or kind
+
+        def corners() -> np.ndarray:
+            return self._seen(e, said) if kind == "mesh" else np.zeros((0, 3, 3))
+
         if not weighs:
-            return Geom(kind, size, at, Mass(), corners, shown)
+            return Geom(kind, size, at, Mass(), corners, group)
         if said.get("shellinertia") == "true" or (kind != "mesh" and "mesh" in said):
             what = "is a shell" if kind == "mesh" or "mesh" not in said else f"is a {kind} fitted to a mesh"
             self.found.add(e, name, f"{what}, whose mass is not computed", "give the body an <inertial>")
@@ -123,7 +127,7 @@ class Masses:
         mass = given if given > 0 else density * shape.volume
         R = at[:3, :3]
         inertia = R @ (shape.inertia * (mass / shape.volume)) @ R.T
-        return Geom(kind, size, at, Mass(mass, at[:3, 3] + R @ shape.center, inertia), corners, shown)
+        return Geom(kind, size, at, Mass(mass, at[:3, 3] + R @ shape.center, inertia), corners, group)
 
     def _seen(self, e: Element, said: Attributes) -> np.ndarray:
         """Triangles of a mesh for drawing, which goes on without where they cannot be had."""
@@ -225,13 +229,15 @@ class Masses:
 
 
 def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:
-    """What a scene draws of a body."""
-    return shapes.drawn([s for g in geoms if g.shown for s in _solids(g)], center)
+    """What a scene draws of a body: what MuJoCo shows of it; of one that is all hidden (under a skin) its first group."""
+    first = min((g.group for g in geoms), default=0.0)
+    return shapes.drawn([s for g in geoms if g.group < HIDDEN or g.group == first for s in _solids(g)], center)
 
 
 def _solids(g: Geom) -> list[shapes.Solid]:
-    if len(g.corners):
-        return [shapes.Solid("mesh", (), g.at, g.corners)]
+    corners = g.corners()
+    if len(corners):
+        return [shapes.Solid("mesh", (), g.at, corners)]
     if len(g.size) != SIZES.get(g.kind, -1):
         return []
     whole = {"sphere": g.size, "ellipsoid": g.size, "box": [2 * x for x in g.size]}.get(g.kind) or [g.size[0], 2 * g.size[1]]
