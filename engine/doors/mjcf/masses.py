@@ -35,8 +35,8 @@ class Mass:
 
 @dataclass
 class Geom:
-    """A geom in its body: its kind, half sizes, m, and where it is; its mass there; what gives the triangles of a mesh (n×3×3) in its
-    own frame; its group, of which MuJoCo shows those below ``HIDDEN``."""
+    """A geom in its body: its kind, half sizes, m, and where it is; its mass there; what gives the triangles of a mesh (n×3×3) in
+    its own frame; its group, of which MuJoCo shows those below ``HIDDEN``."""
 
     kind: str
     size: list[float]
