@@ -30,7 +30,7 @@ class Reader:
         self.scene, self.path, self.where, self.problems = scene, path, where, problems
         found = number_at(scene, path)
         self.unit = found[1] if found is not None else ""
-        self.wrong = 0
+        self.wrong = self.tried = 0
 
     @property
     def untold(self) -> int:
@@ -43,6 +43,11 @@ class Reader:
         if self.wrong <= TOLD:
             self.problems.append(Problem(self.where, what, hint))
 
+    def _complain_once(self, what: str, hint: str) -> None:
+        """The same of the path, whichever its value is, is one mistake."""
+        if Problem(self.where, what, hint) not in self.problems:
+            self.complain(what, hint)
+
     def number(self, value: Any) -> float:
         """SI value of one entry; plain numbers are SI already. A number that the scene refuses is no mistake here: its case
         will fail."""
@@ -53,7 +58,8 @@ class Reader:
         if isinstance(value, float) and not math.isfinite(value):
             self.complain("is not finite")
             return math.nan
-        if not self.unit and self.wrong < TOLD:
+        if not self.unit and self.tried < TOLD:
+            self.tried += 1
             return self._first(value)
         return value if isinstance(value, float) else self._with_unit(value)
 
@@ -73,10 +79,11 @@ class Reader:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:
             for p in e.problems:
-                self.complain(f"{p.where}: {p.what}" if p.where != self.path else p.what, p.hint)
+                self._complain_once(f"{p.where}: {p.what}" if p.where != self.path else p.what, p.hint)
             return math.nan
         if found is None:
-            self.complain("is not a single number of the scene", "give the path of a number, such as joints.ball.friction.mu")
+            hint = "give the path of a number, such as joints.ball.friction.mu"
+            self._complain_once("is not a single number of the scene", hint)
             return math.nan
         self.unit = found[1]
         return found[0]

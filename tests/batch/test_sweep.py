@@ -70,6 +70,13 @@ def test_every_mistake_is_told_at_once() -> None:
         assert word in told
 
 
+def test_a_path_that_leads_nowhere_is_one_mistake_however_many_values_it_is_given() -> None:
+    for values in ("0.1:0.2:3", [0.1, 0.2, 0.3]):
+        with pytest.raises(engine.SceneError) as e:
+            engine.sweep("spherical_pendulum", {"joints.ball.friction.nu": values})
+        assert [p.where for p in e.value.problems] == ["over.joints.ball.friction.nu"]
+
+
 @pytest.mark.parametrize(
     "wrong", [{}, {MU: []}, {MU: "1:2:0"}, {MU: [float("nan")]}, {MU: [True]}, {"gravity": [1.0]}, {"bodies": [1]}, {MU: ["x"]}]
 )
