@@ -48,6 +48,11 @@ async function sent(method, path, body, signal, more) {
   const problem = await answer.json().catch(() => ({ title: `status ${answer.status}`, status: answer.status }));
   if (answer.status === 401 && $("keyform")) {
     $("keyform").hidden = false;
+    if ($("locked") && !document.body.dataset.locked) {
+      document.body.dataset.locked = "true";
+      $("locked").hidden = false;
+      $("key").focus();
+    }
     if (!key()) problem.detail = "an API key is needed here";
   }
   throw new Told(problem);
@@ -88,6 +93,12 @@ export function problemItem(p, jump) {
   const line = p.line && jump ? make("button", { type: "button", onclick: () => jump(p.line) }, `line ${p.line}`) : null;
   return make("li", {}, line, make("b", {}, p.where), `: ${p.what} `, make("span", { class: "hint" }, p.hint ? `→ ${p.hint}` : ""));
 }
+
+// All of them in a list, which the keyboard reaches where it has to be scrolled.
+export const problemList = (problems, jump) => make("ul", { class: "problems", tabindex: "0", "aria-label": "problems" }, ...problems.map((p) => problemItem(p, jump)));
+
+// A path or the name of a column, which may be broken after its dots.
+export const breaking = (text) => text.split(/(?<=[.:])/).flatMap((part, i) => (i ? [make("wbr"), part] : [part]));
 
 const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
 

@@ -8,7 +8,12 @@ const study = () => way() === "optimise" || way() === "refine";
 
 export function clear() {
   $("axes").replaceChildren();
-  $("reductions").value = $("until").value = $("label").value = "";
+  for (const id of ["reductions", "until", "label", "goalof", "target", "within"]) $(id).value = "";
+}
+
+// What is to be best, where nothing is said of it: the first result of the scene.
+export function proposed(facts) {
+  if (study() && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
 }
 
 export function switched(facts) {
@@ -16,7 +21,7 @@ export function switched(facts) {
   $("study").hidden = !study();
   $("goallabel").hidden = $("withinlabel").hidden = way() !== "optimise";
   $("targetlabel").hidden = way() !== "optimise" || $("goal").value !== "reach";
-  if (study() && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
+  proposed(facts);
   for (const input of document.querySelectorAll(".values")) {
     const parts = input.value.split(":");
     if (way() !== "over" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
@@ -49,7 +54,16 @@ export function hints(suggested) {
   }
 }
 
-const PLACES = { reductions: "reductions", until: "until", label: "label" };
+const told = (p) => (p.hint ? `${p.what}: ${p.hint}` : p.what);
+const PLACES = { reductions: "reductions", until: "until", label: "label", "sample.count": "samplecount", "sample.seed": "seed", "optimise.cases": "most", "refine.cases": "most", reach: "target" };
+const OF_WAYS = ["samplecount", "seed", "most", "target", "goalof", "within"];
+
+// The field that a problem is of: of a study, what is to be best and what is to be kept are reductions too.
+function place(p) {
+  if (p.where.startsWith("within")) return "within";
+  const named = study() && p.where === "reductions" ? ["goalof", "within"].find((id) => p.what.includes(`'${$(id).value.split("=")[0].trim()}'`)) : null;
+  return named ?? (p.where === "cases" && study() ? "most" : PLACES[p.where]);
+}
 
 // Problems at the rows and fields they are of.
 export function tell(problems) {
@@ -57,10 +71,11 @@ export function tell(problems) {
     const path = row.querySelector(".path").value.trim(), note = row.querySelector(".now");
     const mine = problems.filter((p) => path && p.where.split(/[.]/).slice(1).join(".").replace(/^(ranges|bounds)[.]/, "") === path);
     note.classList.toggle("bad", mine.length > 0);
-    note.textContent = mine.length ? mine.map((p) => (p.hint ? `${p.what}: ${p.hint}` : p.what)).join("; ") : (note.dataset.now ?? "");
+    note.textContent = mine.length ? mine.map(told).join("; ") : (note.dataset.now ?? "");
     for (const input of row.querySelectorAll("input")) input.setAttribute("aria-invalid", String(mine.length > 0));
   }
-  for (const [where, id] of Object.entries(PLACES)) $(id).setAttribute("aria-invalid", String(problems.some((p) => p.where === where)));
+  for (const id of new Set([...Object.values(PLACES), ...OF_WAYS])) $(id).setAttribute("aria-invalid", String(problems.some((p) => place(p) === id)));
+  $("waynote").textContent = problems.filter((p) => OF_WAYS.includes(place(p))).map(told).join("; ");
 }
 
 const named = () => [...$("axes").children].map((row) => [row.querySelector(".path").value.trim(), row.querySelector(".values").value.trim()]).filter(([p]) => p);

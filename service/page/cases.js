@@ -18,6 +18,7 @@ export function begin() {
   $("marked").addEventListener("change", again);
   $("addcolumn").addEventListener("click", () => { add($("column").value); drawn().catch(wrong); });
   $("at").addEventListener("input", () => cursor(+$("at").value));
+  charts.onScheme(() => job && drawn());
   window.addEventListener("resize", later(async () => line(), 100));
 }
 
@@ -36,7 +37,8 @@ export async function changed(now, rows, query) {
   [job, table] = [now, rows];
   if (fresh) {
     if (query?.get("cases")) $("cases").value = query.get("cases");
-    else $("cases").value = String(table.rows?.find((r) => r[table.at("outcome")] === "done")?.[0] ?? table.rows?.[0]?.[0] ?? 0);
+    else $("cases").value = String(await earliest() ?? 0);
+    if (job?.id !== now.id) return;
     offered = (await ask("POST", "/v1/scenes/check", { scene: (await ask("GET", `/v1/jobs/${now.id}/request`)).scene })).columns;
     if (job?.id !== now.id) return;
     choices($("column"), offered.map((c) => [c.name, c.name, c.description]));
@@ -45,6 +47,13 @@ export async function changed(now, rows, query) {
     for (const name of asked.length ? asked : [first.name]) add(name);
     await drawn();
   } else if (missing) await drawn();
+}
+
+// The first case that is done; the first there is, where none is.
+async function earliest() {
+  if (table.rows) return (table.rows.find((r) => r[table.at("outcome")] === "done") ?? table.rows[0])?.[0];
+  const of = (words) => table.bins("case", "", "", { nx: 1, words }).then((got) => got.cells.first[0]);
+  return (await of(["outcome=done"])) ?? of([]);
 }
 
 // A case chosen elsewhere: instead of those shown, or beside them.
@@ -131,7 +140,7 @@ async function plotted(numbers, runs, columns, found) {
       const name = [runs.length > 1 ? `case ${n}` : "", columns.length > 1 ? c.name : ""].filter(Boolean).join(", ") || c.name;
       traces.push({ type: "scatter", mode: "lines", name, x: times, y: rows.map((r) => r[y]), yaxis, line: { color, dash: DASHES[k % 6], width: 1.7 }, hovertemplate: "%{y:.5g}" });
       if (k || !events.length) return;
-      const marked = events.slice(0, MOST_EVENTS), near = marked.map((e) => rows[Math.min(rows.length - 1, lowest(times, e.time))]?.[y]);
+      const marked = events.slice(0, MOST_EVENTS), near = marked.map((e) => between(times, rows, y, e.time));
       traces.push({ type: "scatter", mode: "markers", name: `events of case ${n}`, showlegend: false, x: marked.map((e) => e.time), y: near, yaxis, text: marked.map((e) => e.text), hovertemplate: "%{text}<extra></extra>", marker: { symbol: "diamond-open", size: 9, color, line: { width: 2 } } });
       for (const e of marked.slice(0, 60)) layout.shapes.push({ type: "line", x0: e.time, x1: e.time, yref: "paper", y0: 0, y1: 1, line: { color, width: 0.8, dash: "dot" }, opacity: 0.6 });
     });
@@ -151,6 +160,12 @@ function dashed() {
     chip.querySelector("svg")?.remove();
     if (shown.length > 1) chip.prepend(outcomes.stroke(STROKES[k % 6]));
   });
+}
+
+// A column at an instant, as the curve is drawn: straight between its rows.
+function between(times, rows, y, t) {
+  const i = lowest(times, t), [a, b] = [rows[Math.max(0, i - 1)]?.[y], rows[i]?.[y]], step = times[i] - times[i - 1];
+  return i && a != null && b != null && step > 0 && t < times[i] ? a + ((b - a) * (t - times[i - 1])) / step : b;
 }
 
 function lowest(times, t) {

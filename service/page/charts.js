@@ -1,6 +1,6 @@
 // Plots: Plotly from the installed package, fetched when the first one is drawn, in the colours of the page.
 
-import { make, number } from "./api.js";
+import { make, number, wrong } from "./api.js";
 import * as outcomes from "./outcomes.js";
 import { lines } from "./words.js";
 
@@ -10,7 +10,7 @@ const tools = () => ({
   responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 600 ? false : "hover", plotlyServerURL: "",
   modeBarButtonsToRemove: ["lasso2d", "autoScale2d", ...AWAY],
 });
-const drawn = new Set();
+const drawn = new Set(), schemes = [];
 let loading = null;
 
 export const plotly = () => (loading ??= new Promise((resolve, reject) => {
@@ -59,8 +59,12 @@ export function on(box, what, work) {
   box.on?.(what, work);
 }
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+// Whoever has drawn something in colours that are others when it is dark: it is drawn again when that changes.
+export const onScheme = (work) => schemes.push(work);
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () => {
   for (const box of drawn) if (box.isConnected && box.layout) window.Plotly.relayout(box, colored(box.layout));
+  for (const work of schemes) await Promise.resolve(work()).catch(wrong);
 });
 
 // Cases as points, one trace an outcome: never joined by lines. chosen: which are picked out, null for all.

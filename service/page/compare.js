@@ -1,6 +1,6 @@
 // Some jobs side by side: what was asked differently, and a result of each over the same number.
 
-import { $, ask, choices, few, make, many, number, wrong } from "./api.js";
+import { $, ask, breaking, choices, few, make, many, number, wrong } from "./api.js";
 import * as charts from "./charts.js";
 import * as outcomes from "./outcomes.js";
 import { Table, middles } from "./table.js";
@@ -11,6 +11,7 @@ let tables = [], requests = [], turn = 0;
 
 export function begin() {
   for (const id of ["compareup", "compareacross"]) $(id).addEventListener("change", () => drawn().catch(wrong));
+  charts.onScheme(() => { if (tables.length) { listed(); return drawn(); } return null; });
 }
 
 export async function enter(query) {
@@ -39,14 +40,14 @@ export async function enter(query) {
   return leave;
 }
 
-const leave = () => { turn++; charts.clear($("compareplot")); };
+const leave = () => { turn++; tables = []; charts.clear($("compareplot")); };
 const look = (i) => ({ color: outcomes.color(i), shape: outcomes.shape(i) });
 const named = (t) => t.job.label || t.job.scene;
 const several = () => new Set(tables.map(named)).size < tables.length;
 const called = (t) => (several() ? `${named(t)} (${t.job.id.slice(0, 4)})` : named(t));
 
 function listed() {
-  $("compared").replaceChildren(...tables.map((t, i) => make("li", {}, outcomes.mark(look(i)), " ", make("a", { href: `/jobs/${t.job.id}`, "data-route": true }, called(t)), ` ${few(t.job.cases, "case")}, ${t.job.state}: `, Object.entries(t.job.outcomes).map(([o, n]) => `${many(n)} ${outcomes.said(o)}`).join(", "))));
+  $("compared").replaceChildren(...tables.map((t, i) => make("li", {}, outcomes.mark(look(i)), " ", make("a", { href: `/jobs/${t.job.id}`, "data-route": true }, called(t)),` · ${few(t.job.cases, "case")}, ${t.job.state}: `, Object.entries(t.job.outcomes).map(([o, n]) => `${many(n)} ${outcomes.said(o)}`).join(", "))));
 }
 
 // Everything that was asked of any of them and not alike of all, by path.
@@ -87,7 +88,7 @@ async function drawn() {
   $("comparenote").textContent = spread ? "Marks: means where several cases lie together; the lines from them go to the least and the largest." : "";
   const rows = tables.map((t, i) => {
     const cell = found[i]?.cells, known = cell ? cell.mean.map((m, j) => [m, cell.known[j], cell.least[j], cell.most[j]]).filter(([m]) => m != null) : [];
-    const n = known.reduce((s, r) => s + r[1], 0), u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)} ${u}`.trim() : "–");
+    const n = known.reduce((s, r) => s + r[1], 0), u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)}\u00a0${u}`.trim() : "–");
     return [called(t), many(n), put(Math.min(...known.map((r) => r[2]))), n ? put(known.reduce((s, r) => s + r[0] * r[1], 0) / n) : "–", put(Math.max(...known.map((r) => r[3])))];
   });
   fill($("comparetable"), ["", "cases with it", "least", "mean", "largest"], rows);
@@ -95,5 +96,5 @@ async function drawn() {
 
 function fill(table, heads, rows) {
   table.tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make(x ? "th" : "td", x ? { scope: "col" } : {}, x))));
-  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, first), ...rest.map((v) => make("td", {}, v)))));
+  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((v) => make("td", {}, v)))));
 }

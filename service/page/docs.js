@@ -15,10 +15,13 @@ async function begin() {
     }
   }
   const sections = [...groups].map(([name, operations]) => make("section", { "aria-label": name }, make("h2", {}, name), ...operations));
-  $("operations").replaceChildren(make("p", {}, description.info.description), ...sections);
+  $("operations").replaceChildren(make("p", {}, ...prose(description.info.description)), ...sections);
   $("operations").setAttribute("aria-busy", "false");
   if (location.hash) document.getElementById(location.hash.slice(1))?.setAttribute("open", "");
 }
+
+// Words in which `this` is code.
+const prose = (text) => text.split("`").map((part, i) => (i % 2 ? make("code", {}, part) : part));
 
 function one(description, method, path, operation) {
   const id = operation.operationId;
@@ -30,7 +33,7 @@ function one(description, method, path, operation) {
 
 function inside(description, method, path, operation) {
   const inputs = (operation.parameters ?? []).map((p) => [p, make("input", { "aria-label": p.name, placeholder: p.schema?.default ?? "" })]);
-  const row = ([p, input]) => make("tr", {}, make("th", {}, p.name + (p.required ? " *" : "")), make("td", {}, p.in), make("td", {}, input), make("td", {}, p.description ?? ""));
+  const row = ([p, input]) => make("tr", {}, make("th", {}, p.name + (p.required ? " *" : "")), make("td", {}, p.in), make("td", {}, input), make("td", {}, ...prose(p.description ?? "")));
   const content = operation.requestBody?.content?.["application/json"];
   const examples = Object.values(content?.examples ?? {});
   const body = content && make("textarea", { rows: 12, spellcheck: "false", "aria-label": "body" });
@@ -39,9 +42,9 @@ function inside(description, method, path, operation) {
   if (examples.length) body.value = JSON.stringify(examples[0].value, null, 2);
   const answer = make("div", { "aria-live": "polite" });
   const send = make("button", { type: "button", class: "main", onclick: () => sent(method, path, inputs, body, answer) }, "Send");
-  const statuses = Object.entries(operation.responses).map(([status, r]) => make("tr", {}, make("th", {}, status), make("td", {}, r.description ?? "")));
+  const statuses = Object.entries(operation.responses).map(([status, r]) => make("tr", {}, make("th", {}, status), make("td", {}, ...prose(r.description ?? ""))));
   return make("div", {},
-    make("p", {}, operation.description ?? operation.summary ?? ""),
+    make("p", {}, ...prose(operation.description ?? operation.summary ?? "")),
     inputs.length ? make("table", {}, ...inputs.map(row)) : null,
     choose || null, body || null, make("p", {}, send), answer,
     make("h3", {}, "Answers"), make("table", {}, ...statuses),

@@ -1,6 +1,6 @@
 // A new run: a scene, checked and drawn as it is typed; what varies and what is kept, checked as well; and its submission.
 
-import { $, ask, askText, few, later, make, notice, number, problemItem, wrong } from "./api.js";
+import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "./api.js";
 import * as asked from "./asked.js";
 import * as editor from "./editor.js";
 import * as jobs from "./jobs.js";
@@ -100,7 +100,7 @@ async function check(signal) {
     const problems = e.problems?.length ? e.problems : [{ where: "scene", what: e.message }];
     editor.tell(problems);
     box.className = "verdict bad";
-    box.replaceChildren(make("ul", {}, ...problems.map((p) => problemItem(p, editor.toLine))));
+    box.replaceChildren(problemList(problems, editor.toLine));
     $("facts").textContent = few(problems.length, "problem");
     $("facts").className = "bad";
     preview.stale([]);
@@ -123,6 +123,7 @@ async function check(signal) {
     asked.axis(path, suggested(path).values, suggested, changed);
   }
   asked.hints(suggested);
+  asked.proposed(facts);
   if (!$("reductions").value) $("reductions").value = facts.reductions.slice(0, 8).join("\n");
   if (!$("until").value) $("until").value = facts.until;
   await checkRequest(signal);
@@ -148,7 +149,7 @@ async function checkRequest(signal) {
     const problems = e.problems?.length ? e.problems : [{ where: "job", what: e.message }];
     asked.tell(problems);
     box.className = "verdict bad";
-    box.replaceChildren(make("ul", {}, ...problems.map((p) => problemItem(p))));
+    box.replaceChildren(problemList(problems));
     $("count").textContent = `${few(problems.length, "problem")} below`;
     $("count").className = "bad";
     $("submit").disabled = true;

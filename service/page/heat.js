@@ -9,7 +9,8 @@ import { lines, title, words } from "./words.js";
 // The scale of colours: beside the picture, or below it where that is narrow.
 const BAR = (text, box) => (box.clientWidth > 560
   ? { title: { text: lines(text, 30), side: "right", font: { size: 11 } }, thickness: 12, outlinewidth: 0 }
-  : { title: { text: lines(text, 46), side: "top", font: { size: 11 } }, thickness: 10, outlinewidth: 0, orientation: "h", y: -0.24, yanchor: "top" });
+  : { title: { text: lines(text, 46), side: "top", font: { size: 11 } }, thickness: 10, outlinewidth: 0, orientation: "h", y: -74 / (box.clientHeight - BELOW), yanchor: "top" });
+const BELOW = 128, room = (box) => (box.clientWidth > 560 ? {} : { margin: { l: 20, r: 16, t: 16, b: BELOW } }); // px for titles and it
 const fit = (n) => Math.max(8, Math.min(80, Math.round(Math.sqrt(n / 2))));
 
 // A matrix [y][x] of something of the cells; null where there is none.
@@ -46,7 +47,7 @@ export async function field(box, { table, x, y, up, selection, still }, kind) {
     : { ...data, type: "heatmap" };
   const traces = [{ ...shown, text, customdata: matrix(coarse, (k) => c.first[k]), hovertemplate: `${x} = %{x}<br>${y} = %{y}<br>%{text}<extra></extra>` }, ...failing(coarse)];
   const said = `${words(table.column(up))} over ${words(table.column(x))} and ${words(table.column(y))}, ${few(coarse.cases, "case")}, as a ${kind === "contour" ? "contour plot" : "heat map"}`;
-  await charts.draw(box, traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(y))) }, said);
+  await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(y))) }, said);
   const most = Math.max(0, ...c.cases), none = c.mean.filter((v) => v == null).length;
   return [
     `${selection.size ? "" : "All "}${few(coarse.cases, "case")}${most > 1 ? `, up to ${many(most)} in a cell, which shows their mean` : ""}.`,
@@ -72,7 +73,7 @@ export async function density(box, { table, x, up, selection, still }) {
     hovertemplate: "%{x}, %{y}<br>%{text}<extra></extra>", colorbar: { ...BAR("cases in a cell", box), tickvals: ticks.map(Math.log10), ticktext: ticks.map(many) },
   }, ...failing(all, floor)];
   const said = `${words(table.column(up))} against ${words(table.column(x))}: how many of ${few(all.cases, "case")} lie where`;
-  await charts.draw(box, traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
+  await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
   const lost = Object.values(got.missing).reduce((a, b) => a + b, 0);
   return [`${selection.size ? "" : "All "}${few(all.cases, "case")}, counted in cells.`, lost ? `${few(lost, "case")} without this number.` : "", traces.length > 1 ? "Marks below: where cases did not end as done." : "", "A click looks at one of a cell's cases."];
 }

@@ -2,6 +2,7 @@
 
 import { $, ENDED, ask, dated, downloads, few, make, many, notice, problemItem, wrong } from "./api.js";
 import * as cases from "./cases.js";
+import * as charts from "./charts.js";
 import * as outcomes from "./outcomes.js";
 import * as over from "./over.js";
 import * as questions from "./questions.js";
@@ -22,6 +23,7 @@ export function begin() {
   $("edit").addEventListener("click", () => router.go(`/?from=${job.id}`));
   $("rerun").addEventListener("click", () => ask("POST", `/v1/jobs/${job.id}/rerun`, {}).then((j) => router.go(`/jobs/${j.id}`)).catch(wrong));
   $("remove").addEventListener("click", () => { if (confirm("Delete this job with all its results?")) ask("DELETE", `/v1/jobs/${job.id}?purge=true`).then(() => router.go("/jobs")).catch(wrong); });
+  charts.onScheme(() => { if (table) update(job); });
   onReturn(() => { if (router.here() === "job" && job) reload().catch(wrong); });
 }
 
@@ -40,7 +42,7 @@ export async function enter(query, id) {
     await reload(query);
   } catch (e) {
     $("jobtitle").textContent = e.status === 404 ? "There is no such job" : "This job cannot be shown now";
-    if (e.status === 404) $("state").textContent = "It may have been deleted.";
+    if (e.status === 404) $("state").replaceChildren("It may have been deleted. ", make("a", { href: "/jobs", "data-route": true }, "Look through the jobs"));
     $("jobtools").hidden = $("bar").hidden = true;
     if (e.status !== 404) wrong(e);
   }
@@ -123,6 +125,7 @@ function update(now) {
   $("rerun").hidden = going || !(now.lost || Object.keys(now.outcomes).some((o) => o !== "done"));
   $("remove").hidden = going;
   $("jobproblems").replaceChildren(...now.problems.map((p) => problemItem(p)));
+  $("jobproblems").hidden = !now.problems.length;
 }
 
 const lasted = (s) => (s < 90 ? `${s < 10 ? s.toFixed(1) : Math.round(s)} s` : s < 5400 ? `${Math.round(s / 60)} min` : `${(s / 3600).toFixed(1)} h`);
@@ -134,7 +137,7 @@ function staged(going) {
   const built = job.build_seconds > 0.05 || seen.has("compiling") || seen.has("deriving");
   $("stages").replaceChildren(...STAGES.map(([s, name], k) => {
     const skipped = (s === "deriving" || s === "compiling") && k < i && !built;
-    const word = s === "ended" && !going && job.state !== "done" ? job.state : name;
+    const word = s === "ended" && !going && job.state !== "done" ? job.state[0].toUpperCase() + job.state.slice(1) : name;
     const item = make("li", { class: k < i || (k === i && !going) ? (skipped ? "skipped" : "past") : k === i ? "now" : "" }, word);
     if (s === "ended" && !going) item.className = job.state === "done" ? "past" : job.state;
     if (k === i && going) item.setAttribute("aria-current", "step");

@@ -73,7 +73,7 @@ function fill(box, jobs, choosing) {
 function row(job, choosing) {
   const name = job.label || job.scene, going = !ENDED.includes(job.state);
   const failed = Object.entries(job.outcomes).reduce((sum, [o, n]) => sum + (o === "done" ? 0 : n), job.lost);
-  const told = [few(job.cases, "case"), failed ? `${failed.toLocaleString("en")} not done` : "", job.tags.join(" ")].filter(Boolean).join(" · ");
+  const told = [job.label && job.label !== job.scene ? job.scene : "", few(job.cases, "case"), failed ? `${failed.toLocaleString("en")} not done` : "", job.tags.join(" ")].filter(Boolean).join(" · ");
   const box = choosing ? make("input", { type: "checkbox", "data-job": job.id, "aria-label": `compare ${name} ${job.id.slice(0, 8)}`, onchange: (e) => { if (e.target.checked) chosen.add(job.id); else chosen.delete(job.id); picked(); } }) : null;
   if (box) box.checked = chosen.has(job.id);
   const link = make("a", { href: `/jobs/${job.id}`, "data-route": true, "data-job": job.id }, name);

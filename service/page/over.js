@@ -14,6 +14,7 @@ let table = null, selection = new Map(), turn = 0;
 
 export function begin() {
   for (const id of ["across", "up", "by", "kind"]) $(id).addEventListener("change", () => drawn().catch(wrong));
+  charts.onScheme(drawn);
 }
 
 export function clear() {

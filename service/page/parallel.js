@@ -2,7 +2,7 @@
 // are very many, each pair of axes shaded by how many cases go from where to where. A stretch of an axis is chosen by dragging along
 // it, or by numbers.
 
-import { $, make, number } from "./api.js";
+import { $, breaking, make, number } from "./api.js";
 import { inks } from "./charts.js";
 import * as outcomes from "./outcomes.js";
 import { lines, title } from "./words.js";
@@ -151,14 +151,14 @@ function brush(canvas) {
 // The same by numbers, for the keyboard.
 function numbers(open) {
   const rows = axes.map(({ c, low, high }) => {
-    const ends = [0, 1].map((i) => make("input", { type: "number", step: "any", class: "short", "data-of": `${c.name} ${i}`, "aria-label": `${i ? "most" : "least"} ${c.name}`, placeholder: number(i ? high : low), value: selection.get(c.name)?.[i] ?? "" }));
+    const ends = [0, 1].map((i) => make("input", { type: "number", step: "any", class: "short", "data-of": `${c.name} ${i}`, "aria-label": `${i ? "most" : "least"} ${c.name}`, placeholder: number(+(i ? high : low).toPrecision(4)), value: selection.get(c.name)?.[i] ?? "" }));
     const change = () => {
       const now = new Map(selection), [a, b] = ends.map((n) => (n.value === "" ? null : +n.value));
       if (a == null && b == null) now.delete(c.name); else now.set(c.name, [a, b]);
       tell(now);
     };
     for (const n of ends) n.addEventListener("change", change);
-    return make("li", {}, make("span", {}, c.name), " ", ends[0], " to ", ends[1]);
+    return make("li", {}, make("span", {}, ...breaking(c.name)), make("span", { class: "ends" }, ends[0], " to ", ends[1]));
   });
   return make("details", { open }, make("summary", {}, "Choose by numbers"), make("ul", { class: "ranges" }, ...rows), make("p", { class: "help" }, "Or drag along an axis of the picture; a click on it sets it free."));
 }

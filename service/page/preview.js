@@ -1,6 +1,6 @@
 // The mechanism at its start, drawn beside the editor, to be turned: the same page as runs are shown on, in a frame.
 
-import { $, askText, later, make, problemItem } from "./api.js";
+import { $, askText, later, make, problemList } from "./api.js";
 
 const SHOWN = "values=0&bare=1&names=1";
 let front = null, of = "", turn = 0;
@@ -28,7 +28,7 @@ export const draw = later(async (signal, text, model) => {
 // Why there is no new picture; the last one stays, faintly.
 export function stale(problems) {
   front?.classList.add("stale");
-  $("previewnote").replaceChildren(...(problems.length ? [make("ul", { class: "problems" }, ...problems.map((p) => problemItem(p)))] : [front ? "The picture is of the last scene that was right." : ""]));
+  $("previewnote").replaceChildren(...(problems.length ? [problemList(problems)] : [front ? "The picture is of the last scene that was right." : ""]));
 }
 
 // A new frame is loaded behind the one that is seen, and takes its place, and its view where it is the same model, when it is drawn.

@@ -1,11 +1,11 @@
 // What a sample says: which numbers decide over a result (Sobol indices), how it is spread, how often it is above a bound. What a
 // study has found: the best numbers, or where outcomes change.
 
-import { $, ask, later, make, number } from "./api.js";
+import { $, ask, breaking, later, make, number } from "./api.js";
 import * as charts from "./charts.js";
 import * as outcomes from "./outcomes.js";
 import { middles } from "./table.js";
-import { short, title, unit } from "./words.js";
+import { sentences, short, title, unit } from "./words.js";
 
 const SHADES = { first: 0, total: 1, second: 2, cases: 5 };
 const shade = (kind) => outcomes.color(SHADES[kind]);
@@ -16,6 +16,7 @@ export function begin() {
   const again = later(() => told());
   $("questionof").addEventListener("change", again);
   $("bound").addEventListener("input", again);
+  charts.onScheme(() => ($("questions").hidden || !job ? null : changed(job, table)));
 }
 
 export function clear() {
@@ -62,8 +63,8 @@ async function told() {
   if (id !== job.id) return;
   const index = indices.find((i) => i.of === of);
   $("boundlabel").hidden = failing;
-  const notes = [...(index?.notes ?? []), spread?.missing ? `${spread.missing} of ${spread.cases} cases have no value.` : "", spread?.note ?? ""];
-  if (!$("questionnote").textContent) $("questionnote").textContent = notes.filter(Boolean).join(" ");
+  const notes = [...(index?.notes ?? []), spread?.missing ? `${spread.missing} of ${spread.cases} cases have no value` : "", spread?.note ?? ""];
+  if (!$("questionnote").textContent) $("questionnote").textContent = sentences(notes);
   $("indexplot").hidden = !index;
   $("spreadplot").hidden = !spread;
   if (index) await bars(index);
@@ -92,7 +93,7 @@ async function histogram(spread) {
   const line = (x, color, dash) => ({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, line: { color, width: 1.5, dash } });
   const known = spread.quantiles.filter((q) => q.value != null), bounds = spread.above;
   const shapes = [...known.map((q) => line(q.value, ink, "solid")), ...bounds.map((b) => line(b.bound, shade("total"), "dash"))];
-  const word = (x, text, y, color) => ({ x, y, yref: "paper", text, showarrow: false, xanchor: "left", font: { size: 11, color } });
+  const word = (x, text, y, color) => ({ x, y, yref: "paper", text, showarrow: false, xanchor: "left", xshift: 3, font: { size: 11, color } });
   const words = [...known.map((q) => word(q.value, `${+(100 * q.probability).toPrecision(4)} %`, 1, ink)), ...bounds.map((b) => word(b.bound, `above: ${number(100 * b.value)} %`, 0.85, shade("total")))];
   const at = middles(got.x), layout = { xaxis: charts.axis(title(table.column(spread.of))), yaxis: charts.axis("cases"), shapes, annotations: words, bargap: 0.02 };
   await charts.draw($("spreadplot"), [{ type: "bar", x: got.cells.x.map((i) => at[i]), y: got.cells.cases, marker: { color: shade("cases") } }], layout, `how often ${spread.of} is what, with quantiles`);
@@ -100,7 +101,7 @@ async function histogram(spread) {
 
 function answers(index, spread) {
   const rows = [];
-  const row = (what, e, unit_ = "") => rows.push(make("tr", {}, make("th", { scope: "row" }, what), make("td", {}, e.value == null ? "–" : `${number(e.value)} ${unit_}`.trim()), make("td", {}, [e.low, e.high].map((x) => (x == null ? "no end" : number(x))).join(" to "))));
+  const row = (what, e, unit_ = "") => rows.push(make("tr", {}, make("th", { scope: "row" }, ...breaking(what)), make("td", {}, e.value == null ? "–" : `${number(e.value)}\u00a0${unit_}`.trim()), make("td", {}, [e.low, e.high].map((x) => (x == null ? "no end" : number(x))).join(" to "))));
   const u = unit(spread?.unit);
   for (const kind of ["first", "total"]) for (const e of index?.[kind] ?? []) row(`${e.path}, ${WORDS[kind]}`, e);
   for (const q of spread?.quantiles ?? []) row(`${+(100 * q.probability).toPrecision(4)} % lie below`, q, u);
@@ -119,7 +120,7 @@ async function study() {
   if (!answer) return;
   $("questions").hidden = false;
   $("indexplot").hidden = $("spreadplot").hidden = true;
-  $("questionnote").textContent = `${answer.why}; ${answer.cases} cases.` + (answer.feasible === false ? " No case keeps all constraints; this comes nearest." : "");
+  $("questionnote").textContent = sentences([`${answer.why}; ${answer.cases} cases`, answer.feasible === false ? "no case keeps all constraints; this comes nearest" : ""]);
   await (answer.kind === "optimise" ? best(answer) : boundaries(answer));
 }
 
@@ -151,5 +152,5 @@ const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { s
 
 function fill(heads, rows) {
   $("answers").tHead.replaceChildren(headed(heads));
-  $("answers").tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, first), ...rest.map((x) => make("td", {}, x)))));
+  $("answers").tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((x) => make("td", {}, x)))));
 }

@@ -46,15 +46,25 @@ export function words(c) {
 
 export const title = (c) => withUnit(words(c), c.unit);
 
-// The same in lines of so many characters, as Plotly breaks them.
-export function lines(text, most = 42) {
+function broken(text, most) {
   const out = [""];
   for (const word of text.split(" ")) {
     if (out.at(-1) && out.at(-1).length + word.length > most) out.push(word);
     else out[out.length - 1] += (out.at(-1) ? " " : "") + word;
   }
-  return out.join("<br>");
+  return out;
 }
+
+// The same in as few lines of so many characters as it takes, these about as long as each other; broken as Plotly breaks them.
+export function lines(text, most = 42) {
+  const fewest = broken(text, most).length;
+  let room = most;
+  while (room > 1 && broken(text, room - 1).length === fewest) room--;
+  return broken(text, room).join("<br>");
+}
+
+// Notes one after the other: each begins with a capital and ends with a stop.
+export const sentences = (notes) => [...new Set(notes.filter(Boolean))].map((n) => n[0].toUpperCase() + n.slice(1) + (/[.!?]$/.test(n) ? "" : ".")).join(" ");
 
 // Names by as many of their last words as tell them apart.
 export function short(paths) {

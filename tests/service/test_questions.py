@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import engine
 from engine.cli import main
 from service.client import Job, connect
+from tests.batch.test_indices import known
 from tests.service.paged import browser, page, picture, show, tab, until
 from tests.service.serving import MU, SMALL, Served
 
@@ -73,16 +76,66 @@ def test_what_is_no_sample_has_neither(served: Served) -> None:
     assert {p["where"] for p in told.json()["problems"]} == {f"sample.{MU}", "sample.count"}
 
 
+def assert_shown(page: Any, expected: dict[str, Any]) -> None:
+    """The page tells these indices with their intervals, and draws them."""
+    rows = page.evaluate(
+        "[...document.querySelectorAll('#answers tbody tr')].map((row) => [...row.children].map((x) => x.textContent.trim()))"
+    )
+    wanted = [
+        (f"{e['path']}, {how}", e)
+        for kind, how in (("first", "alone (first)"), ("total", "with all others (total)"))
+        for e in expected[kind]
+    ]
+    texts = page.evaluate(
+        "(values) => import('/page/api.js').then((m) => values.map(m.number))",
+        [e[n] for _, e in wanted for n in ("value", "low", "high")],
+    )
+    assert rows[: len(wanted)] == [
+        [what, texts[3 * i], f"{texts[3 * i + 1]} to {texts[3 * i + 2]}"] for i, (what, _) in enumerate(wanted)
+    ]
+    bars = page.evaluate("() => document.getElementById('indexplot').data.map((t) => t.x)")
+    assert bars == [[e["value"] for e in expected[kind]] for kind in ("first", "total", "second")]
+
+
+ISHIGAMI = """
+name: ishigami
+gravity: [0, 0, 0]
+parameters: {first: 0, second: 0, third: 0}
+bodies: {block: {box: [1, 1, 1], mass: 1}}
+joints:
+  slide:
+    {type: prismatic, axis: x, inboard: ground, outboard: block,
+     start: {q: "{(sin(first) + 7*sin(second)^2 + 0.1*third^4*sin(first)) * 1 m}"}}
+"""
+"""A block that stays where Ishigami's function puts it."""
+
+
+def test_a_function_whose_indices_are_known_has_them_from_command_rest_and_page_alike(
+    served: Served, page: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "ishigami.yaml").write_text(ISHIGAMI)
+    ends, of = [-np.pi, np.pi], "final:slide.q[1]"
+    ranges = {f"parameters.{n}": ends for n in ("first", "second", "third")}
+    words = [w for path in ranges for w in ("--sample", f"{path}={ends[0]!r}:{ends[1]!r}")]
+    more = ["--count", "256", "--sampling", "saltelli", "--reduce", of, "--until", "0.001", "--json"]
+    assert main(["sweep", str(tmp_path / "ishigami.yaml"), *words, *more]) == 0
+    (told,) = json.loads(capsys.readouterr().out)["indices"]
+    each = [told[kind][k] for kind in ("first", "total", "second") for k in range(3)]
+    assert all(e["low"] <= true <= e["high"] for e, true in zip(each, known(), strict=True))
+    sample = {"ranges": ranges, "count": 256, "method": "saltelli"}
+    job = served.submit({"scene_text": ISHIGAMI, "sample": sample, "reductions": [of], "until": 0.001})
+    served.ended(job)
+    assert served.get(f"/v1/jobs/{job}/indices").json()["indices"] == [told]
+    show(page, f"/jobs/{job}")
+    page.wait_for_selector("#indexplot .bars .point", state="attached")
+    assert_shown(page, told)
+
+
 def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, job: Job) -> None:
     show(page, f"/jobs/{job.id}")
     page.wait_for_selector("#indexplot .bars .point", state="attached")
-    told = page.locator("#answers").inner_text()
     expected = job.indices()[0]
-    for e in (*expected["first"], *expected["total"]):
-        assert f"{e['path']}, " in told
-        assert page.evaluate(f"+({e['value']!r}).toPrecision(6)") == pytest.approx(e["value"], rel=1e-5)
-    bars = page.evaluate("() => document.getElementById('indexplot').data.map((t) => t.x)")
-    assert bars == [[e["value"] for e in expected[kind]] for kind in ("first", "total", "second")]
+    assert_shown(page, expected)
     page.fill("#bound", "4.5")
     page.wait_for_selector("#answers tr:has-text('probability')", state="attached")
     counted = page.evaluate("() => document.getElementById('spreadplot').data[0].y.reduce((a, b) => a + b)")

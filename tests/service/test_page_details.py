@@ -1,0 +1,120 @@
+"""Small things of the page that were wrong when its pictures were looked at (``test_page_pictures.py``)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.remote import Job
+from tests.service.paged import browser, page, show, tab, until
+from tests.service.serving import Served
+from tests.service.states import GUIDE
+from tests.service.test_page_looks import grid, submitted, three
+
+__all__ = ["browser", "grid", "page", "tab", "three"]
+DATA = "document.getElementById('{}').data"
+
+
+def test_what_is_drawn_takes_the_other_colours_when_it_gets_dark(page: Any, three: Job) -> None:
+    show(page, f"/jobs/{three.id}")
+    page.wait_for_selector("#timeplot .scatterlayer .trace")
+    first = "getComputedStyle(document.documentElement).getPropertyValue('--c0').trim()"
+    drawn = (f"{DATA.format('sweepplot')}[0].marker.color", f"{DATA.format('timeplot')}[0].line.color",
+             "document.querySelector('#outcomes li:nth-child({}) path').getAttribute('fill')")  # fmt: skip
+    chip = drawn[2].format(1 + list(three.document["outcomes"]).index("done"))
+    axis = "[...document.querySelector('#parallel canvas').getContext('2d').getImageData(76, 200, 1, 1).data].slice(0, 3)"
+    light = page.evaluate(f"[{first}, {axis}]")
+    assert page.evaluate(f"[{drawn[0]}, {drawn[1]}, {chip}]") == [light[0]] * 3
+    try:
+        page.emulate_media(color_scheme="dark")
+        assert page.evaluate(first) != light[0]
+        for what in (*drawn[:2], chip):
+            until(page, f"{what} === {first}")
+        until(page, f"{axis}[0] > 128")  # ink on dark is light
+        assert light[1][0] < 128
+    finally:
+        page.emulate_media(color_scheme="light")
+
+
+def test_marks_of_events_lie_on_the_curve_however_far_apart_its_rows_are(page: Any, served: Served) -> None:
+    over = {GUIDE: [0.1]}
+    job = submitted(served, over=over, until=0.5, every=0.05)
+    show(page, f"/jobs/{job.id}")
+    until(page, f"{DATA.format('timeplot')}?.length === 2")
+    curve, marks = page.evaluate(f"{DATA.format('timeplot')}.map((t) => [t.x, t.y])")
+    assert len(marks[0]) > 0
+    assert marks[1] == pytest.approx(np.interp(marks[0], *curve))
+    assert not set(marks[0]) & set(curve[0])  # between its rows
+
+
+def test_mistakes_in_what_is_to_be_best_are_told_where_they_were_made(page: Any) -> None:
+    page.check("input[value=optimise]")
+    page.select_option("#model", "double_pendulum")  # what was proposed for another model is gone with it
+    until(page, "document.getElementById('goalof').value.includes('guide')")
+    page.select_option("#goal", "reach")
+    page.fill("#target", "4 kg")
+    invalid = "[...document.querySelectorAll('[aria-invalid=true]')].map((x) => x.id)"
+    until(page, f"{invalid}.join() === 'target'")
+    assert "4 kg" in page.inner_text("#waynote")
+    page.fill("#target", "4 kN")
+    page.fill("#within", "max:nothing = 1:2")
+    until(page, f"{invalid}.join() === 'within'")
+    page.fill("#within", "")
+    until(page, f"!{invalid}.length && !document.getElementById('waynote').textContent")
+
+
+def test_a_long_list_of_mistakes_is_reached_from_the_keyboard(page: Any) -> None:
+    page.fill("#scene", page.input_value("#scene").replace("density:", "densty:"))
+    page.wait_for_selector("#verdict.bad li")
+    page.focus("#scene")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.closest('#verdict')?.id") == "verdict"
+
+
+def test_a_scale_of_colours_below_a_map_leaves_its_titles_alone(page: Any, grid: Job) -> None:
+    wide = page.viewport_size
+    page.set_viewport_size({"width": 390, "height": 844})
+    try:
+        show(page, f"/jobs/{grid.id}")
+        page.wait_for_selector("#sweepplot .colorbar")
+        title = page.locator("#sweepplot .xtitle").bounding_box()
+        words, scale = (page.locator(f"#sweepplot {s}").bounding_box() for s in (".cbtitle", ".cbfills"))
+        plot = page.locator("#sweepplot").bounding_box()
+        assert title["y"] + title["height"] <= words["y"]
+        assert words["y"] + words["height"] <= scale["y"] + 1
+        assert page.locator("#sweepplot .colorbar").bounding_box()["height"] + words["y"] <= plot["y"] + plot["height"]
+    finally:
+        page.set_viewport_size(wide)
+
+
+def test_who_has_no_key_is_asked_for_one_and_sees_no_empty_form(page: Any, tab: tuple[Any, list[str]]) -> None:
+    problem = {"title": "An API key is needed", "status": 401, "problems": []}
+    page.route("**/v1/**", lambda r: r.fulfill(status=401, json=problem, content_type="application/problem+json"))
+    page.reload()
+    page.wait_for_selector("#locked:visible")
+    assert page.locator("#submit:visible").count() == 0
+    assert page.evaluate("document.activeElement.id") == "key"
+    page.unroute("**/v1/**")
+    page.fill("#key", "anything")  # this server asks for none
+    page.click("#keyform button")
+    page.wait_for_selector("#submit:visible")
+    tab[1][:] = [e for e in tab[1] if "401" not in e]
+
+
+def test_titles_are_broken_into_like_lines_and_notes_are_sentences(page: Any) -> None:
+    words = "import('/page/words.js').then((w) => w.{})"
+    title = "largest normal force at contact 1 of guide (N)"
+    lines = page.evaluate(words.format(f"lines('{title}')")).split("<br>")
+    assert " ".join(lines) == title
+    assert min(map(len, lines)) > 0.6 * max(map(len, lines))
+    assert page.evaluate(words.format("lines('short (m)')")) == "short (m)"
+    assert page.evaluate(words.format("sentences(['none is left', '', 'So it is.'])")) == "None is left. So it is."
+
+
+def test_words_of_the_api_have_no_marks_of_markdown(page: Any) -> None:
+    page.goto("/".join(page.url.split("/")[:3]) + "/docs")
+    page.wait_for_selector("#operations[aria-busy=false]")
+    assert "`" not in page.inner_text("#operations")
+    assert page.locator("#operations > p code").count()
