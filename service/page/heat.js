@@ -29,29 +29,38 @@ function failing(got, at = null) {
     return {
       type: "scatter", mode: "markers", name: outcomes.said(name), x: k.map((j) => xs[c.x[j]]), y: k.map((j) => (ys ? ys[c.y[j]] : at)), customdata: k.map((j) => c.first[j]),
       text: k.map((j) => `${many(c.outcomes[name][j])} of ${few(c.cases[j], "case")}: ${outcomes.said(name)}`), hovertemplate: "%{text}<extra></extra>",
-      marker: { color, symbol: shape, size: k.length > 800 ? 4 : 7, line: { color: charts.inks().paper, width: 1 } },
+      marker: { color, symbol: shape, size: k.length > 800 ? 4 : 7, line: { color: charts.inks().paper, width: k.length > 800 ? 0 : 1 } },
     };
   }).filter((t) => t.x.length);
 }
 
+// The ends of the colours: where a few values lie far beyond all others, those of the others.
+export function span(values) {
+  const known = values.filter((v) => v != null).sort((a, b) => a - b), at = (part) => known[Math.round(part * (known.length - 1))];
+  if (known.length < 20) return {};
+  const [least, low, high, most] = [0, 0.02, 0.98, 1].map(at), far = 2 * (high - low), top = most - high > far ? high : most, foot = low - least > far ? low : least;
+  return top === most && foot === least ? {} : { zmin: foot, zmax: top };
+}
+
 // A result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
-  const n = table.large ? 80 : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
+  const n = table.large ? fit(table.job.cases / 2) : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
   const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // not as many numbers as cases
   const coarse = grid ? got : await table.bins(x, y, up, { nx: n, ny: n, within: selection });
   if (!still()) return null;
-  const c = coarse.cells, z = matrix(coarse, (k) => c.mean[k]), text = matrix(coarse, (k) => told(c, k, up));
+  const c = coarse.cells, ends = span(c.mean), z = matrix(coarse, (k) => c.mean[k]), text = matrix(coarse, (k) => told(c, k, up));
   const data = { x: middles(coarse.x), y: middles(coarse.y), z, colorscale: "Viridis", colorbar: BAR(title(table.column(up)), box), name: "" };
   const shown = kind === "contour"
     ? { ...data, type: "contour", connectgaps: false, contours: { showlabels: true, labelfont: { size: 11, color: "white" } }, line: { width: 0.8 } }
     : { ...data, type: "heatmap" };
-  const traces = [{ ...shown, text, customdata: matrix(coarse, (k) => c.first[k]), hovertemplate: `${x} = %{x}<br>${y} = %{y}<br>%{text}<extra></extra>` }, ...failing(coarse)];
+  const traces = [{ ...shown, ...ends, text, customdata: matrix(coarse, (k) => c.first[k]), hovertemplate: `${x} = %{x}<br>${y} = %{y}<br>%{text}<extra></extra>` }, ...failing(coarse)];
   const said = `${words(table.column(up))} over ${words(table.column(x))} and ${words(table.column(y))}, ${few(coarse.cases, "case")}, as a ${kind === "contour" ? "contour plot" : "heat map"}`;
   await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(y))) }, said);
   const most = Math.max(0, ...c.cases), none = c.mean.filter((v) => v == null).length;
   return [
     `${selection.size ? "" : "All "}${few(coarse.cases, "case")}${most > 1 ? `, up to ${many(most)} in a cell, which shows their mean` : ""}.`,
     none ? `${few(none, "cell")} without this number.` : "", traces.length > 1 ? "Marks: cells in which cases did not end as done." : "",
+    "zmax" in ends ? `Colours go from ${number(ends.zmin)} to ${number(ends.zmax)}; some cells lie far beyond.` : "",
   ];
 }
 

@@ -1,7 +1,7 @@
 // What a sample says: which numbers decide over a result (Sobol indices), how it is spread, how often it is above a bound. What a
 // study has found: the best numbers, or where outcomes change.
 
-import { $, ask, breaking, later, make, number } from "./api.js";
+import { $, ask, breaking, few, later, make, many, number } from "./api.js";
 import * as charts from "./charts.js";
 import * as outcomes from "./outcomes.js";
 import { middles } from "./table.js";
@@ -63,7 +63,7 @@ async function told() {
   if (id !== job.id) return;
   const index = indices.find((i) => i.of === of);
   $("boundlabel").hidden = failing;
-  const notes = [...(index?.notes ?? []), spread?.missing ? `${spread.missing} of ${spread.cases} cases have no value` : "", spread?.note ?? ""];
+  const notes = [...(index?.notes ?? []), spread?.missing ? `${many(spread.missing)} of ${few(spread.cases, "case")} have no value` : "", spread?.note ?? ""];
   if (!$("questionnote").textContent) $("questionnote").textContent = sentences(notes);
   $("indexplot").hidden = !index;
   $("spreadplot").hidden = !spread;
@@ -94,7 +94,7 @@ async function histogram(spread) {
   const known = spread.quantiles.filter((q) => q.value != null), bounds = spread.above;
   const shapes = [...known.map((q) => line(q.value, ink, "solid")), ...bounds.map((b) => line(b.bound, shade("total"), "dash"))];
   const word = (x, text, y, color) => ({ x, y, yref: "paper", text, showarrow: false, xanchor: "left", xshift: 3, font: { size: 11, color } });
-  const words = [...known.map((q) => word(q.value, `${+(100 * q.probability).toPrecision(4)} %`, 1, ink)), ...bounds.map((b) => word(b.bound, `above: ${number(100 * b.value)} %`, 0.85, shade("total")))];
+  const words = [...known.map((q, i) => word(q.value, `${+(100 * q.probability).toPrecision(4)} %`, 1 - 0.06 * i, ink)), ...bounds.map((b) => word(b.bound, `above: ${number(100 * b.value)} %`, 0.94 - 0.06 * known.length, shade("total")))];
   const at = middles(got.x), layout = { xaxis: charts.axis(title(table.column(spread.of))), yaxis: charts.axis("cases"), shapes, annotations: words, bargap: 0.02 };
   await charts.draw($("spreadplot"), [{ type: "bar", x: got.cells.x.map((i) => at[i]), y: got.cells.cases, marker: { color: shade("cases") } }], layout, `how often ${spread.of} is what, with quantiles`);
 }

@@ -49,6 +49,16 @@ def test_marks_of_events_lie_on_the_curve_however_far_apart_its_rows_are(page: A
     assert not set(marks[0]) & set(curve[0])  # between its rows
 
 
+@pytest.mark.parametrize("size", [(1400, 900), (390, 844)])
+def test_a_model_is_chosen_and_run_without_scrolling(page: Any, size: tuple[int, int]) -> None:
+    wide = page.viewport_size
+    page.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+    page.wait_for_selector("#preview iframe:not(.behind)")
+    ends = [page.locator(x).bounding_box() for x in ("#model", "#submit", *(("#preview",) if size[0] > 900 else ()))]
+    page.set_viewport_size(wide)
+    assert all(b["y"] + b["height"] <= size[1] and b["x"] + b["width"] <= size[0] for b in ends)
+
+
 def test_mistakes_in_what_is_to_be_best_are_told_where_they_were_made(page: Any) -> None:
     page.check("input[value=optimise]")
     page.select_option("#model", "double_pendulum")  # what was proposed for another model is gone with it
@@ -66,11 +76,11 @@ def test_mistakes_in_what_is_to_be_best_are_told_where_they_were_made(page: Any)
 
 
 def test_a_long_list_of_mistakes_is_reached_from_the_keyboard(page: Any) -> None:
-    page.fill("#scene", page.input_value("#scene").replace("density:", "densty:"))
-    page.wait_for_selector("#verdict.bad li")
-    page.focus("#scene")
+    page.fill("#reductions", "max:nothing")
+    page.wait_for_selector("#jobverdict.bad li")
+    page.focus("#label")
     page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.closest('#verdict')?.id") == "verdict"
+    assert page.evaluate("document.activeElement.closest('#jobverdict')?.id") == "jobverdict"
 
 
 def test_a_scale_of_colours_below_a_map_leaves_its_titles_alone(page: Any, grid: Job) -> None:
@@ -111,6 +121,16 @@ def test_titles_are_broken_into_like_lines_and_notes_are_sentences(page: Any) ->
     assert min(map(len, lines)) > 0.6 * max(map(len, lines))
     assert page.evaluate(words.format("lines('short (m)')")) == "short (m)"
     assert page.evaluate(words.format("sentences(['none is left', '', 'So it is.'])")) == "None is left. So it is."
+
+
+def test_a_few_values_far_beyond_the_others_do_not_take_all_colours(page: Any) -> None:
+    values = [float(x) for x in np.linspace(100.0, 300.0, 99)]
+    span = "(values) => import('/page/heat.js').then((m) => m.span(values))"
+    assert page.evaluate(span, values) == {}
+    got = page.evaluate(span, [*values, 13_000.0, None])
+    assert got["zmin"] == 100.0
+    assert 290.0 < got["zmax"] <= 300.0
+    assert page.evaluate(span, [1.0, 2.0, 1e6]) == {}  # too few to say what is usual
 
 
 def test_words_of_the_api_have_no_marks_of_markdown(page: Any) -> None:
