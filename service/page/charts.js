@@ -67,15 +67,19 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () =
   for (const work of schemes) await Promise.resolve(work()).catch(wrong);
 });
 
+const look = (outcome) => ({ color: outcomes.of(outcome).color, symbol: outcomes.of(outcome).shape, size: 8 });
+
 // Cases as points, one trace an outcome: never joined by lines. chosen: which are picked out, null for all.
 export function points(rows, at, x, y, text, chosen) {
   const known = rows.map(y).filter((v) => v != null && Number.isFinite(v)), low = Math.min(...known), high = Math.max(...known);
   const floor = known.length ? low - 0.06 * ((high - low) || Math.abs(low) || 1) : 0; // below all: cases without the number
   const names = [...new Set(rows.map((r) => r[at]))].sort((a, b) => (a === "done" ? -1 : b === "done" ? 1 : a < b ? -1 : 1));
-  return names.map((outcome) => {
-    const mine = rows.filter((r) => r[at] === outcome), { color, shape } = outcomes.of(outcome), size = mine.length > 1000 ? 4 : mine.length > 200 ? 5.5 : 8;
+  const told = (outcome) => ({ type: "scatter", mode: "markers", name: outcomes.said(outcome), legendgroup: outcome, x: [null], y: [null], marker: look(outcome) }); // a legend at full strength
+  return names.flatMap((outcome) => {
+    const mine = rows.filter((r) => r[at] === outcome), size = mine.length > 1000 ? 4 : mine.length > 200 ? 5.5 : 8;
     const opacity = chosen ? mine.map((r) => (chosen(r) ? 0.95 : 0.12)) : mine.length > 1000 ? 0.6 : 0.9;
-    return { type: "scatter", mode: "markers", name: outcomes.said(outcome), x: mine.map(x), y: mine.map((r) => y(r) ?? floor), customdata: mine.map((r) => r[0]), text: mine.map(text), hovertemplate: "%{text}<extra></extra>", marker: { color, symbol: shape, size, opacity } };
+    const drawn = { type: "scatter", mode: "markers", name: outcomes.said(outcome), legendgroup: outcome, showlegend: !chosen, x: mine.map(x), y: mine.map((r) => y(r) ?? floor), customdata: mine.map((r) => r[0]), text: mine.map(text), hovertemplate: "%{text}<extra></extra>", marker: { ...look(outcome), size, opacity } };
+    return chosen ? [drawn, told(outcome)] : [drawn];
   });
 }
 

@@ -80,6 +80,8 @@ def test_a_selection_along_one_axis_is_seen_in_the_points(page: Any, three: Job)
     until(page, f"document.getElementById('selected').textContent.startsWith('{few} cases selected')")
     full = "document.getElementById('sweepplot').data.flatMap((t) => t.marker.opacity).filter((o) => o > 0.5).length"
     until(page, f"{full} === {few}")
+    shown = "[...document.querySelectorAll('#sweepplot .legendpoints path')].map((p) => +getComputedStyle(p).opacity)"
+    assert min(page.evaluate(shown)) > 0.5
     picture(page, "parallel")
     page.click("#selected button >> nth=0")
     until(page, "document.getElementById('selected').hidden")
