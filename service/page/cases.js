@@ -36,10 +36,11 @@ export async function changed(now, rows, query) {
   const fresh = !job;
   [job, table] = [now, rows];
   if (fresh) {
+    const { scene, optimise } = await ask("GET", `/v1/jobs/${now.id}/request`);
     if (query?.get("cases")) $("cases").value = query.get("cases");
-    else $("cases").value = String(await earliest() ?? 0);
+    else $("cases").value = String((optimise ? (await ask("GET", `/v1/jobs/${now.id}/answer`)).answer?.case : null) ?? (await earliest()) ?? 0);
     if (job?.id !== now.id) return;
-    offered = (await ask("POST", "/v1/scenes/check", { scene: (await ask("GET", `/v1/jobs/${now.id}/request`)).scene })).columns;
+    offered = (await ask("POST", "/v1/scenes/check", { scene })).columns;
     if (job?.id !== now.id) return;
     choices($("column"), offered.map((c) => [c.name, c.name, c.description]));
     const asked = (query?.get("columns") ?? "").split(" ").filter((n) => offered.some((c) => c.name === n));
@@ -95,7 +96,7 @@ async function one(n, columns) {
 
 async function drawn() {
   const mine = ++turn, numbers = wanted(), columns = [...shown], id = job.id;
-  router.remember({ ...(numbers.join() !== "0" ? { cases: numbers.join(",") } : {}), ...(columns.length ? { columns: columns.join(" ") } : {}) });
+  router.remember({ ...(numbers.length ? { cases: numbers.join(",") } : {}), ...(columns.length ? { columns: columns.join(" ") } : {}) });
   const heads = await Promise.all(numbers.map((n) => table.row(n)));
   if (mine !== turn || id !== job?.id) return;
   missing = heads.some((r) => !r);

@@ -95,6 +95,6 @@ async function drawn() {
 }
 
 function fill(table, heads, rows) {
-  table.tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make(x ? "th" : "td", x ? { scope: "col" } : {}, x))));
+  table.tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make(x ? "th" : "td", x ? { scope: "col" } : {}, ...breaking(x)))));
   table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((v) => make("td", {}, v)))));
 }

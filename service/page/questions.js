@@ -148,7 +148,7 @@ async function boundaries(answer) {
   ]));
 }
 
-const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { scope: "col" }, x) : make("td"))));
+const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { scope: "col" }, ...breaking(x)) : make("td"))));
 
 function fill(heads, rows) {
   $("answers").tHead.replaceChildren(headed(heads));

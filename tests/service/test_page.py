@@ -106,6 +106,7 @@ def earlier(served: Served) -> str:
 
 def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> None:
     reached, on = set(), "(() => { const a = document.activeElement; return a.id || a.className || a.tagName; })()"
+    page.wait_for_selector("#preview iframe:not(.behind)")
     page.evaluate("document.activeElement.blur()")
     for _ in range(24):
         page.keyboard.press("Tab")
