@@ -98,7 +98,7 @@ export function problemItem(p, jump) {
 export const problemList = (problems, jump) => make("ul", { class: "problems", tabindex: "0", "aria-label": "problems" }, ...problems.map((p) => problemItem(p, jump)));
 
 // A path or the name of a column, which may be broken after its dots.
-export const breaking = (text) => text.split(/(?<=[.:])/).flatMap((part, i) => (i ? [make("wbr"), part] : [part]));
+export const breaking = (text) => text.split(/(?<=[.:])(?!\d)/).flatMap((part, i) => (i ? [make("wbr"), part] : [part]));
 
 const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
 

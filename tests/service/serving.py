@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 from fastapi.testclient import TestClient
 
 from service.api.security import new_key
@@ -151,6 +152,14 @@ class Served(Talk):
     def __exit__(self, *error: Any) -> None:
         self.stop()
         self.client.close()
+
+
+def spawned(process: psutil.Process) -> bool:
+    """Whether it is a process that Python has started for itself, and has not ended meanwhile."""
+    try:
+        return "spawn_main" in " ".join(process.cmdline())
+    except psutil.Error:
+        return False
 
 
 def new_keys(s: Served, *roles: str) -> list[str]:

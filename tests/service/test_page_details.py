@@ -120,6 +120,8 @@ def test_titles_are_broken_into_like_lines_and_notes_are_sentences(page: Any) ->
     assert " ".join(lines) == title
     assert min(map(len, lines)) > 0.6 * max(map(len, lines))
     assert page.evaluate(words.format("lines('short (m)')")) == "short (m)"
+    parts = "import('/page/api.js').then((m) => m.breaking('a.b: 0.15').filter((x) => typeof x === 'string'))"
+    assert page.evaluate(parts) == ["a.", "b:", " 0.15"]
     assert page.evaluate(words.format("sentences(['none is left', '', 'So it is.'])")) == "None is left. So it is."
 
 

@@ -17,7 +17,7 @@ import pytest
 import engine
 from tests.service.databases import DatabaseMissing, packaged
 from tests.service.paged import browser, until
-from tests.service.serving import MU, ROOT, SMALL, Served, eventually, free_port
+from tests.service.serving import MU, ROOT, SMALL, Served, eventually, free_port, spawned
 
 LONG: dict[str, Any] = {
     "scene": "spherical_pendulum",
@@ -46,8 +46,7 @@ def expected() -> list[list[Any]]:
 def children(s: Served) -> list[psutil.Process]:
     """The server's worker processes."""
     assert s.process is not None
-    found = psutil.Process(s.process.pid).children(recursive=True)
-    return [p for p in found if "spawn_main" in " ".join(p.cmdline())]
+    return [p for p in psutil.Process(s.process.pid).children(recursive=True) if spawned(p)]
 
 
 @pytest.mark.parametrize(("cases", "kills", "until"), [(CASES, 1, 40.0), pytest.param(1000, 5, 150.0, marks=pytest.mark.slow)])

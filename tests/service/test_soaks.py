@@ -17,7 +17,7 @@ import pytest
 
 import engine
 from engine.scene.library import bundled_names
-from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually, new_keys
+from tests.service.serving import MU, ROOT, SMALL, InProcess, Served, eventually, new_keys, spawned
 from tests.service.test_recovery import BRIM
 
 pytestmark = pytest.mark.slow
@@ -65,7 +65,7 @@ def memory(s: Served) -> float:
     """Bytes of the server and of its clerks, without its workers."""
     assert s.process is not None
     server = psutil.Process(s.process.pid)
-    clerks = [p for p in server.children() if "spawn_main" in " ".join(p.cmdline())]
+    clerks = [p for p in server.children() if spawned(p)]
     return float(sum(p.memory_info().rss for p in [server, *clerks]))
 
 
