@@ -14,7 +14,8 @@ from service.api.problems import Refusal
 from service.api.security import Caller
 from service.api.service import Service
 from service.desk.clerk import Ended, TookTooLong
-from service.desk.desk import Crowded, Desk
+from service.desk.desk import Desk
+from service.desk.row import Crowded
 
 MODELS: dict[str, type[BaseModel]] = {}
 """The requests that are described, by name."""

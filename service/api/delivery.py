@@ -6,14 +6,20 @@ import re
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from fastapi import Request
 from starlette.responses import Response, StreamingResponse
 
 from service.api.problems import problem_response, with_header
+from service.api.reads import Reads
 from service.executor.sealed import digest_of
 from service.plain import text_of
+
+if TYPE_CHECKING:
+    from service.api.service import Service
 
 Make = Callable[[], Iterator[bytes]]
 TEXTS = ("application/json", "text/csv")
@@ -46,34 +52,54 @@ class Lengths:
         return self.kept[tag]
 
 
-def delivered(request: Request, make: Make, media: str, headers: dict[str, str], tag: str | None, lengths: Lengths) -> Response:
-    """An answer. make: its bytes; tag: its name, None while it may still change: then it is sent whole."""
+@dataclass(frozen=True)
+class Answer:
+    """What can be sent. make: its bytes; tag: its name, None while it may still change: then it is sent whole."""
+
+    make: Make
+    media: str
+    headers: dict[str, str]
+    tag: str | None
+
+
+async def delivered(request: Request, who: str, s: Service, answer: Callable[[], Answer]) -> Response:
+    """An answer, found out and made in the caller's turns."""
+    found = await s.reads.do(who, answer)
+    make, media, tag = found.make, found.media, found.tag
     plain = "gzip" not in accepted(request.headers.get("accept-encoding", "")) or media not in TEXTS
     asked = RANGE.fullmatch(request.headers.get("range", "").strip())
-    said = headers | {"Vary": "Accept, Accept-Encoding, Authorization, X-API-Key", "Cache-Control": "private, no-cache"}
+    said = found.headers | {"Vary": "Accept, Accept-Encoding, Authorization, X-API-Key", "Cache-Control": "private, no-cache"}
+    sending = partial(sent, s.reads, who, media=media)
     if tag is None:
-        return whole(make, media, said, plain)
+        return await sending(whole(make, said, plain), headers=said)
     strong = f'"{tag}"' if plain or asked else f'"{tag}-gzip"'
     said |= {"ETag": strong, "Accept-Ranges": "bytes"}
     known = [t.strip().removeprefix("W/") for t in request.headers.get("if-none-match", "").split(",")]
     if strong in known or "*" in known:
         return Response(status_code=304, headers=said)
     if asked is None or request.headers.get("if-range", strong) != strong:
-        return whole(make, media, said, plain)
-    length = lengths.of(tag, make)
+        return await sending(whole(make, said, plain), headers=said)
+    length = await s.reads.do(who, lambda: s.lengths.of(tag, make))
     ends = within(asked[1], asked[2], length)
     if ends is None:
         return problem_response(416, f"there are {length} bytes", headers={"Content-Range": f"bytes */{length}"})
     first, stop = ends
     said |= {"Content-Range": f"bytes {first}-{stop - 1}/{length}", "Content-Length": str(stop - first)}
-    return StreamingResponse(cut(make(), first, stop), 206, said, media)
+    return await sending(cut(make(), first, stop), headers=said, status=206)
 
 
-def whole(make: Make, media: str, headers: dict[str, str], plain: bool) -> Response:
-    """All of it, compressed or not."""
+def whole(make: Make, headers: dict[str, str], plain: bool) -> Iterator[bytes]:
+    """All of it, compressed or not; the headers say which."""
     if plain:
-        return StreamingResponse(make(), 200, headers, media)
-    return StreamingResponse(zipped(make()), 200, headers | {"Content-Encoding": "gzip"}, media)
+        return make()
+    headers["Content-Encoding"] = "gzip"
+    return zipped(make())
+
+
+async def sent(reads: Reads, who: str, pieces: Iterator[bytes], media: str, headers: dict[str, str], status: int = 200) -> Response:
+    """The pieces as they are made; the first one is there before the answer begins, so that what goes wrong with it can be said."""
+    first = await reads.do(who, lambda: next(pieces, b""))
+    return StreamingResponse(reads.pieces(who, first, pieces), status, headers, media)
 
 
 def accepted(text: str) -> set[str]:

@@ -37,15 +37,13 @@ async def rerun(job: str, request: Request, caller: Submitter, s: Here) -> Respo
     there = await run_in_threadpool(_ended, s, job)
     seconds = s.settings.limits.check_seconds
     wanted = await at_desk(s.checks, caller, "which", body, *about, seconds=seconds)
-    numbers = await run_in_threadpool(_failed, s, there, wanted)
+    numbers = await s.reads.do(caller.id, lambda: _failed(s, there, wanted))
     document = await run_in_threadpool(s.store.document, job)
     made = await at_desk(s.checks, caller, "plan_again", body, *about, document, numbers, seconds=seconds)
     return await run_in_threadpool(_follows, s, caller, there, made)
 
 
-@router.post(
-    "/{job}/extend", status_code=202, response_model=JobDocument, responses=ANSWERS, openapi_extra=asks(MoreRequest, MORE)
-)
+@router.post("/{job}/extend", status_code=202, response_model=JobDocument, responses=ANSWERS, openapi_extra=asks(MoreRequest, MORE))
 async def extend(job: str, request: Request, caller: Submitter, s: Here) -> Response:
     """Run more cases of the same scene with the same settings, as a new job (its tag ``of:ID`` names the first); cases that the
     first has already are left out."""

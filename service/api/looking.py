@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from engine.basics.problems import Problem, SceneError
 from engine.batch.binned import MOST_BINS, Axis, Bins, Within, binned, of_all
 from engine.scene.dump import scene_to_yaml
-from service.api.delivery import DOCUMENTED, delivered, tag_of
+from service.api.delivery import DOCUMENTED, Answer, delivered, tag_of
 from service.api.jobs import Here, Reader, found
 from service.api.problems import documented
 from service.api.reading import known, rows
@@ -94,7 +94,7 @@ class CaseEvents(BaseModel):
 
 
 @router.get("/{job}/bins", response_model=BinsDocument, responses={**DOCUMENTED, **documented(404, 416)})
-def bins(
+async def bins(
     request: Request,
     job: str,
     caller: Reader,
@@ -111,25 +111,31 @@ def bins(
 ) -> Response:
     """All cases of a job, however many, in bins over one or two columns: what a picture of a million cases is drawn from. A column
     with few numbers (a grid's) has a bin for each."""
+    read = "if-none-match" not in request.headers
+    return await delivered(request, caller.id, s, lambda: _bins(s, job, (x, y, of), (nx, ny), within or [], read))
+
+
+def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: list[str], read: bool) -> Answer:
+    """Bins as they can be sent. read: whether they are counted at once."""
     there, schema = found(s, job), known(s, job).schema
     problems: list[Problem] = []
-    names = {n: _number(schema, where, n, problems) for where, n in (("x", x), ("y", y), ("of", of)) if n}
-    conditions = tuple(w for text in within or () if (w := _within(schema, text, problems)) is not None)
+    names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
+    conditions = tuple(w for text in within if (w := _within(schema, text, problems)) is not None)
     if problems:
         raise SceneError(problems)
 
     def counted() -> bytes:
-        return text_of(_counted(s, job, (x, y, of), (nx, ny), conditions))
+        return text_of(_counted(s, job, named, most, conditions))
 
-    body = b"" if "if-none-match" in request.headers else counted()  # before the answer begins: what goes wrong is said
+    body = counted() if read else b""
 
     def make() -> Iterator[bytes]:
         yield body or counted()
 
     tag = None
     if there.state in ENDED and there.done == there.cases:
-        tag = tag_of(job, known(s, job).digest + " bins", x, y, of, nx, ny, within or [], list(names))
-    return delivered(request, make, "application/json", {}, tag, s.lengths)
+        tag = tag_of(job, known(s, job).digest + " bins", *named, *most, within, list(names))
+    return Answer(make, "application/json", {}, tag)
 
 
 def _counted(

@@ -174,9 +174,13 @@ class StudyAnswer(BaseModel):
 
 
 @router.get("/{job}/indices", response_model=IndicesAnswer, responses=documented(404))
-def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
+async def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
     """Which of the numbers that were sampled decide over the results: Sobol indices, with intervals. The job's sample must have the
     method ``saltelli``. While it runs they are of the points there are."""
+    return await s.reads.do(caller.id, lambda: _indices(s, job, of))
+
+
+def _indices(s: Service, job: str, of: list[str] | None) -> Response:
     there = found(s, job)
     plan = known(s, job).plan
     names = [n for n in of or [r.name for r in plan.reductions] if n in {r.name for r in plan.reductions}]
@@ -187,7 +191,7 @@ def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
 
 
 @router.get("/{job}/spreads", response_model=SpreadsAnswer, responses=documented(404))
-def spreads(
+async def spreads(
     job: str,
     caller: Reader,
     s: Here,
@@ -199,6 +203,10 @@ def spreads(
     ] = None,
 ) -> Response:
     """How the results of a sample are spread: quantiles, and how probably bounds are exceeded, with intervals."""
+    return await s.reads.do(caller.id, lambda: _spreads(s, job, of, at, above))
+
+
+def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None, above: list[str] | None) -> Response:
     there = found(s, job)
     plan = known(s, job).plan
     bounds: dict[str, list[str]] = {}
@@ -213,8 +221,12 @@ def spreads(
 
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=documented(404, 409))
-def answer(job: str, caller: Reader, s: Here) -> Response:
+async def answer(job: str, caller: Reader, s: Here) -> Response:
     """What a study (``optimise``, ``refine``) has found so far; ``complete`` when it asks for no more cases."""
+    return await s.reads.do(caller.id, lambda: _answer(s, job))
+
+
+def _answer(s: Service, job: str) -> Response:
     there = found(s, job)
     follow = s.library.follow(job, lambda: study_of_document(s.store.document(job)))
     if follow is None:

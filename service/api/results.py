@@ -12,7 +12,7 @@ from starlette.responses import HTMLResponse, Response, StreamingResponse
 
 from engine.basics.problems import Problem, SceneError
 from engine.basics.version import version
-from service.api.delivery import DOCUMENTED, delivered, tag_of
+from service.api.delivery import DOCUMENTED, Answer, delivered, tag_of
 from service.api.formats import CONTENT, MEDIA, SUFFIX, chosen, stream
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented, with_header
@@ -43,7 +43,7 @@ REPLAYS_AT_ONCE = 4
         **documented(404, 406, 416),
     },
 )
-def results(
+async def results(
     request: Request,
     job: str,
     caller: Reader,
@@ -58,6 +58,11 @@ def results(
     are all. Then the answer has an ETag, and parts of it can be asked for with Range; JSON and CSV come compressed to whom that
     suits."""
     kind = chosen(format, accept)
+    return await delivered(request, caller.id, s, lambda: _table(s, job, kind, column, first, count))
+
+
+def _table(s: Service, job: str, kind: str, column: list[str] | None, first: int, count: int | None) -> Answer:
+    """The table of a job as it can be sent."""
     there = found(s, job)
     stop = there.cases if count is None else min(there.cases, first + count)
     schema = known(s, job).schema
@@ -77,7 +82,7 @@ def results(
     tag = None
     if there.state in ENDED and there.done == there.cases:
         tag = tag_of(job, known(s, job).digest, kind, names, first, stop, [c.stop for c in s.store.finished(job)], version())
-    return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
+    return Answer(make, MEDIA[kind], headers, tag)
 
 
 @router.get(
@@ -93,7 +98,7 @@ def results(
         **documented(404, 406, 409, 416),
     },
 )
-def trajectories(
+async def trajectories(
     request: Request,
     job: str,
     caller: Reader,
@@ -106,6 +111,11 @@ def trajectories(
 ) -> Response:
     """The rows that were kept of every case while it ran (``trajectories`` of the request), as one table with a column ``case``."""
     kind = chosen(format, accept)
+    return await delivered(request, caller.id, s, lambda: _rows(s, job, kind, column, first, count))
+
+
+def _rows(s: Service, job: str, kind: str, column: list[str] | None, first: int, count: int | None) -> Answer:
+    """The rows of a job's cases as they can be sent."""
     there = found(s, job)
     series = known(s, job).plan.series
     if series is None:
@@ -128,7 +138,7 @@ def trajectories(
     if there.state in ENDED and there.done == there.cases:
         ends = [c.stop for c in s.store.finished(job)]
         tag = tag_of(job, known(s, job).digest + " rows", kind, names, first, stop, ends, version())
-    return delivered(request, make, MEDIA[kind], headers, tag, s.lengths)
+    return Answer(make, MEDIA[kind], headers, tag)
 
 
 def _columns(known: list[str], asked: list[str] | None) -> list[str]:

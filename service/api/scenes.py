@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +21,7 @@ from service.answered import FmuRequest
 from service.api.bodies import asks, at_desk, body_of, media_of, told
 from service.api.jobs import Here, Reader, Submitter
 from service.api.problems import Json, Refusal, documented
+from service.plain import text_of
 from service.request import SceneSource
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
@@ -84,7 +86,13 @@ class SceneFacts(BaseModel):
 @router.get("/models", response_model=list[ModelItem], responses=documented())
 def models(caller: Reader) -> Response:
     """List the bundled models."""
-    return Json([{"name": n, "title": load_scene(model_file(n)).title} for n in bundled_names()])
+    return Json([{"name": n, "title": _title(n)} for n in bundled_names()])
+
+
+@lru_cache(maxsize=256)
+def _title(name: str) -> str:
+    """What a bundled model is called: read once, they change with the installation only."""
+    return load_scene(model_file(name)).title
 
 
 @router.get("/models/{name}", response_model=ModelText, responses=documented(404))
@@ -93,13 +101,18 @@ def model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> Respo
     if name not in bundled_names():
         raise Refusal(404, "there is no such model")
     file = model_file(name)
-    return Json({"name": name, "title": load_scene(file).title, "text": file.read_text(encoding="utf-8")})
+    return Json({"name": name, "title": _title(name), "text": file.read_text(encoding="utf-8")})
 
 
 @router.get("/schema", responses={200: {"content": {"application/json": {"schema": {"type": "object"}}}}, **documented()})
 def schema(caller: Reader) -> Response:
     """The JSON Schema of scenes."""
-    return Json(json_schema())
+    return Response(_schema(), media_type="application/json")
+
+
+@lru_cache(maxsize=1)
+def _schema() -> bytes:
+    return text_of(json_schema())
 
 
 @router.post("/scenes/check", response_model=SceneFacts, responses=documented(413), openapi_extra=asks(SceneSource, SCENES))

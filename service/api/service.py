@@ -14,6 +14,7 @@ from engine.basics.problems import Problem, SceneError
 from service.api.delivery import Lengths
 from service.api.documents import job_document
 from service.api.reading import Library
+from service.api.reads import Reads
 from service.desk.desk import Desk
 from service.executor.cluster import Cluster
 from service.executor.dispatcher import Dispatcher
@@ -46,7 +47,7 @@ class Pulse:
         self.store, self.pool = store, ThreadPoolExecutor(1, thread_name_prefix="pulse")
 
     async def database(self) -> str:
-        """"ok", or what is wrong."""
+        """ "ok", or what is wrong."""
         try:
             await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pool, self.store.ping), PULSE_SECONDS)
         except (Unreachable, TimeoutError):
@@ -74,6 +75,7 @@ class Service:
     streams: Counter[str] = field(default_factory=Counter)
     library: Library = field(default_factory=Library)
     lengths: Lengths = field(default_factory=Lengths)
+    reads: Reads = field(default_factory=Reads)
 
     def close(self) -> None:
         """End everything, in the order in which it is needed no more."""

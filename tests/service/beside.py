@@ -1,6 +1,7 @@
 """Loads and measurements from processes of their own, so that what is measured is the server, not the threads that ask it.
 
-``python -m tests.service.beside crowd URL KEY CLIENTS`` sends hostile checks until it is ended;
+``python -m tests.service.beside crowd URL KEY CLIENTS`` sends hostile checks until it is ended, ``… readers URL KEY CLIENTS PATH``
+asks for a path again and again;
 ``python -m tests.service.beside probe URL KEY PATH SECONDS`` prints, as JSON, what each answer took, s, and what a loop that does
 nothing took beside it.
 """
@@ -25,6 +26,24 @@ def crowd(url: str, key: str, clients: str) -> None:
     from tests.service.test_hostile import crowd as threads
 
     for t in threads(url, key, threading.Event(), int(clients)):
+        t.join()
+
+
+def readers(url: str, key: str, clients: str, path: str) -> None:
+    """The same request, again and again, until the process is ended."""
+
+    def ask() -> None:
+        c = http.client.HTTPConnection(urlsplit(url).hostname or "", urlsplit(url).port, timeout=600)
+        while True:
+            c.request("GET", path, headers={"X-API-Key": key})
+            answer = c.getresponse()
+            answer.read()
+            assert answer.status in (200, 429, 503), answer.status
+
+    threads = [threading.Thread(target=ask) for _ in range(int(clients))]
+    for t in threads:
+        t.start()
+    for t in threads:
         t.join()
 
 
@@ -75,4 +94,4 @@ def probe(url: str, key: str, path: str, seconds: str) -> None:
 
 
 if __name__ == "__main__":
-    {"crowd": crowd, "probe": probe}[sys.argv[1]](*sys.argv[2:])
+    {"crowd": crowd, "probe": probe, "readers": readers}[sys.argv[1]](*sys.argv[2:])

@@ -23,7 +23,8 @@ from engine.scene.dump import scene_to_dict
 from engine.scene.library import model_file
 from engine.scene.load import load_scene
 from service.desk.clerk import STARTING, Clerk, Ended, TookTooLong
-from service.desk.desk import MOST_OF_ONE, Crowded, Desk
+from service.desk.desk import Desk
+from service.desk.row import MOST_OF_ONE, Crowded
 from service.request import SceneSource, scene_of
 from service.settings import Limits
 from tests.service.serving import MU, SMALL, Served, eventually, new_keys

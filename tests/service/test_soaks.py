@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -74,7 +75,15 @@ def beside(*words: str) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, "-W", "ignore", "-m", "tests.service.beside", *words], cwd=ROOT, stdout=-1, text=True)
 
 
-def test_a_minute_of_hostile_checks_by_a_reader_costs_fifty_others_nothing(tmp_path: Path) -> None:
+MANY: dict[str, Any] = {
+    "ranges": {MU: [0.1, 0.6], "joints.ball.friction.radius": [0.04, 0.06]},
+    "count": 8192,
+    "method": "saltelli",
+}
+
+
+@pytest.mark.parametrize("what", ["checks", "results", "bins"])
+def test_a_minute_of_hostile_requests_by_a_reader_costs_fifty_others_nothing(tmp_path: Path, what: str) -> None:
     with Served(tmp_path / "data", "--workers", "1", "--keys") as s:
         reader, own = new_keys(s, "read", "submit")
         s.client.headers["X-API-Key"] = own
@@ -82,7 +91,14 @@ def test_a_minute_of_hostile_checks_by_a_reader_costs_fifty_others_nothing(tmp_p
         s.ended(job)
         eventually(lambda: s.get("/readyz").status_code == 200)
         stop, url = threading.Event(), str(s.client.base_url)
-        hostile, asking = beside("crowd", url, reader, str(HOSTILE)), beside("probe", url, own, "/readyz", str(HOSTILE_SECONDS))
+        if what == "checks":
+            hostile = beside("crowd", url, reader, str(HOSTILE))
+        else:  # of 49,152 cases
+            large = s.submit(SMALL | {"over": None, "sample": MANY, "until": 0.02})
+            s.ended(large, 600.0)
+            path = f"/v1/jobs/{large}/results?format=json" if what == "results" else f"/v1/jobs/{large}/bins?x={MU}&nx=200"
+            hostile = beside("readers", url, reader, str(HOSTILE), path)
+        asking = beside("probe", url, own, "/readyz", str(HOSTILE_SECONDS))
         clients, most = Clients(s, own, job, stop), 0.0
         end = time.monotonic() + HOSTILE_SECONDS
         while time.monotonic() < end:
