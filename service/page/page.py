@@ -61,6 +61,12 @@ def stage() -> Response:
     return Response((HERE / "stage.html").read_text(encoding="utf-8"), 200, {"Content-Security-Policy": STAGE}, "text/html")
 
 
+@router.get("/favicon.ico")
+def icon() -> Response:
+    """What browsers ask for beside tables and pictures that are opened in a window of their own."""
+    return file("icon.svg")
+
+
 @router.get("/page/{name}")
 def file(name: str) -> Response:
     """One of the page's files."""
