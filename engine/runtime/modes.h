@@ -36,8 +36,15 @@ typedef struct tr_memory {
 
 #define ASK_AFTER 1e7 /* multiplications, a few milliseconds: 0.2 s are to be kept on slow machines too */
 
+/* Whether a bounded step has done the work it may: then nothing is sought any more. */
+static inline int tr_at_bound(tr_sim *s) {
+  if (!s->bound.evaluations || (s->stats.rhs_evaluations < s->bound.evaluations && s->stats.newton_iterations < s->bound.iterations)) return 0;
+  return s->ask.stop = 1;
+}
+
 /* Whether to give up, so much work having been done since this was last looked at. */
 static inline int tr_gives_up(tr_sim *s, double work) {
+  if (tr_at_bound(s)) return 1;
   if (!s->ask.host || s->ask.stop || (s->ask.work += work) < ASK_AFTER) return s->ask.stop;
   s->ask.work = 0.0;
   return s->ask.stop = s->ask.host();

@@ -204,6 +204,13 @@ typedef struct tr_asking {
   int stop;          /* it has said so: nothing is sought any more */
 } tr_asking;
 
+/* A bounded step (``bounded.c``): counts of the statistics at which the work at hand ends. */
+typedef struct tr_bounding {
+  long evaluations, iterations; /* 0: no bound */
+  long index;                   /* bounded steps since the start of the run */
+  int overrun;                  /* how the last one was made, TR_OVERRUN_… */
+} tr_bounding;
+
 typedef struct tr_sim {
   size_t bytes; /* of the whole block */
   const tr_kernel *k;
@@ -222,6 +229,7 @@ typedef struct tr_sim {
   tr_audit audit;
   tr_stats stats;
   tr_asking ask;
+  tr_bounding bound;
   tr_places at;
 } tr_sim;
 
