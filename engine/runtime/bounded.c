@@ -5,7 +5,7 @@
  * to which a few sweeps over the pairs lead, within what each can hold. Which of these it was is told. */
 #include "modes.h"
 
-#define IMPULSE_EVALUATIONS 2 /* of the right-hand side, that a step of impulses, or a row, may take besides */
+#define IMPULSE_EVALUATIONS 4 /* that a step of impulses, or a row, may take besides */
 #define ROW_ITERATIONS 8      /* that a row may take besides: it has been solved for just before; one or two are usual */
 #define SWEEPS 6              /* over all pairs: each costs what an iteration does */
 #define FAR_MORE 1e3          /* than would stop the freedom if the loops were open */
@@ -13,8 +13,8 @@
 
 /* The work at hand may take so many evaluations and iterations from here on. */
 static void tr_bound_work(tr_sim *s, long evaluations, long iterations) {
-  s->bound.evaluations = s->stats.rhs_evaluations + evaluations;
-  s->bound.iterations = s->stats.newton_iterations + (iterations > 1 ? iterations : 1);
+  s->bound.evaluations = tr_evaluations(s) + evaluations;
+  s->bound.iterations = tr_iterations(s) + iterations;
   s->ask.stop = 0;
 }
 
@@ -153,19 +153,19 @@ static int tr_step_relaxed(tr_sim *s, double t) {
 /* One step up to time t, within its bounds. TR_OK, or why the run cannot go on. */
 static int tr_step_bounded(tr_sim *s, double t) {
   const int impulses = tr_method_of(s)->kind == TR_IMPULSES;
-  const long last = s->stats.newton_iterations + s->set.iterations;
+  const long last = tr_iterations(s) + s->set.iterations;
   const tr_asking ask = s->ask;
   const double every = s->clock.every, next = s->clock.row_next;
   s->clock.every = s->clock.row_next = INFINITY, s->ask.host = 0, s->step.h = s->set.hfixed;
   tr_bound_work(s, s->set.evaluations, s->set.iterations);
   s->bound.overrun = TR_OVERRUN_NONE;
   int code = impulses ? tr_step_by_impulses(s, t) : tr_step_exactly(s, t);
-  if (code != TR_OK && !impulses && s->stats.newton_iterations < last) {
-    tr_bound_work(s, IMPULSE_EVALUATIONS, last - s->stats.newton_iterations);
+  if (code != TR_OK && !impulses && tr_iterations(s) < last) {
+    tr_bound_work(s, IMPULSE_EVALUATIONS, last - tr_iterations(s));
     code = tr_step_by_impulses(s, t), s->bound.overrun = TR_OVERRUN_BY_IMPULSES;
   }
-  s->bound.evaluations = 0, s->ask = ask;
   if (code != TR_OK) code = tr_step_relaxed(s, t), s->bound.overrun = TR_OVERRUN_RELAXED;
+  s->bound.evaluations = 0, s->ask = ask;
   s->clock.every = every, s->clock.row_next = next;
   s->stats.by_impulses += s->bound.overrun == TR_OVERRUN_BY_IMPULSES;
   s->stats.relaxed += s->bound.overrun == TR_OVERRUN_RELAXED;
@@ -191,7 +191,7 @@ static int tr_row_bounded(tr_sim *s, double *row) {
 
 /* Note what the step from these counts on, its row included, has taken. */
 static void tr_note_work(tr_sim *s, long evaluations, long iterations) {
-  evaluations = s->stats.rhs_evaluations - evaluations, iterations = s->stats.newton_iterations - iterations;
+  evaluations = tr_evaluations(s) - evaluations, iterations = tr_iterations(s) - iterations;
   if (evaluations > s->stats.most_evaluations) s->stats.most_evaluations = evaluations;
   if (iterations > s->stats.most_iterations) s->stats.most_iterations = iterations;
 }
@@ -203,7 +203,7 @@ int tr_reach_bounded(tr_sim *s, double t, double *row) {
   int code = TR_OK, worst = TR_OVERRUN_NONE;
   if (s->clock.status >= TR_FAIL_NOT_FINITE) return s->clock.status;
   for (double i = 1.0; i <= steps && code == TR_OK; ++i) {
-    const long evaluations = s->stats.rhs_evaluations, iterations = s->stats.newton_iterations;
+    const long evaluations = tr_evaluations(s), iterations = tr_iterations(s);
     if (s->events.count > s->events.capacity - 2 * (s->set.events + 1) * (tr_watched(s) + 1)) s->events.count = 0;
     code = tr_step_bounded(s, i == steps ? t : from + (t - from) * (i / steps));
     if (s->bound.overrun > worst) worst = s->bound.overrun;
@@ -217,7 +217,7 @@ int tr_reach_bounded(tr_sim *s, double t, double *row) {
 /* The same as ``tr_advance``; rows at the ends of steps, every so often. */
 static int tr_advance_bounded(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   for (long step = 0; s->clock.t < target - tr_same_time(target); ++step) {
-    const long evaluations = s->stats.rhs_evaluations, iterations = s->stats.newton_iterations;
+    const long evaluations = tr_evaluations(s), iterations = tr_iterations(s);
     if (s->ask.stop) return s->clock.status = TR_STOPPED;
     if (s->events.count > s->events.capacity - 2 * (s->set.events + 1) * (tr_watched(s) + 1)) return TR_EVENTS_FULL;
     if (*count >= capacity) return TR_ROWS_FULL;
