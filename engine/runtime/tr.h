@@ -238,5 +238,6 @@ typedef struct tr_sim {
 /* An array of the block. */
 #define TR_A(s, field) ((double *)((char *)(s) + TR_HEAD) + (s)->at.field)
 
+int tr_reach_bounded(tr_sim *s, double t, double *row);
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable_doubles, int event_capacity);
 #endif
