@@ -8,8 +8,8 @@
 #define SAMPLES 8       /* dense points at which a suspect step is looked at */
 #define SAMPLES_BOUNDED 4 /* the same of a bounded step, and iterations on θ */
 #define ROOT_STEPS_BOUNDED 4
-#define NEAR_ROOT 1e6     /* tolerances: so near to it is good enough there: 1e-7 of the speed unit, 1e-4 of what a pair can hold; */
-#define NEAR_STOP 500.0   /* of a pair of several components a speed below NEAR_MISS */
+#define CLOSE_ROOT 1e6     /* tolerances: so near to it is good enough there: 1e-7 of the speed unit, 1e-4 of what a pair can hold; */
+#define CLOSE_STOP 500.0   /* of a pair of several components a speed below NEAR_MISS */
 #define ROOT_STEPS 80     /* iterations on θ at most; so many of them by the secant, then by halves, which cannot stall */
 #define SECANT_STEPS 60
 #define ROOT_ROUND_OFF 1e-14 /* of θ */
@@ -76,7 +76,7 @@ static double tr_root_within(tr_sim *s, double a, double b, double ga, double gb
     } else {
       a = m, ga = g, gb *= side == -1 ? 0.5 : 1.0, side = -1;
     }
-    if (fabs(g) < (w < s->k->nsliders && tr_pair_of(s, w)->nrates > 1 ? NEAR_STOP : NEAR_ROOT)) break;
+    if (fabs(g) < (w < s->k->nsliders && tr_pair_of(s, w)->nrates > 1 ? CLOSE_STOP : CLOSE_ROOT)) break;
   }
   return m;
 }

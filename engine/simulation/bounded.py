@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from engine.abi import Overrun
 from engine.basics.problems import Problem
@@ -11,7 +11,11 @@ from engine.friction import REGISTRY as LAWS
 from engine.integrators import AUTO, METHODS, Rosenbrock
 from engine.integrators import REGISTRY as INTEGRATORS
 from engine.joints import REGISTRY as JOINTS
+from engine.kernel.operations import Work, most, work
 from engine.scene.model import Scene
+
+if TYPE_CHECKING:
+    from engine.simulation.model import Model
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 36, 9
 """Iterations of Newton's method that a step may take where nothing is said: some, and more for each freedom that rubs. Measured over
@@ -70,3 +74,28 @@ def note(counters: Mapping[str, int]) -> str:
     told = {COUNTERS[kind]: kind.about for kind in COUNTERS}
     found = [f"{counters[name]} {about}" for name, about in told.items() if counters.get(name)]
     return f"bounded steps of which a part was made otherwise: {'; '.join(found)}" if found else ""
+
+
+def work_of(model: Model) -> Work | None:
+    """Operations of the parts of a step; None where they are not counted (a model that is made of parts)."""
+    operations = model.kernel.facts["operations"]
+    return work(operations, model.kernel.sizes) if operations else None
+
+
+def most_operations(model: Model) -> int | None:
+    """The static bound: most floating-point operations of a bounded step, its output row included. None where steps have no bound, or
+    operations are not counted."""
+    asked, counted = bounds_of(model.built.scene), work_of(model)
+    if not asked or counted is None:
+        return None
+    return most(counted, asked["evaluations"], asked["iterations"], model.kernel.sizes["nsliders"])
+
+
+def promise(model: Model) -> str:
+    """What an export says of its steps; "" where they have no bound that is known."""
+    bound = most_operations(model)
+    if bound is None:
+        return ""
+    asked = bounds_of(model.built.scene)
+    counts = f"{asked['events']} events, {asked['evaluations']} evaluations, {asked['iterations']} iterations"
+    return f"bounded steps of {asked['step']:g} s: at most {bound:,} floating-point operations each ({counts})"
