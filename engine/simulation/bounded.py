@@ -17,7 +17,7 @@ from engine.scene.model import Scene
 if TYPE_CHECKING:
     from engine.simulation.model import Model
 
-ITERATIONS, ITERATIONS_A_FREEDOM = 36, 9
+ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
 """Iterations of Newton's method that a step may take where nothing is said: some, and more for each freedom that rubs. Measured over
 examples 8.1 to 8.3: a step with an event takes 40 to 45 with one of them, 45 to 57 with three, 60 to 74 with four."""
 WHOLE = 1e-9
