@@ -22,7 +22,7 @@ class RealTime:
     """Length of the steps."""
     events: Annotated[float, Per("1", EVENTS)] = 2
     """Most events that are located in a step."""
-    evaluations: Annotated[float, Per("1", EVALUATIONS)] = 36
+    evaluations: Annotated[float, Per("1", EVALUATIONS)] = 42
     """Most evaluations of the equations of motion in a step; one without events takes eight."""
     iterations: Annotated[float, Per("1", ITERATIONS)] | None = None
-    """Most iterations of Newton's method in a step; left out, 36 and 9 for each freedom that rubs."""
+    """Most iterations of Newton's method in a step; left out, 46 and 8 for each freedom that rubs."""

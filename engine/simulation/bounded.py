@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
 """Iterations of Newton's method that a step may take where nothing is said: some, and more for each freedom that rubs. Measured over
-examples 8.1 to 8.3: a step with an event takes 40 to 45 with one of them, 45 to 57 with three, 60 to 74 with four."""
+examples 8.1 to 8.3: a step with an event takes 40 to 50 with one of them, 45 to 60 with three, 60 to 75 with four."""
 WHOLE = 1e-9
 """Of a step: how far the spacing of rows may be from a whole number of steps."""
 COUNTERS = {Overrun.BY_IMPULSES: "by_impulses", Overrun.RELAXED: "relaxed"}
