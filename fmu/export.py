@@ -104,9 +104,14 @@ def export(
     archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
     if parameters is not None:
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
+    return _written(target, made, first, tuple(names))
+
+
+def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) -> Export:
+    """What is said of a file that has been written."""
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
-    notes = (*filter(None, [promise(model)]), *first.notes, *left_out(made.all))
-    return Export(target, target.stat().st_size, made.guid, count, tuple(names), notes, most_operations(model))
+    notes = (*filter(None, [promise(made.model)]), *first.notes, *left_out(made.all))
+    return Export(target, target.stat().st_size, made.guid, count, names, notes, most_operations(made.model))
 
 
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:

@@ -157,7 +157,8 @@ class Verdict(Named, prefix="TR_VERDICT_"):
 
 
 class Overrun(Named, prefix="TR_OVERRUN_"):
-    """How a bounded step was made; from BY_IMPULSES on: what was left when its bounds were reached, or where there was no other way."""
+    """How a bounded step was made; from BY_IMPULSES on: what was left when its bounds were reached, or no other way
+    was there."""
 
     NONE = 0, "as it should be"
     BY_IMPULSES = 1, "the rest by one step of impulses"

@@ -1,11 +1,10 @@
-"""How many floating-point operations parts of a step take: those of the generated functions, counted as they are made, and those of the
-dense algebra between them, by its sizes. Bounded steps are measured in these, so that figures are the same on every machine."""
+"""How many floating-point operations parts of a step take: those of the generated functions, counted as they are made, and those
+of the dense algebra between them, by its sizes. Bounded steps are measured in these, so that figures are the same everywhere."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 
 @dataclass(frozen=True)
@@ -29,8 +28,8 @@ class Work:
 
 
 SWEEPS, BESIDE, ROW, IMPULSES = 6, 2, (4, 8), 4
-"""Of the runtime (``bounded.c``): sweeps of a relaxed step; evaluations of one; evaluations and iterations that a row may take besides;
-evaluations that a step of impulses may."""
+"""Of the runtime (``bounded.c``): sweeps of a relaxed step; evaluations of one; evaluations and iterations that a row may take
+besides; evaluations that a step of impulses may."""
 
 
 def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
@@ -46,6 +45,6 @@ def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
 
 
 def most(w: Work, evaluations: int, iterations: int, pairs: int) -> int:
-    """Most operations of a bounded step that may take so many; pairs: of sliding surfaces, whose rates a start asks for one by one."""
+    """Most operations of a bounded step that may take so many. pairs: of sliding surfaces, whose rates are asked for apart."""
     beside = IMPULSES + ROW[0] + 2 * (pairs + 1)
     return int(w.of(evaluations + beside, iterations + ROW[1] + pairs + 1, relaxed=1.0))

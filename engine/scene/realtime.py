@@ -16,7 +16,7 @@ EVENTS, EVALUATIONS, ITERATIONS = Bound(0.0, 1e3), Bound(1.0, 1e6), Bound(1.0, 1
 
 @dataclass(frozen=True, config=STRICT)
 class RealTime:
-    """Steps for real time: fixed ones with bounds of their work. What is over a bound is finished by a documented fallback, and told."""
+    """Steps for real time: fixed ones with bounds of their work. What is over a bound is finished by a fallback, and told."""
 
     step: Duration
     """Length of the steps."""

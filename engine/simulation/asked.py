@@ -22,8 +22,8 @@ def check_settings(
     until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None, step: float = 0.0
 ) -> None:
     """Refuse settings of a run that cannot be carried out: SceneError with everything that is wrong with them for this scene.
-    until: end time, s; every: output spacing, s; outputs: patterns of the columns kept of every row, None where no row is kept; step: a
-    fixed one asked for beside the scene's, s, or 0."""
+    until: end time, s; every: output spacing, s; outputs: patterns of the columns kept of every row, None where no row is kept;
+    step: a fixed one asked for beside the scene's, s, or 0."""
     asked = {"until": until, "every": every, "rtol": s.rtol, "method": s.method, "step": s.step}
     _, problems = settings_read("engine.simulate", asked)
     laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}

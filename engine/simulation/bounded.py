@@ -1,4 +1,4 @@
-"""Steps for real time (METHOD, "Bounded steps"): what a scene asks for as settings of the runtime, what cannot be had, what came of it."""
+"""Steps for real time (METHOD, "Bounded steps"): what a scene asks for, what cannot be had, and what came of it."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from engine.simulation.model import Model
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
-"""Iterations of Newton's method that a step may take where nothing is said: some, and more for each freedom that rubs. Measured over
-examples 8.1 to 8.3: a step with an event takes 40 to 50 with one of them, 45 to 60 with three, 60 to 75 with four."""
+"""Iterations of Newton's method that a step may take where nothing is said: some, and more for each freedom that rubs. Measured
+over examples 8.1 to 8.3: a step with an event takes 40 to 50 with one of them, 45 to 60 with three, 60 to 75 with four."""
 WHOLE = 1e-9
 """Of a step: how far the spacing of rows may be from a whole number of steps."""
 COUNTERS = {Overrun.BY_IMPULSES: "by_impulses", Overrun.RELAXED: "relaxed"}
@@ -42,21 +42,23 @@ def method_of(scene: Scene, method: str) -> str:
 
 
 def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
-    """What bounded steps cannot do of what is asked for. every: spacing of rows, s (0: a row a step); step: another one, s, or 0."""
+    """What bounded steps cannot do of what is asked for. every: spacing of rows, s (0: a row a step); step: another, s, or 0."""
     asked = scene.simulation.realtime
     if asked is None:
         return
     laws = sorted({law for j in scene.joints.values() if j.friction if not LAWS[law := scene.law_of(j.friction)].steps})
     if laws:
         able = " or ".join(name for name, law in LAWS.items() if law.steps)
-        yield Problem("simulation.realtime", f"law {laws[0]} is stiff near rest, which fixed steps do not resolve", f"use law {able}")
+        why = f"law {laws[0]} is stiff near rest, which fixed steps do not resolve"
+        yield Problem("simulation.realtime", why, f"use law {able}")
     if method in {m.name for m in INTEGRATORS if isinstance(m, Rosenbrock)}:
         yield Problem("method", f"steps of {method} have no bound", f"use {', '.join(able_methods())}, or auto")
     if step > 0.0 and step != asked.step:
         yield Problem("step", f"simulation.realtime.step = {asked.step:g} s says otherwise", "give one of them")
     ratio = every / float(asked.step)
     if abs(ratio - round(ratio)) > WHOLE * max(ratio, 1.0) or (0.0 < ratio < 0.5):
-        yield Problem("every", f"{every:g} s is no whole number of steps of {asked.step:g} s", "rows come at the ends of bounded steps")
+        why = f"{every:g} s is no whole number of steps of {asked.step:g} s"
+        yield Problem("every", why, "rows come at the ends of bounded steps")
 
 
 def able_methods() -> list[str]:
@@ -83,8 +85,8 @@ def work_of(model: Model) -> Work | None:
 
 
 def most_operations(model: Model) -> int | None:
-    """The static bound: most floating-point operations of a bounded step, its output row included. None where steps have no bound, or
-    operations are not counted."""
+    """The static bound: most floating-point operations of a bounded step, its output row included. None where steps have no
+    bound, or operations are not counted."""
     asked, counted = bounds_of(model.built.scene), work_of(model)
     if not asked or counted is None:
         return None

@@ -53,7 +53,7 @@ def simulate(
     own = Run(**chosen)
     end, spacing, tolerance = own.of(loaded)
     jams = loaded.simulation.jams == "impact"
-    steps = {"step": fixed} | bounds_of(loaded)
+    steps: dict[str, Any] = {"step": fixed} | bounds_of(loaded)
     settings = bl.Settings(tolerance, own.method_of(loaded), max_steps=max_steps, through_jams=jams, **steps)
     patterns = names_given(loaded.outputs if outputs is None else outputs)
     check_settings(end, spacing, settings, loaded, patterns, fixed)

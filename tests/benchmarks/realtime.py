@@ -1,8 +1,9 @@
-"""Bounded steps of 1 ms over examples 8.1, 8.2 and 8.3, begun anew with random start and friction when all is at rest (or after 20 s).
+"""Bounded steps of 1 ms over examples 8.1, 8.2 and 8.3, begun anew with random start and friction when all rests (or after 20 s).
 
-Run it with ``python -m tests.benchmarks.realtime [STEPS]`` (10,000,000 in all, and a tenth of that with the bounds as they are by default; about five minutes). It prints for each example how many
-operations and how much time a step takes (middle, 99.9 of 100, largest), the largest over the middle beside the static bound, the steps
-that were over their bounds by name, the events, and the energy that is not accounted for.
+Run it with ``python -m tests.benchmarks.realtime [STEPS]`` (10,000,000 in all, and a tenth of that with the bounds as they are
+by default; about five minutes). It prints for each example how many operations and how much time a step takes (middle, 99.9 of 100,
+largest), the largest over the middle beside the static bound, the steps that were over their bounds by name, the events, and the
+energy that is not accounted for.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from engine.abi.runs import STATS
+from engine.scene.overrides import scene_given
 from engine.simulation.block import OK, Settings
 from engine.simulation.bounded import bounds_of, method_of, most_operations, work_of
 from engine.simulation.model import Model
-from engine.scene.overrides import scene_given
 from engine.system.build import build
 
 STEP, LONGEST, LOOK = 1e-3, 20.0, 100
@@ -38,7 +39,8 @@ def _pendulum(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _crank(rng: np.random.Generator) -> dict[str, Any]:
-    return {"joints.crank_pivot.drive.constant.rate": rng.uniform(20.0, 60.0), "joints.slider_pin.friction.mu": rng.uniform(0.05, 1.0)}
+    mu = rng.uniform(0.05, 1.0)
+    return {"joints.crank_pivot.drive.constant.rate": rng.uniform(20.0, 60.0), "joints.slider_pin.friction.mu": mu}
 
 
 def _double(rng: np.random.Generator) -> dict[str, Any]:
@@ -51,15 +53,15 @@ def _double(rng: np.random.Generator) -> dict[str, Any]:
 SCENES: dict[str, tuple[Draw, float, dict[str, int]]] = {
     "spherical_pendulum": (_pendulum, 0.1, {"evaluations": 22, "iterations": 40}),
     "crank_slider": (_crank, 0.5, {"evaluations": 42, "iterations": 54}),
-    "double_pendulum": (_double, 0.4, {"evaluations": 22, "iterations": 46}),
+    "double_pendulum": (_double, 0.4, {"evaluations": 20, "iterations": 44}),
 }
-"""How a case of each example is drawn; its share of the steps: most where events are many; bounds by which no step takes more than four
-times what the middle one does."""
+"""How a case of each example is drawn; its share of the steps: most where events are many; bounds by which no step takes more than
+four times what the middle one does."""
 
 
 @dataclass
 class Taken:
-    """What steps took: operations and seconds a step; counts of overruns and events; energies of cases, J; cases that ended early."""
+    """What steps took: operations and seconds a step; counts of overruns and events; energies of cases, J; cases that ended."""
 
     operations: np.ndarray
     seconds: np.ndarray
@@ -85,7 +87,8 @@ class Driver:
         self.model = Model(scene_given(name, self.over), ("*",), "compiled")
         scene = self.model.built.scene
         self.settings = Settings(float(scene.simulation.rtol), method_of(scene, scene.simulation.method), **bounds_of(scene))
-        self.columns = [1 + [c.name for c in self.model.columns].index(f"energy.{n}") for n in ("residual", "dissipated", "kinetic")]
+        names = [c.name for c in self.model.columns]
+        self.columns = [1 + names.index(f"energy.{n}") for n in ("residual", "dissipated", "kinetic")]
         self.row = np.zeros(self.model.block.width)
 
     def begin(self) -> bool:
@@ -142,15 +145,15 @@ def told(name: str, t: Taken) -> str:
     """The lines of an example."""
     middle, high, largest = (np.percentile(t.operations, p) for p in (50, 99.9, 100))
     us = 1e6 * np.percentile(t.seconds, (50, 99.9, 100))
-    lost = np.array(t.lost)
+    lost, ratio = np.array(t.lost), largest / middle
     share = np.abs(lost) / np.maximum(t.turned, 1e-12)
     over = ", ".join(f"{t.counts[n]} {n}" for n in OVERRUNS)
     return "\n".join([
         f"{name}: {t.made:,} steps, {t.cases} cases, {t.counts['events']:,} events; ended {t.ended or 'none'}",
-        f"  operations {middle:,.0f} · {high:,.0f} · {largest:,.0f}; largest / p50 {largest / middle:.2f}; static bound {t.bound:,}",
+        f"  operations {middle:,.0f} · {high:,.0f} · {largest:,.0f}; largest / p50 {ratio:.2f}; static bound {t.bound:,}",
         f"  microseconds {us[0]:.1f} · {us[1]:.1f} · {us[2]:.1f}; over their bounds: {over} "
         f"({sum(t.counts[n] for n in OVERRUNS) / t.made:.1e} of the steps)",
-        f"  energy unaccounted for: {np.sum(np.abs(lost)):.3g} J of {np.sum(t.turned):.3g} J; worst case {np.max(share):.1e} of its own",
+        f"  energy unaccounted for: {np.abs(lost).sum():.3g} J of {sum(t.turned):.3g} J; worst case {share.max():.1e} of its own",
     ])
 
 
@@ -159,7 +162,7 @@ def main() -> None:
     steps = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000_000
     for part in (1.0, 0.1):
         events = 0
-        print("bounds by which no step takes more than four times the middle one" if part == 1.0 else "bounds as they are by default")
+        print("bounds of at most four times the middle step" if part == 1.0 else "bounds as they are by default")
         for name, (_, share, bounds) in SCENES.items():
             t = run(name, round(part * share * steps), **(bounds if part == 1.0 else {}))
             events += t.counts["events"]

@@ -49,8 +49,8 @@ def test_no_step_takes_more_than_its_static_bound(kind: str, bounds: dict[str, i
 
 
 def test_steps_within_their_bounds_locate_events_as_the_engine_does() -> None:
-    """Example 8.1: the same events, and errors that fall with the step as a method of order 5 lets them (1e-9 leaves room for round-off
-    and for events found to 1e-7 of the speed unit)."""
+    """Example 8.1: the same events, and errors that fall with the step: fast between events, while these are found to 1e-7
+    of the speed unit in a step."""
     exact = engine.simulate(BALL, until=3.0, rtol=1e-11, method="rk8", every=0.1, kernel="parts")
     for step, far in ((4e-3, 1e-5), (1e-3, 1e-8)):
         run = bounded(BALL, step, 3.0)
@@ -109,8 +109,9 @@ def test_a_scene_without_bounds_has_none_of_this() -> None:
 def test_what_bounded_steps_cannot_do_is_refused_with_a_remedy() -> None:
     """All at once: a stiff law, a method without bound, another step, rows between steps."""
     scene = replace(engine.load_scene(BALL), friction=sm.FrictionDefaults(law="regularized", v_eps=1e-4))
+    asked = {"simulation.realtime": {"step": 1e-3}}
     with pytest.raises(SceneError) as refused:
-        engine.simulate(scene, until=1.0, every=1.5e-3, step=2e-3, method="rosenbrock", overrides={"simulation.realtime": {"step": 1e-3}})
+        engine.simulate(scene, until=1.0, every=1.5e-3, step=2e-3, method="rosenbrock", overrides=asked)
     where = {p.where for p in refused.value.problems}
     assert {"simulation.realtime", "method", "step", "every"} <= where
     assert all(p.hint for p in refused.value.problems)

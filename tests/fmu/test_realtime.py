@@ -20,7 +20,7 @@ SCENE, STEP, UNTIL = "spherical_pendulum", 1e-3, 1.1
 ASKED = {"simulation.realtime": {"step": STEP}}
 WANTED = ["pendulum.tip.*", "ball.q*", "ball.friction.*", "energy.residual", "events.count", "realtime.*"]
 SAME = 1e-9
-"""Of a column's size: baseline and machine round differently, and an event is found to 1e-7 of the speed unit, which a later one shows."""
+"""Of a column's size: baseline and machine round differently, and events are found to 1e-7 of the speed unit."""
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_the_fmu_and_the_c_library_step_as_the_engine_does(made: tuple[Path, Exp
 
 
 def test_bounds_are_parameters_and_what_is_over_them_is_seen(made: tuple[Path, Export]) -> None:
-    """One iteration a step: all steps are made by the fallback, each counted, named in an output and in the log; raised, none is."""
+    """One iteration a step: all steps are made by the fallback, each counted, named in an output and in the log; left, none is."""
     host = Host(made[0], stop=1.0, logging=True)
     host.set(**{"solver.iterations": 1})
     got = stepped(host, ["realtime.overrun", "realtime.overruns"], 20)
