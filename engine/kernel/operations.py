@@ -27,7 +27,7 @@ class Work:
         return self.evaluation * evaluations + self.iteration * iterations + self.relaxed * relaxed + self.row
 
 
-SWEEPS, BESIDE, ROW, IMPULSES = 6, 2, (4, 8), 4
+SWEEPS, BESIDE, ROW, IMPULSES = 6, 2, (6, 14), 4
 """Of the runtime (``bounded.c``): sweeps of a relaxed step; evaluations of one; evaluations and iterations that a row may take
 besides; evaluations that a step of impulses may."""
 

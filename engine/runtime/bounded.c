@@ -173,19 +173,29 @@ static int tr_step_bounded(tr_sim *s, double t) {
   return code;
 }
 
-/* The row at the end of a bounded step: where its multipliers are not found within bounds, with those of the step. */
+/* Multipliers of the state in yout by sweeps, for a row; pairs stay in their modes. Counted as iterations. */
+static void tr_relax_row(tr_sim *s) {
+  tr_mode modes[s->k->nsliders + 1];
+  double *y = TR_A(s, yout);
+  tr_copy(tr_width(s), TR_A(s, y), y);
+  tr_keep_modes(s, modes);
+  tr_maps_at(s, s->clock.t, y);
+  tr_relax(s, s->step.size), s->stats.solutions += SWEEPS;
+  tr_stage2(s, y, TR_A(s, z), TR_A(s, dy));
+  tr_put_modes(s, modes), tr_note_modes(s);
+}
+
+/* The row at the end of a bounded step: where its multipliers are not found within bounds, with those that sweeps find. */
 static int tr_row_bounded(tr_sim *s, double *row) {
-  double kept[tr_solution_size(s)], *y = TR_A(s, yout);
+  double *y = TR_A(s, yout);
   const tr_asking ask = s->ask;
-  tr_keep_solution(s, kept);
   s->ask.host = 0;
   tr_bound_work(s, IMPULSE_EVALUATIONS, ROW_ITERATIONS);
   tr_copy(tr_width(s), TR_A(s, y), y);
   int code = tr_output(s, s->clock.t, y, row);
   s->bound.evaluations = 0, s->ask = ask;
-  if (code != TR_FAIL_MULTIPLIERS) return code;
-  tr_put_solution(s, kept);
-  tr_copy(tr_width(s), TR_A(s, y), y), tr_set_time(s, s->clock.t);
+  if (code == TR_OK || !s->k->neta) return code;
+  tr_relax_row(s);
   return tr_output_of(s, s->clock.t, y, row, 1);
 }
 
