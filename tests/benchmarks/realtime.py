@@ -51,9 +51,9 @@ def _double(rng: np.random.Generator) -> dict[str, Any]:
 
 
 SCENES: dict[str, tuple[Draw, float, dict[str, int]]] = {
-    "spherical_pendulum": (_pendulum, 0.1, {"evaluations": 22, "iterations": 40}),
+    "spherical_pendulum": (_pendulum, 0.1, {"evaluations": 22, "iterations": 36}),
     "crank_slider": (_crank, 0.5, {"evaluations": 42, "iterations": 54}),
-    "double_pendulum": (_double, 0.4, {"evaluations": 20, "iterations": 42}),
+    "double_pendulum": (_double, 0.4, {"evaluations": 20, "iterations": 38}),
 }
 """How a case of each example is drawn; its share of the steps: most where events are many; bounds by which no step takes more than
 four times what the middle one does."""
