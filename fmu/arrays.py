@@ -16,7 +16,8 @@ CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", U
 """Names of ``fmu_type`` (``native/fmu.h``) by type."""
 SPACE = 3
 """Components of a vector: of parameters, those that are left out (zeros) leave scalars."""
-COUNTS, FLAGS = ("events.count", "solver.max_steps"), ("events.last.marginal",)
+COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
+FLAGS = ("events.last.marginal",)
 """Whole numbers that count, and those that say yes or no; others name something by its number."""
 
 

@@ -15,6 +15,8 @@ from engine.friction import numbers as law_numbers
 from engine.scene.contexts import bound_of, order_of
 from engine.scene.finding import Path, dotted, parse_path
 from engine.scene.overrides import list_parameters
+from engine.scene.realtime import EVALUATIONS, EVENTS, ITERATIONS
+from engine.simulation.bounded import bounds_of
 from engine.simulation.run import Model
 from engine.system.curves import Outside
 from engine.system.structure import state_coordinates
@@ -24,8 +26,10 @@ NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_Q
 PARAMETER = "FMU_PARAMETER"
 TOLERANCE, HOST_TOLERANCE = "FMU_TOLERANCE", "FMU_HOST_TOLERANCE"
 STEP, MAX_STEPS = "FMU_STEP", "FMU_MAX_STEPS"
+BOUNDS = {"events": "FMU_MOST_EVENTS", "evaluations": "FMU_MOST_EVALUATIONS", "iterations": "FMU_MOST_ITERATIONS"}
 """What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
-BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra", "verdict"), ("extra", "events"))
+BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra", "verdict"), ("extra", "events"),
+         ("extra", "overrun"), ("extra", "overruns"))
 """Columns, by their keys or the ends of these, that are outputs where nobody has said which are wanted: points, coordinates and
 rates, efforts of drives, friction, normal forces, and whether all is well."""
 HUGE = 1e300
@@ -87,7 +91,9 @@ class Variable:
 def variables(model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True) -> list[Variable]:
     """All variables in the order of their value references: columns, inputs, parameters. brief: those columns that most hosts have
     no use for are local variables, not outputs. own_steps: it makes steps of its own, which have parameters."""
-    solver = [v for v in _solver(step, rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
+    asked = bounds_of(model.built.scene)
+    solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
+    solver += [_bound(name, asked[name], role) for name, role in BOUNDS.items() if asked]
     return [*_outputs(model, brief), *_inputs(model), *_numbers(model), *_starts(model), *solver]
 
 
@@ -228,3 +234,13 @@ def _solver(step: float, rtol: float) -> Iterator[Variable]:
     yield one("step", "s", "internal step; 0: chosen by error control; > 0: fixed, for real time", step, NOT_NEGATIVE, STEP)
     most = "internal steps allowed in one communication step; 0: any number"
     yield one("max_steps", "1", most, 0.0, Bound(0.0, 1e9), MAX_STEPS, INTEGER)
+
+
+def _bound(name: str, start: float, role: str) -> Variable:
+    """A bound of steps for real time."""
+    bound, about = {
+        "events": (EVENTS, "events that are located in a bounded step, at most"),
+        "evaluations": (EVALUATIONS, "evaluations of the equations of motion in a bounded step, at most"),
+        "iterations": (ITERATIONS, "iterations of Newton's method in a bounded step, at most"),
+    }[name]
+    return Variable(f"solver.{name}", "1", about, "parameter", "tunable", "exact", start, bound, role=role, type=INTEGER)

@@ -97,6 +97,9 @@ def refusals(model: Model) -> list[Problem]:
     if any(m.name == sim.method and isinstance(m, Impulses) for m in REGISTRY):
         why = f"method {sim.method} makes impulses over steps of its own, which an importer's solver does not make"
         out.append(Problem("simulation.method", f"no model exchange: {why}", "--set simulation.method=auto, or --type cs"))
+    if sim.realtime is not None:
+        why = "bounded steps are the scene's own, and in model exchange the importer's solver makes them"
+        out.append(Problem("simulation.realtime", f"no model exchange: {why}", "leave it out, or --type cs"))
     if sim.jams == "impact":
         why = "a jam that ends by an impact comes where friction has no answer, which no event indicator foresees"
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=stop, or --type cs"))

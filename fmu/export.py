@@ -20,6 +20,7 @@ from engine.scene.given import Amount, Amounts, Names
 from engine.scene.model import Scene
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import Settings
+from engine.simulation.bounded import most_operations, promise
 from engine.simulation.result import Result
 from engine.simulation.run import Model, run
 from engine.simulation.settings import KERNELS
@@ -48,7 +49,8 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Export:
-    """What was written: file, its size, GUID, variables by causality, platforms, notes about the scene's start."""
+    """What was written: file, its size, GUID, variables by causality, platforms, notes about the scene's start; most
+    floating-point operations of a bounded step (None: steps have no bound)."""
 
     file: Path
     bytes: int
@@ -56,6 +58,7 @@ class Export:
     variables: dict[str, int]
     platforms: tuple[str, ...]
     notes: tuple[str, ...]
+    operations: int | None = None
 
 
 def export(
@@ -101,8 +104,14 @@ def export(
     archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
     if parameters is not None:
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
+    return _written(target, made, first, tuple(names))
+
+
+def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) -> Export:
+    """What is said of a file that has been written."""
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
-    return Export(target, target.stat().st_size, made.guid, count, tuple(names), (*first.notes, *left_out(made.all)))
+    notes = (*filter(None, [promise(made.model)]), *first.notes, *left_out(made.all))
+    return Export(target, target.stat().st_size, made.guid, count, names, notes, most_operations(made.model))
 
 
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:

@@ -8,6 +8,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.scene.finding import called, parse_path
 from engine.simulation.audit import SAID
 from engine.simulation.block import METHODS
+from engine.simulation.bounded import method_of
 from engine.simulation.outcome import NAMES
 from engine.simulation.run import Model
 from engine.system.curves import table_block
@@ -51,7 +52,8 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         "m_rates", "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
-        METHODS[sim.method], int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
+        METHODS[method_of(model.built.scene, sim.method)], int(model.system.bounded),
+        int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
         "m_setting", "m_outcome", *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
         *(FACES if faces else FACES_OF_SCALARS),
     ]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from engine.abi import EventKind, Verdict
+from engine.abi import EventKind, Overrun, Verdict
 from engine.kernel.columns import Column
 from engine.simulation.run import Model
 
 INTEGER = "Integer"
 STATE, CONTACT, EVENT, VERDICT, HOST = "SlidingState", "ContactState", "EventKind", "AuditVerdict", "HostTolerance"
+OVERRUN = "Overrun"
 ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
     STATE: {
         -1: ("slips back", "slips towards negative rates"),
@@ -18,6 +19,7 @@ ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
     CONTACT: {0: ("open", "no contact force"), 1: ("touches", "a contact force acts")},
     EVENT: {0: ("none", "none yet")} | {e.value: (e.name.lower().replace("_", " "), e.about) for e in EventKind},
     VERDICT: {v.value: (v.name.lower(), v.about) for v in Verdict},
+    OVERRUN: {o.value: (o.name.lower().replace("_", " "), o.about) for o in Overrun},
     HOST: {
         0: ("left aside", "solver.tolerance counts"),
         1: ("tighter counts", "the tighter of solver.tolerance and the host's counts"),
@@ -42,7 +44,8 @@ def type_of(c: Column) -> str:
     if c.key[0] == "contact" and c.key[-1] == "state":
         return CONTACT
     return {
-        ("extra", "verdict"): VERDICT, ("extra", "events"): INTEGER, ("last", "kind"): EVENT, ("last", "element"): INTEGER,
+        ("extra", "verdict"): VERDICT, ("extra", "events"): INTEGER, ("extra", "overruns"): INTEGER,
+        ("extra", "overrun"): OVERRUN, ("last", "kind"): EVENT, ("last", "element"): INTEGER,
         ("last", "contact"): INTEGER, ("last", "marginal"): INTEGER,
     }.get(c.key, "")  # fmt: skip
 

@@ -8,6 +8,7 @@ from engine.abi.choices import (
     Coordinate,
     EventKind,
     Law,
+    Overrun,
     PairKind,
     PairState,
     Post,
@@ -21,6 +22,6 @@ from engine.abi.choices import (
 )
 
 __all__ = [
-    "LINE", "Array", "Breaks", "Coordinate", "EventKind", "Law", "PairKind", "PairState", "Post", "RowKind", "Status", "StopState",
-    "TableKind", "Verdict", "Wants", "Why",
+    "LINE", "Array", "Breaks", "Coordinate", "EventKind", "Law", "Overrun", "PairKind", "PairState", "Post", "RowKind", "Status",
+    "StopState", "TableKind", "Verdict", "Wants", "Why",
 ]  # fmt: skip

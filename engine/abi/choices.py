@@ -156,6 +156,15 @@ class Verdict(Named, prefix="TR_VERDICT_"):
     INACCURATE = 2, "the energy is not, by far: the run does not count as done"
 
 
+class Overrun(Named, prefix="TR_OVERRUN_"):
+    """How a bounded step was made; from BY_IMPULSES on: what was left when its bounds were reached, or no other way
+    was there."""
+
+    NONE = 0, "as it should be"
+    BY_IMPULSES = 1, "the rest by one step of impulses"
+    RELAXED = 2, "the rest by one step of impulses whose friction is found by a few sweeps only"
+
+
 class Law(Named, prefix="TR_LAW_"):
     """What the audit looks at besides the energy. Each figure is relative to the unit in its meaning."""
 
@@ -182,5 +191,5 @@ class Breaks(Named, prefix="TR_BREAKS_"):
 
 ENUMERATIONS: tuple[type[Named], ...] = (
     Status, EventKind, PairState, PairKind, StopState, Coordinate, RowKind, TableKind, Post, Wants, Array, Why, Verdict,
-    Law, Breaks,
+    Law, Breaks, Overrun,
 )  # fmt: skip

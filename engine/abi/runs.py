@@ -81,6 +81,9 @@ int project : whether loops are closed after each step
 int locate : whether events are located
 int max_steps : give up after so many; 0: never
 int through_jams : whether a jammed pair stops by an impact and the run goes on
+int evaluations : of a bounded step: most evaluations of the right-hand side; 0: steps have no bound
+int iterations : most iterations of Newton's method
+int events : most events that are located in it
 """)
 
 STATS = Record("tr_stats", "What a run has cost so far.", f"""
@@ -95,6 +98,12 @@ long newton_most : most iterations one solution took
 long events : events
 long projections : corrections of positions
 long outputs : output rows
+long maps : maps formed beside evaluations
+long solutions : solutions of decisions
+long by_impulses : bounded steps whose rest was one step of impulses
+long relaxed : whose rest was one with friction by sweeps
+long most_evaluations : most evaluations a bounded step took, its output row included
+long most_iterations : most iterations
 long of_method[{len(METHODS)}] : accepted steps by method
 """)
 
@@ -135,6 +144,8 @@ double contraction : of their fixed-point iteration
 double events : how many so far
 double step : size of the last step, s
 double verdict : what the audit says so far, TR_VERDICT_…
+double overrun : how the last bounded step ended, TR_OVERRUN_…
+double overruns : bounded steps so far that ended otherwise than they should
 tr_last last : the last event
 """)
 

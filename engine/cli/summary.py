@@ -78,6 +78,8 @@ def cost(result: Result) -> str:
     s = result.stats
     parts = [f"{s.steps} steps ({s.rejected} rejected)", f"{s.rhs_evaluations} evaluations"]
     parts += [f"{s.jacobians} Jacobians"] if s.jacobians else []
+    most, iterations = s.counters.get("most_evaluations", 0), s.counters.get("most_iterations", 0)
+    parts += [f"at most {most} evaluations and {iterations} iterations a step"] if most else []
     parts += [f"{len(result)} rows × {len(result.names)} columns", f"ran in {_seconds(s.wall_time)}"]
     parts += [f"built in {_seconds(s.build_time)}" if s.build_time else "kernel from the cache"]
     return f"{DIM}{' · '.join(parts)}{PLAIN}"

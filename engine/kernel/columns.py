@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from engine.abi import EventKind, Verdict
+from engine.abi import EventKind, Overrun, Verdict
 from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound
 from engine.basics.patterns import matcher
 from engine.contact import REGISTRY as CONTACTS
@@ -186,6 +186,11 @@ def _whole(system: System) -> Iterator[Column]:
     text = f"what the audit says so far: {', '.join(f'{v.value} {v.name.lower()}' for v in Verdict)}"
     yield Column("audit.verdict", "1", text, ("extra", "verdict"), bound=NOT_NEGATIVE)
     yield Column("events.count", "1", "events so far", ("extra", "events"), bound=NOT_NEGATIVE)
+    if system.bounded:
+        text = f"how the last bounded step was made: {', '.join(f'{o.value} {o.name.lower()}' for o in Overrun)}".replace("_", " ")
+        yield Column("realtime.overrun", "1", text, ("extra", "overrun"), bound=NOT_NEGATIVE)
+        text = "bounded steps so far whose rest was made by a fallback"
+        yield Column("realtime.overruns", "1", text, ("extra", "overruns"), bound=NOT_NEGATIVE)
     for name, field, unit, text in LAST:
         yield Column(f"events.last.{name}", unit, text, ("last", field))
 

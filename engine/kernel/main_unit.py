@@ -139,13 +139,14 @@ def _complete(sym: Symbols, m: Model | None, parts: list[Element], code: Code, s
     rates_code = coordinate_rates_function(sym)
     stops_code = stops_function(sym, m)
     turned = rubbing_on_loops(sym.system) if sizes.nkappa else []
+    held = held_function(sym, parts)
     codes = [
-        code, closure, laws_code, stops_code, held_function(sym, parts), energy_function(sym, m), pressed_function(sym, turned),
+        code, closure, laws_code, stops_code, held, energy_function(sym, m), pressed_function(sym, turned),
     ]  # fmt: skip
     text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
     sizes = replace(sizes, nc=sum(c.kept[0] for c in codes))
     ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
-           "laws": laws_code.operations[1], "closure": closure.operations[1]}
+           "laws": laws_code.operations[1], "closure": closure.operations[1], "held": held.operations[1]}
     return MainUnit(text, sizes, parts, ops, m is None, {e.joint.name: (at, count) for e, at, count in turned})
 
 

@@ -41,6 +41,8 @@ class OutputUnit:
     """Whether columns ask for integrals of the powers."""
     wants: int
     """What the runtime does besides: bits of ``Wants``."""
+    operations: int
+    """Floating-point operations of a row, contacts apart."""
 
 
 class Outputs:
@@ -245,7 +247,8 @@ def output_unit(m: Model, chosen: list[Column], quadratures: bool) -> OutputUnit
     energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
     wants = wants_of(chosen, solved)
     nc, post = b + kappa.kept[0], post_of(chosen)
-    return OutputUnit(text, len(chosen), len(touching), nc, loops.numel(), post, energy, int(quadratures), wants)
+    return OutputUnit(text, len(chosen), len(touching), nc, loops.numel(), post, energy, int(quadratures), wants,
+                      main.operations[1])
 
 
 def _second(name: str, ins: list[Input], values: list[SX]):

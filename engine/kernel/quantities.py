@@ -66,6 +66,8 @@ ALL = (
     Quantity(name="extra", smooth=False, runtime=True),
     Quantity(name="extra.events", steps=True, smooth=False, runtime=True),
     Quantity(name="extra.verdict", steps=True, smooth=False, runtime=True),
+    Quantity(name="extra.overrun", steps=True, smooth=False, runtime=True),
+    Quantity(name="extra.overruns", steps=True, smooth=False, runtime=True),
     Quantity(name="last", steps=True, smooth=False, runtime=True),
 )
 QUANTITIES = {q.name: q for q in ALL}

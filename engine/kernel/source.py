@@ -55,7 +55,8 @@ def kernel_source(
     plain = unreduced(Symbols(system, parameters))
     main = main_unit(plain, quadratures, redundant)
     out = output_unit(plain, chosen, quadratures)
-    facts: dict[str, object] = {"operations": main.operations, "active_rows": list(main.sizes.active), "loop_rows": rows_of(system)}
+    operations = main.operations | {"outputs": out.operations}
+    facts: dict[str, object] = {"operations": operations, "active_rows": list(main.sizes.active), "loop_rows": rows_of(system)}
     facts["rubbing"] = [j.name for j in system.frictional]
     return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
 

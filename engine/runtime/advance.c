@@ -134,12 +134,15 @@ static int tr_stalls(tr_sim *s) {
   return tried - s->step.moved > STALL_TRIALS;
 }
 
+static int tr_advance_bounded(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count);
+
 /* Go on to `target`, at most max_steps steps. Rows are appended to rows[capacity][want]. What is given up while a failure is being
  * passed is no failure. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   *count = 0;
   if (s->clock.status > TR_DONE) return s->clock.status;
   s->clock.status = TR_OK;
+  if (s->set.evaluations > 0) return tr_advance_bounded(s, target, max_steps, rows, capacity, count);
   for (long step = 0;;) {
     int code = TR_OK;
     if (s->ask.stop) return s->clock.status = TR_STOPPED;

@@ -56,6 +56,7 @@ TR_OFTEN
 #include "finish.c"
 #include "trial.c"
 #include "advance.c"
+#include "bounded.c"
 
 TR_RARE
 #include "layout.c"
@@ -108,6 +109,7 @@ static void tr_reset(tr_sim *s, double t, double t_stop, double every) {
   s->events = (tr_events){.capacity = capacity, .chatter_t = -INFINITY, .margin = CLEAR};
   s->audit = (tr_audit){.open_t = -1.0, .open_pair = -1, .fail_detail = -1, .fail_number = -1.0};
   s->stats = (tr_stats){0};
+  s->bound = (tr_bounding){0};
   while (s->clock.next_break < nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t) s->clock.next_break++;
   tr_moment_of(s)->inside = t + JUST_AFTER;
   memset(TR_A(s, z), 0, sizeof(double) * (s->k->active + s->k->neta));

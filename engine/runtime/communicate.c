@@ -96,7 +96,7 @@ int tr_resume(tr_sim *s, int anew) {
   if (!anew) return TR_OK;
   const double energy = tr_audit_now(s); /* the constants are still those of the old ones */
   tr_set_parameters(s);
-  int code = tr_start_modes(s);
+  int code = s->set.evaluations > 0 ? TR_OK : tr_start_modes(s); /* a bounded step decides itself about what is at rest */
   tr_audit_excuse(s, energy);
   if (code != TR_OK) s->clock.status = code;
   return code;

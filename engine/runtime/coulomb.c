@@ -180,6 +180,7 @@ static int tr_solve_modes(tr_sim *s) {
   const tr_kernel *k = s->k;
   int a = k->active;
   if (tr_is_spent(s) || tr_gives_up(s, (double)(a + 1) * k->neta * (a + k->nn + k->neta))) return 0;
+  s->stats.solutions++;
   tr_note_modes(s);
   if (tr_recurs(s) && tr_newton_along(s, 0)) {
     tr_holding(s);

@@ -170,7 +170,7 @@ static int tr_enumerate(tr_sim *s, const int *rest, int n, int most) {
     total *= tr_ways(s, apart[u]);
     memcpy(guess + 3 * u, tr_mode_of(s, apart[u])->direction, sizeof(double) * 3);
   }
-  for (int code = 0; code < total && found < most && s->stats.newton_iterations < work; ++code) {
+  for (int code = 0; code < total && found < most && s->stats.newton_iterations < work && !s->ask.stop; ++code) {
     tr_put_combination(s, rest, n, apart, count, code, guess);
     memset(eta, 0, sizeof(double) * k->neta);
     int idle, ok = tr_solve_onsets(s, rest, n, 0, &idle);
@@ -245,7 +245,7 @@ static void tr_note_answers(tr_sim *s, double t, const int *rest, int n, int mos
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
   double z[k->active + k->neta + 1];
-  if (n > most || s->audit.open_t >= 0.0) return;
+  if (n > most || s->audit.open_t >= 0.0 || s->bound.evaluations) return;
   for (int q = 0; q < n; ++q)
     if (tr_pair_of(s, rest[q])->nrates > 1) return;
   tr_keep_modes(s, modes);

@@ -8,6 +8,7 @@
 #define SHRINKS 0.2       /* of the residual before: an iteration that leaves more has come to round-off */
 #define NEAR_CLOSED 1e-8  /* the same, of many loops: what a correction leaves of so little, the square, is round-off; maps serve for the rates too */
 #define CLOSE_MAX 12      /* iterations of the positions: quadratic from anywhere a step can end */
+#define CLOSE_BOUNDED 3   /* the same in a bounded step */
 #define CLOSE_RATES_MAX 3 /* of the rates, which are linear */
 
 /* Quaternions of y back to unit length. */
@@ -95,8 +96,9 @@ static int tr_project(tr_sim *s, double t, double *y) {
   if (k->active == 0 || !s->set.project) return 1;
   const double *x = TR_A(s, x), *c = TR_A(s, c) + k->c_closure;
   double *h = TR_A(s, h_res), pos, vel, before = INFINITY, dv[k->nv], dq[k->nq + 4];
+  const int most = s->bound.evaluations ? CLOSE_BOUNDED : CLOSE_MAX;
   tr_set_time(s, t);
-  for (int it = 0; it < CLOSE_MAX; ++it) {
+  for (int it = 0; it < most; ++it) {
     k->closure(x, y, c, h);
     tr_residual(s, h, &pos, &vel);
     if (!(pos < INFINITY)) {

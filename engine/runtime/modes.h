@@ -36,8 +36,19 @@ typedef struct tr_memory {
 
 #define ASK_AFTER 1e7 /* multiplications, a few milliseconds: 0.2 s are to be kept on slow machines too */
 
+/* What a bounded step counts: maps formed beside evaluations are evaluations, solutions of decisions iterations, too. */
+static inline long tr_evaluations(const tr_sim *s) { return s->stats.rhs_evaluations + s->stats.maps; }
+static inline long tr_iterations(const tr_sim *s) { return s->stats.newton_iterations + s->stats.solutions; }
+
+/* Whether a bounded step has done the work it may: then nothing is sought any more. */
+static inline int tr_at_bound(tr_sim *s) {
+  if (!s->bound.evaluations || (tr_evaluations(s) < s->bound.evaluations && tr_iterations(s) < s->bound.iterations)) return 0;
+  return s->ask.stop = 1;
+}
+
 /* Whether to give up, so much work having been done since this was last looked at. */
 static inline int tr_gives_up(tr_sim *s, double work) {
+  if (tr_at_bound(s)) return 1;
   if (!s->ask.host || s->ask.stop || (s->ask.work += work) < ASK_AFTER) return s->ask.stop;
   s->ask.work = 0.0;
   return s->ask.stop = s->ask.host();

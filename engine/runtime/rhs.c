@@ -103,7 +103,7 @@ static inline void tr_put_powers(const tr_sim *s, double *dy) {
  * asked for. What is known of ẏ stays (a large tree that rubs puts its own there);
  * without multipliers the maps are ẏ. */
 static void tr_maps_of(tr_sim *s, const double *y) {
-  s->step.along = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW;
+  s->step.along = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW, s->stats.maps++;
   double *dy = s->k->active + s->k->neta ? TR_A(s, dyeval) : TR_A(s, dy);
   if (s->k->begin) tr_begin_along(s, y, TR_A(s, dyeval));
   else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
@@ -164,6 +164,10 @@ static inline void tr_stage2(tr_sim *s, const double *y, const double *z, double
 /* ẏ at (t, y). 0 when the multipliers cannot be found; then step.trouble says why. */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   const tr_kernel *k = s->k;
+  if (tr_at_bound(s)) {
+    s->step.trouble = TR_FAIL_MULTIPLIERS;
+    return 0;
+  }
   s->stats.rhs_evaluations++;
   tr_set_time(s, t);
   if (tr_recurs(s) && tr_rhs_along(s, y, dy)) {

@@ -6,6 +6,10 @@
 #include "modes.h"
 
 #define SAMPLES 8       /* dense points at which a suspect step is looked at */
+#define SAMPLES_BOUNDED 4 /* the same of a bounded step, and iterations on θ */
+#define ROOT_STEPS_BOUNDED 4
+#define CLOSE_ROOT 1e6     /* tolerances: so near to it is good enough there: 1e-7 of the speed unit, 1e-4 of what a pair can hold; */
+#define CLOSE_STOP 500.0   /* of a pair of several components a speed below NEAR_MISS */
 #define ROOT_STEPS 80     /* iterations on θ at most; so many of them by the secant, then by halves, which cannot stall */
 #define SECANT_STEPS 60
 #define ROOT_ROUND_OFF 1e-14 /* of θ */
@@ -44,12 +48,37 @@ static double tr_probe_from(tr_sim *s, double theta, const double *from, int *wo
 
 static double tr_probe(tr_sim *s, double theta, int *worst) { return tr_probe_from(s, theta, 0, worst); }
 
+/* At how many dense points a suspect step is looked at. */
+static inline int tr_samples(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : SAMPLES; }
+
 /* The same at the q-th dense point, for its two ends as it is known from the steps' ends. */
 static double tr_sample(tr_sim *s, int q, int last, const double *from, int *worst) {
+  const int samples = tr_samples(s);
   if (q == 0 && s->step.margin == s->step.margin) return s->step.margin;
-  if (q < SAMPLES) return tr_probe_from(s, q / (double)SAMPLES, from, worst);
+  if (q < samples) return tr_probe_from(s, q / (double)samples, from, worst);
   *worst = last;
   return s->step.margin_end;
+}
+
+/* A root of the probe in [a, b] by as few evaluations as a bounded step allows: on either side of it. */
+static double tr_root_within(tr_sim *s, double a, double b, double ga, double gb, int *which) {
+  double m = b;
+  int side = 0;
+  if (a == 0.0 && s->step.margin < ga) ga = s->step.margin;
+  for (int it = 0; it < ROOT_STEPS_BOUNDED; ++it) {
+    int w = *which;
+    m = (a * gb - b * ga) / (gb - ga);
+    if (!(m > a && m < b)) m = 0.5 * (a + b);
+    const double g = tr_probe(s, m, &w);
+    if (g != g) return NAN;
+    if (g > 0.0) {
+      b = m, gb = g, *which = w, ga *= side == 1 ? 0.5 : 1.0, side = 1;
+    } else {
+      a = m, ga = g, gb *= side == -1 ? 0.5 : 1.0, side = -1;
+    }
+    if (fabs(g) < (w < s->k->nsliders && tr_pair_of(s, w)->nrates > 1 ? CLOSE_STOP : CLOSE_ROOT)) break;
+  }
+  return m;
 }
 
 /* First θ in (a, b] where the probe turns positive, given g(b) > 0: a safeguarded secant (Illinois). NaN where what turns there is whether
@@ -57,6 +86,7 @@ static double tr_sample(tr_sim *s, int q, int last, const double *from, int *wor
 static double tr_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
   const int nz = tr_nz(s);
   int side = 0;
+  if (s->bound.evaluations) return tr_root_within(s, a, b, ga, gb, which);
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
     double m = (ga < 0.0 && it < SECANT_STEPS) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
     if (!(m > a && m < b)) m = 0.5 * (a + b);
@@ -170,12 +200,13 @@ static int tr_may_fold(const tr_sim *s, int which) {
 static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
   const int nz = tr_nz(s);
   double x[SAMPLES + 1], g[SAMPLES + 1], followed[nz + 1], *near = tr_may_fold(s, *which) ? followed : 0;
-  int held = closely && s->k->sets, first = closely ? !held : SAMPLES, last = *which;
+  const int samples = tr_samples(s);
+  int held = closely && s->k->sets, first = closely ? !held : samples, last = *which;
   tr_copy(nz, TR_A(s, zstart), followed), tr_copy(nz, TR_A(s, zend), TR_A(s, zbeyond));
-  for (int q = first; q <= SAMPLES; ++q) {
+  for (int q = first; q <= samples; ++q) {
     int w = *which;
-    x[q] = q / (double)SAMPLES, g[q] = tr_sample(s, q, last, near, &w);
-    if (near && q > 0 && q < SAMPLES && g[q] <= 0.0) tr_copy(nz, TR_A(s, z), near);
+    x[q] = q / (double)samples, g[q] = tr_sample(s, q, last, near, &w);
+    if (near && q > 0 && q < samples && g[q] <= 0.0) tr_copy(nz, TR_A(s, z), near);
     if (g[q] != g[q]) return TR_TOO_LARGE;
     if (q == 0) { /* what has just been decided is no event */
       g[0] = fmin(g[0], 0.0);

@@ -204,6 +204,13 @@ typedef struct tr_asking {
   int stop;          /* it has said so: nothing is sought any more */
 } tr_asking;
 
+/* A bounded step (``bounded.c``): counts of the statistics at which the work at hand ends. */
+typedef struct tr_bounding {
+  long evaluations, iterations; /* 0: no bound */
+  long index;                   /* bounded steps since the start of the run */
+  int overrun;                  /* how the last one was made, TR_OVERRUN_… */
+} tr_bounding;
+
 typedef struct tr_sim {
   size_t bytes; /* of the whole block */
   const tr_kernel *k;
@@ -222,6 +229,7 @@ typedef struct tr_sim {
   tr_audit audit;
   tr_stats stats;
   tr_asking ask;
+  tr_bounding bound;
   tr_places at;
 } tr_sim;
 
@@ -230,5 +238,6 @@ typedef struct tr_sim {
 /* An array of the block. */
 #define TR_A(s, field) ((double *)((char *)(s) + TR_HEAD) + (s)->at.field)
 
+int tr_reach_bounded(tr_sim *s, double t, double *row);
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable_doubles, int event_capacity);
 #endif

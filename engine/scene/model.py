@@ -32,6 +32,7 @@ from engine.scene.jointed import (
 )
 from engine.scene.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
 from engine.scene.quantities import Acceleration, Duration, Number, Per
+from engine.scene.realtime import RealTime
 from engine.scene.signals import (
     BySpeed,
     Constant,
@@ -71,6 +72,8 @@ class Simulation:
     """Integration method."""
     jams: Literal["stop", "impact"] = "stop"
     """What a jam does: end the run as ``jammed``, or stop the jammed joint by a tangential impact and go on."""
+    realtime: RealTime | None = None
+    """Fixed steps whose work is bounded; left out, steps follow the tolerance."""
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -89,6 +89,7 @@ joints:
 simulation:
   until: 5 s
   every: 10 ms
+  # realtime: {{step: 1 ms}}      # fixed steps of bounded work; also events, evaluations, iterations
 """
 
 README = """\

@@ -42,6 +42,9 @@ class Settings:
     locate: bool = True
     project: bool = True
     through_jams: bool = False
+    evaluations: int = 0
+    iterations: int = 0
+    events: int = 0
 
     def record(self, **scales: float) -> Any:
         """These settings as the runtime's record; scales: length, rate, energy. SceneError for a method that does not exist."""
@@ -49,7 +52,8 @@ class Settings:
             raise SceneError([Problem("method", f"{self.method!r} is unknown", f"one of {', '.join(METHODS)}")])
         return SETTINGS.ctype(*SETTINGS.row(
             rtol=self.rtol, hmax=self.max_step, hmin=0.0, hfixed=self.step, method=METHODS[self.method], project=self.project,
-            locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, **scales,
+            locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, evaluations=self.evaluations,
+            iterations=self.iterations, events=self.events, **scales,
         ))  # fmt: skip
 
 

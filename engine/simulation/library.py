@@ -22,6 +22,7 @@ def library() -> ctypes.CDLL:
     lib.tr_assemble.argtypes, lib.tr_assemble.restype = [p, d, p, p], i
     lib.tr_start.argtypes, lib.tr_start.restype = [p, d, d, d, p], i
     lib.tr_advance.argtypes, lib.tr_advance.restype = [p, d, long, p, long, p], i
+    lib.tr_reach_bounded.argtypes, lib.tr_reach_bounded.restype = [p, d, p], i
     lib.tr_row.argtypes, lib.tr_row.restype = [p, p], i
     lib.tr_evaluate.argtypes, lib.tr_evaluate.restype = [p, p, p], i
     lib.tr_attach_jacobian.argtypes, lib.tr_attach_jacobian.restype = [p, p, p, i], i

@@ -9,6 +9,7 @@ from engine.scene.given import Amount, Names, names_given
 from engine.scene.overrides import Given, scene_given
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
+from engine.simulation.bounded import bounds_of
 from engine.simulation.certainty.asked import Wanted, stated
 from engine.simulation.model import Model, pattern_problems
 from engine.simulation.result import Result
@@ -52,9 +53,10 @@ def simulate(
     own = Run(**chosen)
     end, spacing, tolerance = own.of(loaded)
     jams = loaded.simulation.jams == "impact"
-    settings = bl.Settings(tolerance, own.method_of(loaded), fixed, max_steps=max_steps, through_jams=jams)
+    steps: dict[str, Any] = {"step": fixed} | bounds_of(loaded)
+    settings = bl.Settings(tolerance, own.method_of(loaded), max_steps=max_steps, through_jams=jams, **steps)
     patterns = names_given(loaded.outputs if outputs is None else outputs)
-    check_settings(end, spacing, settings, loaded, patterns)
+    check_settings(end, spacing, settings, loaded, patterns, fixed)
     if certify or accuracy is not None:
         return stated(loaded, patterns, own.kernel, Wanted(end, spacing, settings, accuracy, rtol is not None), progress)
     return OneRun(Model(loaded, patterns, own.kernel), end, spacing, settings, progress).result()

@@ -14,6 +14,7 @@ from engine.friction import REGISTRY as LAWS
 from engine.integrators import METHODS
 from engine.scene.given import Amounts
 from engine.scene.model import Scene
+from engine.simulation.bounded import method_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 KERNELS = ("auto", "compiled", "parts")
@@ -42,7 +43,7 @@ class Run:
 
     def method_of(self, scene: Scene) -> str:
         """The method of a run of this scene."""
-        return self.method or scene.simulation.method
+        return method_of(scene, self.method or scene.simulation.method)
 
 
 def known_words() -> dict[str, tuple[str, ...]]:

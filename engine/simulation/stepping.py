@@ -12,6 +12,7 @@ import numpy as np
 from engine.basics.interrupts import Held, heed, held
 from engine.simulation import block as bl
 from engine.simulation.audit import Audit, audit_of, judged
+from engine.simulation.bounded import note
 from engine.simulation.certificate import Certificate, certificate, certificate_notes
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.events import decode
@@ -72,7 +73,7 @@ class OneRun:
         events = decode(self.model.system, np.concatenate(self.records)) if self.records else []
         audit = self._audit()
         outcome = judged(outcome, audit)
-        self.notes += [*audit.notes, *filter(None, [marginal_note(tuple(events))])]
+        self.notes += [*audit.notes, *filter(None, [marginal_note(tuple(events)), note(c)])]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.open_reactions, certified, audit)

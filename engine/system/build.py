@@ -85,7 +85,7 @@ class _Maker:
         return System(
             bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables),
             self.devices.stops + self.devices.hooks, tuple(self.scene.outputs), ground,
-            ties(self.scene, self.table, joints), self.devices.hooks,
+            ties(self.scene, self.table, joints), self.devices.hooks, self.scene.simulation.realtime is not None,
         )
 
     # -- points -------------------------------------------------------------------------------------------------------------

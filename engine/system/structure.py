@@ -149,7 +149,7 @@ class Body:
 @dataclass(frozen=True)
 class System:
     """A whole mechanism: bodies in tree order (inboard before outboard), joints (those of the tree first, in the order of the
-    bodies they carry, then cut joints), applied loads, gravity, and sizes."""
+    bodies they carry, then cut joints), applied loads, gravity, and sizes. bounded: whether steps are, for real time."""
 
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
@@ -162,6 +162,7 @@ class System:
     ground_points: tuple[tuple[str, Leaves], ...] = field(default=())
     ties: tuple[Joint, ...] = ()
     latches: int = 0
+    bounded: bool = False
 
     def hook(self, latch: int) -> int:
         """Which stop says whether a latch is down: hooks are the last of the stops."""

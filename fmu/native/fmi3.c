@@ -127,10 +127,10 @@ static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
     fmu_status status = fmu_set_off(m);
     if (status > FMU_WARNING) return status;
     double next = end;
-    if (m->between) next = fmin(end, tr_next_end(FMU_SIM(m->state), fmu_limit(m->state, end, h)));
+    if (m->between && !MODEL->bounded) next = fmin(end, tr_next_end(FMU_SIM(m->state), fmu_limit(m->state, end, h)));
     const int moved = m->state->moved;
-    if (m->ahead) status = fmu_go_to_event(m, next, h);
-    else status = fmu_arrived(m, tr_reach(FMU_SIM(m->state), next, fmu_limit(m->state, end, h), fmu_most_steps(m->state), FMU_A(m->state, row)), next);
+    if (m->ahead && !MODEL->bounded) status = fmu_go_to_event(m, next, h);
+    else status = fmu_arrived(m, fmu_reach(m, next, next < end ? end - m->state->time : h), next);
     if (status > FMU_WARNING) return status;
     fmu_state *s = m->state;
     worst = status > worst ? status : worst;

@@ -16,7 +16,7 @@ typedef unsigned fmu_reference;
 
 /* What a parameter of the FMU stands for. Its `index` counts engine parameters, coordinates, rates or inputs, as the kind says. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
-                        FMU_PARAMETER };
+                        FMU_MOST_EVENTS, FMU_MOST_EVALUATIONS, FMU_MOST_ITERATIONS, FMU_PARAMETER };
 
 /* What becomes of a tolerance that the host gives: it is left aside; it counts where it is the tighter one; it counts. */
 enum { FMU_HOST_ASIDE, FMU_HOST_TIGHTER, FMU_HOST_COUNTS };
@@ -81,7 +81,7 @@ typedef struct fmu_model {
   const double *breaks, *tables;
   const double *q, *v, *q_given, *v_given; /* start values; q_given, v_given: 1 for each rate whose value the scene gives */
   double length, rate, energy; /* scales of the tolerances */
-  int method, through_jams, events, noutcomes; /* through_jams: a jammed pair stops by an impact and the run goes on */
+  int method, bounded, through_jams, events, noutcomes; /* bounded: steps are, for real time; through_jams: a jammed pair stops by an impact and the run goes on */
   const fmu_setting *setting;
   const fmu_outcome *outcome;
   const fmu_outcome *why; /* what becomes of a failure of friction whose reason (TR_WHY_…) is known; behind them status −1 */

@@ -80,6 +80,14 @@ static double fmu_tolerance(const fmu_instance *m) {
   return taken ? s->tolerance : own;
 }
 
+/* What steps for real time may take, as the parameters say now. */
+static void fmu_bound(fmu_state *s) {
+  tr_settings *set = &FMU_SIM(s)->set;
+  if (!MODEL->bounded) return;
+  set->events = (int)fmu_setting_of(s, FMU_MOST_EVENTS, 0.0);
+  set->evaluations = (int)fmu_setting_of(s, FMU_MOST_EVALUATIONS, 1.0), set->iterations = (int)fmu_setting_of(s, FMU_MOST_ITERATIONS, 1.0);
+}
+
 /* Assemble and start the run at the start time, from the values as they are set. */
 static fmu_status fmu_begin(fmu_instance *m) {
   fmu_state *s = m->state;
@@ -97,6 +105,7 @@ static fmu_status fmu_begin(fmu_instance *m) {
                            .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1,
                            .through_jams = MODEL->through_jams};
   tr_configure(sim, &set);
+  fmu_bound(s);
   fmu_start_values(s);
   s->time = s->reached = s->point = s->start, s->failed = s->why = s->told = s->tenths = 0;
   fmu_forget_events(s);
@@ -126,7 +135,7 @@ static fmu_status fmu_take_over(fmu_instance *m) {
   fmu_status together = fmu_together(m);
   if (together != FMU_OK) return together;
   int status = tr_cut(sim, s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
-  if (status == TR_OK && anew) fmu_numbers(s);
+  if (status == TR_OK && anew) fmu_numbers(s), fmu_bound(s);
   fmu_hand_inputs(m, s->time, 0);
   if (status == TR_OK) status = tr_resume(sim, anew);
   if (status != TR_OK) return fmu_failed(m, status, FMU_DISCARD);
@@ -204,12 +213,22 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   return fmu_failed(m, status, FMU_DISCARD);
 }
 
+/* Go on to `target`, h ahead, by steps of the run's own or by bounded ones, and write the row there. How it ended. */
+static int fmu_reach(fmu_instance *m, double target, double h) {
+  static const char *const said[] = {0, "one step of impulses", "one step of impulses whose friction a few sweeps found"};
+  fmu_state *s = m->state;
+  tr_sim *sim = FMU_SIM(s);
+  if (!MODEL->bounded) return tr_reach(sim, target, fmu_limit(s, target, h), fmu_most_steps(s), FMU_A(s, row));
+  const int status = tr_reach_bounded(sim, target, FMU_A(s, row)), how = sim->bound.overrun;
+  if (how) fmu_tell(m, (int)FMU_WARNING, "the step to t = %.9g s is over its bounds: its rest was %s (realtime.overrun = %d)", target, said[how], how);
+  return status;
+}
+
 /* One communication step of length h from t. */
 static fmu_status fmu_step(fmu_instance *m, double t, double h) {
   fmu_status status = fmu_may_step(m, t, h);
   if (status == FMU_OK) status = fmu_set_off(m);
   if (status != FMU_OK) return status;
-  fmu_state *s = m->state;
   const double target = t + h;
-  return fmu_arrived(m, tr_reach(FMU_SIM(s), target, fmu_limit(s, target, h), fmu_most_steps(s), FMU_A(s, row)), target);
+  return fmu_arrived(m, fmu_reach(m, target, h), target);
 }

@@ -63,7 +63,7 @@ static fmu_status fmu_begun(fmu_instance *m) {
   if (status > FMU_WARNING) return status;
   const tr_settings *set = &FMU_SIM(m->state)->set;
   m->state->mode = m->exchange ? FMU_EVENTS : FMU_STEPPING;
-  fmu_tell(m, FMU_SAYS_PROGRESS, "the run begins at t = %.9g s: tolerance %g, %s", m->state->time, set->rtol, set->hfixed > 0.0 ? "fixed steps" : "error control");
+  fmu_tell(m, FMU_SAYS_PROGRESS, "the run begins at t = %.9g s: tolerance %g, %s", m->state->time, set->rtol, MODEL->bounded ? "bounded steps" : set->hfixed > 0.0 ? "fixed steps" : "error control");
   return status;
 }
 

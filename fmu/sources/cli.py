@@ -42,9 +42,11 @@ def c(
     files = {name: text.encode() for name, text in made.files.items()}
     write_files(folder, files)
     size = sum(map(len, files.values()))
-    said = {"folder": str(folder), "files": sorted(files), "bytes": size, "state": made.bytes, "variables": len(made.called)}
+    said = {"folder": str(folder), "files": sorted(files), "bytes": size, "state": made.bytes, "variables": len(made.called),
+            "operations": made.operations}
     told = f"{folder}: {size / 1024:.0f} kB of C99, {len(made.called)} variables, {made.bytes / 1024:.1f} kB of state"
-    _tell(said, [told, f"  cd {folder} && cc -std=c99 -O2 *.c -lm -o example && ./example"], as_json)
+    promised = [f"  {made.promise}"] if made.promise else []
+    _tell(said, [told, *promised, f"  cd {folder} && cc -std=c99 -O2 *.c -lm -o example && ./example"], as_json)
 
 
 @export.command("web", context_settings=LENIENT)

@@ -12,6 +12,7 @@ from engine.basics.files import replacing
 from engine.basics.problems import Problem, SceneError
 from engine.scene.given import Names
 from engine.scene.overrides import Given, scene_given
+from engine.simulation.bounded import most_operations, promise
 from engine.simulation.result import Result
 from fmu.description import Variable
 from fmu.export import Made, started
@@ -32,7 +33,7 @@ EXAMPLE_STEPS = 100
 @dataclass(frozen=True)
 class Library:
     """The C files of a mechanism by name, and how its variables are called in C. name: begins the names of files and functions;
-    bytes: of its struct; step: s; first: the begin of its run."""
+    bytes: of its struct; step: s; first: the begin of its run; operations, promise: of bounded steps (``simulation.bounded``)."""
 
     name: str
     files: dict[str, str]
@@ -40,6 +41,8 @@ class Library:
     bytes: int
     step: float
     first: Result
+    operations: int | None = None
+    promise: str = ""
 
 
 def library(
@@ -63,7 +66,7 @@ def library(
     given = _given(name, called, total, made) | {"sources": " ".join(sorted(files))}
     files |= {file: filled(file, given) for file in ("main.c", "CMakeLists.txt", "README.md")}
     files[f"{name}.h"] = filled("mechanism.h", given)
-    return Library(name, files, called, total * 8, made.step, first)
+    return Library(name, files, called, total * 8, made.step, first, most_operations(model), promise(model))
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
