@@ -62,7 +62,16 @@ def thrown() -> engine.Scene:
     })  # fmt: skip
 
 
-BUILT = {"swing": swing, "thrown": thrown}
+def bristles() -> engine.Scene:
+    """Example 8.3 with LuGre friction: bristles are states."""
+    law = {"friction.law": "lugre"}
+    rub = {"bristle_stiffness": 1e3, "bristle_damping": 0.03}
+    scene = engine.load_scene("double_pendulum")
+    numbers = {f"joints.{j}.friction.{k}": v for j in scene.joints if scene.joints[j].friction for k, v in rub.items()}
+    return apply(scene, law | numbers)
+
+
+BUILT = {"swing": swing, "thrown": thrown, "bristles": bristles}
 
 
 @cache
