@@ -25,6 +25,8 @@ from .hosting import FOLDER
 
 TOLD = re.compile(r"event at t = (\S+) s: (.*) in joint (\S+)$")
 EVERY = 0.01
+AFTER = 1e-13
+"""s: so far behind a root an event is handled."""
 Told = list[tuple[float, str, str]]
 
 
@@ -176,3 +178,37 @@ class Importer:
         while self.fmu.newDiscreteStates()[0]:
             pass
         self.fmu.enterContinuousTimeMode()
+
+
+def run_scipy(host: Importer, until: float, tolerance: float, columns: list[str], method: str = "DOP853") -> np.ndarray:
+    """A run in SciPy, each indicator an event of it: states by name (rows) every EVERY seconds."""
+    from scipy.integrate import solve_ivp
+
+    states = [u.variable.derivative for u in host.md.derivatives]
+    sizes = np.array([float(v.nominal or 1.0) for v in states])
+
+    def rates(t: float, x: np.ndarray) -> np.ndarray:
+        host.place(t, x)
+        return host.rates()
+
+    def event(i: int) -> Any:
+        def told(t: float, x: np.ndarray) -> float:
+            host.place(t, x)
+            return float(host.indicators()[i])
+
+        told.terminal = True  # type: ignore[attr-defined]
+        return told
+
+    events = [event(i) for i in range(host.md.numberOfEventIndicators)]
+    grid, out, t, x = EVERY * np.arange(round(until / EVERY) + 1), [host.states()], 0.0, host.states()
+    while t < until:
+        part = solve_ivp(rates, (t, until), x, method, events=events, rtol=tolerance, atol=tolerance * sizes, dense_output=True)
+        t = part.t[-1]
+        out += [part.sol(g) for g in grid[len(out) :] if g <= t]
+        if part.status == 1:
+            host.place(t + AFTER, part.y[:, -1] + AFTER * rates(t, part.y[:, -1]))  # its roots may be just before
+            host.fmu.completedIntegratorStep()
+            host.handle()
+            t, x = t + AFTER, host.states()
+    names = [v.name for v in states]
+    return np.array(out).T[[names.index(f"states.{n}") for n in columns]]
