@@ -225,6 +225,7 @@ void tr_follow(tr_sim *s);
 int tr_completed(tr_sim *s);
 int tr_update(tr_sim *s, int jumped, int *changed);
 double tr_next_break(const tr_sim *s);
+double tr_break_after(const tr_sim *s, double t);
 tr_input *tr_input_record(tr_sim *s, int input);
 void tr_input_value(const tr_input *record, double t, tr_signal *value);
 #endif
