@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from engine.basics.problems import Problem, SceneError
 from engine.integrators import REGISTRY, Impulses
 from engine.kernel.records import names_of_powers
-from engine.simulation.pairs import slider_names, stop_names
+from engine.simulation.pairs import slider_names
 from engine.simulation.run import Model
-from engine.system.structure import state_coordinates
+from engine.system.structure import System, state_coordinates
 from fmu.description import Variable, followed
 
 KINDS = {"cs": 1, "me": 2, "both": 3}
@@ -84,10 +84,26 @@ def _indicators(model: Model) -> Iterator[tuple[str, str]]:
     for name, part in slider_names(model.system):
         yield f"{name}.mode[{part}]", f"sliding pair {part} of joint {name} keeps its mode while this is positive"
         yield f"{name}.branch[{part}]", f"sliding pair {part} of joint {name} keeps its branch or direction while this is positive"
-    for name, freedom in stop_names(model.system):
-        yield f"{name}.stop[{freedom}]", f"the stop of freedom {freedom} of joint {name} stays on or off while this is positive"
+    yield from _of_stops(model.system)
     if model.system.frictional:
         yield "answer", "friction has an answer in the present modes while this is positive"
+
+
+def _of_stops(system: System) -> list[tuple[str, str]]:
+    """The same of stops and latches, in the order of their flags."""
+    found: dict[int, tuple[str, str]] = {}
+    for j in system.joints:
+        for k, d in enumerate(j.devices):
+            of = f"of freedom {k + 1} of joint {j.name}"
+            for side, flag in zip(("lower", "upper"), d.stop.flags if d.stop else (-1, -1), strict=True):
+                if flag >= 0:
+                    found[flag] = f"{j.name}.stop.{side}[{k + 1}]", f"the {side} stop {of} stays on or off while this is positive"
+            if d.latch is not None:
+                name = f"{j.name}.latch.{{}}[{k + 1}]"
+                found[d.latch.pressed] = name.format("pressed"), f"the latch {of} stays pressed or not while this is positive"
+                told = f"the hook of the latch {of} stays up or down while this is positive"
+                found[system.hook(d.latch.hook)] = name.format("hook"), told
+    return [found[i] for i in sorted(found)]
 
 
 def refusals(model: Model) -> list[Problem]:
@@ -106,7 +122,4 @@ def refusals(model: Model) -> list[Problem]:
     for name in followed(model):
         why = f"the motion that follows input {name} depends on its values at communication points"
         out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "an effort: {input: …} in that joint, or --type cs"))
-    if model.system.latches:
-        why = "what a latch does depends on whether its hook is down, which is no state of model exchange"
-        out.append(Problem("joints", f"no model exchange: {why}", "leave its latches out, or --type cs"))
     return out

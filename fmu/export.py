@@ -191,27 +191,28 @@ class Made:
             return self._of_parts(kernel)
         system, parameters, quadratures, redundant = kernel.structure
         made = {u: (kernel.folder / f"{u}.c").read_text() for u in ("kernel", "outputs")}
-        chosen = self.model.columns
+        chosen, derived = self.model.columns, bool(system.inputs) or does(self.kind, "me")
         names = ",".join(c.name for c in chosen)
 
         def make(folder: Path) -> None:
             (folder / "jacobian.c").write_text(jacobian_source(system, parameters, redundant))
-            linear = linear_source(system, parameters, chosen, quadratures, redundant) if system.inputs else PREAMBLE
+            linear = linear_source(system, parameters, chosen, quadratures, redundant) if derived else PREAMBLE
             (folder / "linear.c").write_text(linear)
             found = dependence(system, parameters, chosen, quadratures) if system.inputs else []
             (folder / "depends.json").write_text(json.dumps([list(asdict(d).values()) for d in found]))
 
-        folder, _ = cache.entry(f"units-2-{cache.digest(kernel.key, names)}", make)
+        folder, _ = cache.entry(f"units-2{'-linear' * derived}-{cache.digest(kernel.key, names)}", make)
         made["jacobian"] = (folder / "jacobian.c").read_text()
         if system.inputs:
             self.known = [Dependence(c, s, tuple(v), tuple(a)) for c, s, v, a in json.loads((folder / "depends.json").read_text())]
+        if derived:
             made["linear"] = (folder / "linear.c").read_text()
         return made
 
     def _of_parts(self, kernel: PartsKernel) -> dict[str, str]:
         """C text of the tables of a model made of parts, and of its parts."""
         kernel.jacobian()
-        if self.model.system.inputs:
+        if self.model.system.inputs or does(self.kind, "me"):
             kernel.linear(self.model.columns)
         texts = {name: unit_text(unit, f"trunnion_{name}") for name, unit in kernel.units.items()}
         return texts | parts_texts(kernel.units.values())

@@ -44,12 +44,13 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         _settings(settings), cause_tables(model), _code(all_.programs), integers("m_begin", begin),
         integers("m_derivative", derivatives),
         integers("m_whole", [int(v.type != "") for v in listed]), integers("m_rates", next_ones),
+        integers("m_integral", [int(c.quantity.integral) for c in model.columns]),
         strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", SAID.values()),
     ]
     counts = [len(model.columns), given, len(derivatives)]
     values = [
         string(guid), string(model.built.scene.name), types, *counts, len(settings), len(all_.followers), "m_derivative", "m_whole",
-        "m_rates", "&trunnion_kernel", "&trunnion_outputs",
+        "m_rates", "m_integral", "&trunnion_kernel", "&trunnion_outputs",
         "&trunnion_jacobian", "&trunnion_linear" if linear else "0", "m_p", len(n.breaks), len(tables), "m_breaks", "m_tables",
         "m_q", "m_v", "m_qg", "m_vg", number(n.length), number(n.rate), number(n.energy),
         METHODS[method_of(model.built.scene, sim.method)], int(model.system.bounded),

@@ -70,7 +70,7 @@ def model_description(scene: Scene, whole: Whole, identifier: str, guid: str, st
     if does(whole.kind, "me"):
         root.set("numberOfEventIndicators", str(len(whole.exchanged.indicators)))
         SubElement(root, "ModelExchange", {**everywhere, "completedIntegratorStepNotNeeded": "false",
-                                           "providesDirectionalDerivative": "false"})  # fmt: skip
+                                           "providesDirectionalDerivative": "true"})  # fmt: skip
     if does(whole.kind, "cs"):
         SubElement(root, "CoSimulation", {
             **everywhere, "canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true",

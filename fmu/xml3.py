@@ -16,13 +16,13 @@ from fmu.types import ENUMERATIONS, QUANTITIES
 from fmu.xml import about, add_units, categories, experiment, real
 
 STATES = ("canGetAndSetFMUState", "canSerializeFMUState")
+SLOPES = ("providesDirectionalDerivatives", "providesAdjointDerivatives")
 CAN = (
-    "canHandleVariableCommunicationStepSize", *STATES, "providesDirectionalDerivatives",
-    "providesAdjointDerivatives", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
+    "canHandleVariableCommunicationStepSize", *STATES, *SLOPES, "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
     "canReturnEarlyAfterIntermediateUpdate", "hasEventMode",
 )  # fmt: skip
 """What it can do in co-simulation."""
-CAN_EXCHANGE = (*STATES, "needsCompletedIntegratorStep")
+CAN_EXCHANGE = (*STATES, *SLOPES, "needsCompletedIntegratorStep")
 """What it can do, or asks for, in model exchange."""
 CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies")
 """What it cannot, or need not."""

@@ -233,6 +233,7 @@ void tr_configure(tr_sim *s, const tr_settings *set) { s->set = *set; }
 #include "hold.c"
 #include "linearize.c"
 #include "told.c"
+#include "slopes.c"
 #include "update.c"
 TR_OFTEN
 #include "batch.c"

@@ -8,7 +8,7 @@
 #define DIFFERENCE 1e-6    /* of the scales of the state: error of central differences 1e-12, round-off 1e-10 */
 #define NO_DIRECTION 1e-12 /* of these scales: a direction of nothing */
 
-/* All multipliers at (t, y) moved by h along the direction; 0 when they cannot be found. */
+/* ẏ, and all multipliers (z; 0: not asked for), at (t, y) moved by h along the direction; 0 when they cannot be found. */
 static int tr_moved_multipliers(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double h, double *z) {
   double y[s->ny + 4];
   tr_input kept[ninputs + 1];
@@ -24,18 +24,23 @@ static int tr_moved_multipliers(tr_sim *s, int ninputs, const tr_signal *inputs,
     input->u[2] = now.second + h * inputs[i].second;
   }
   int ok = tr_rhs(s, s->clock.t, y, TR_A(s, dy));
-  if (ok) tr_full_multipliers(s, y, z, 1);
+  if (ok && z) tr_full_multipliers(s, y, z, 1);
   for (int i = 0; i < ninputs; ++i) memcpy(tr_table_of(s, i), kept + i, sizeof *kept);
   return ok;
+}
+
+/* How far to go along the direction for differences. */
+static double tr_difference(const tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy) {
+  double size = NO_DIRECTION;
+  for (int i = 0; i < s->ny; ++i) size = fmax(size, fabs(dy[i]) / TR_A(s, scale)[i]);
+  for (int i = 0; i < TR_DOUBLES(tr_signal) * ninputs; ++i) size = fmax(size, fabs(((const double *)inputs)[i]));
+  return DIFFERENCE / size;
 }
 
 /* dz, friction included, where redundant loops leave reactions open: along the direction, from differences. */
 static int tr_open_derivative(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *dz) {
   int n = s->k->rows + s->k->neta;
-  double plus[n + 1], minus[n + 1], size = 0.0;
-  for (int i = 0; i < s->ny; ++i) size = fmax(size, fabs(dy[i]) / TR_A(s, scale)[i]);
-  for (int i = 0; i < TR_DOUBLES(tr_signal) * ninputs; ++i) size = fmax(size, fabs(((const double *)inputs)[i]));
-  double h = DIFFERENCE / fmax(size, NO_DIRECTION);
+  double plus[n + 1], minus[n + 1], h = tr_difference(s, ninputs, inputs, dy);
   if (!tr_moved_multipliers(s, ninputs, inputs, dy, h, plus) || !tr_moved_multipliers(s, ninputs, inputs, dy, -h, minus)) return 0;
   for (int i = 0; i < n; ++i) dz[i] = (plus[i] - minus[i]) / (2.0 * h);
   return 1;

@@ -37,6 +37,13 @@ double tr_next_break(const tr_sim *s) {
   return s->clock.next_break < s->clock.nbreaks ? TR_A(s, breaks)[s->clock.next_break] : INFINITY;
 }
 
+/* The same of a run whose own steps may have gone further: after t. */
+double tr_break_after(const tr_sim *s, double t) {
+  for (int i = 0; i < s->clock.nbreaks; ++i)
+    if (TR_A(s, breaks)[i] > t) return TR_A(s, breaks)[i];
+  return INFINITY;
+}
+
 /* Numbers of the state that an importer integrates: y, and the works that columns ask for. */
 int tr_states(const tr_sim *s) { return s->ny + s->nworks; }
 

@@ -1,56 +1,94 @@
-/* Directional derivatives of outputs with inputs at the present state: exact, from the kernel's own derivatives. */
+/* Directional derivatives of outputs, in model exchange of derivatives of states, too, with inputs and states: exact, from the kernel's own
+ * derivatives. */
 #include "fmu.h"
 
-/* ∂out/∂inputs · direction at the present state, found in a copy of it: asking changes nothing. */
-static fmu_status fmu_along(fmu_instance *m, const tr_signal *direction, double *all) {
+static int fmu_states(void);
+static unsigned fmu_first_state(void);
+
+/* A direction of what is known: signals of inputs, changes of states. columns: whether outputs are asked for. */
+typedef struct fmu_direction {
+  tr_signal *inputs;
+  double *states;
+  int columns;
+} fmu_direction;
+
+/* Derivatives along a direction at the present state, of all outputs and of the derivatives of states, found in a copy of it: asking changes
+ * nothing. */
+static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all, double *rates) {
   fmu_instance copy = *m;
   copy.state = fmu_allocate(&m->host, m->state->bytes);
   if (!copy.state) return fmu_log(m, FMU_ERROR, "out of memory");
   memcpy(copy.state, m->state, m->state->bytes);
   fmu_adopt(copy.state);
   tr_sim *sim = FMU_SIM(copy.state);
-  int ny = MODEL->kernel->nq + MODEL->kernel->nv;
-  double none[ny + 1], rates[ny + 1];
-  memset(none, 0, sizeof none);
-  int ok = tr_cut(sim, copy.state->time) == TR_OK && tr_directional(sim, MODEL->linear, direction, none, rates, all);
+  int ok;
+  if (m->exchange) ok = tr_directional_in_modes(sim, MODEL->linear, d->columns ? MODEL->integral : 0, d->inputs, d->states, rates, all);
+  else ok = tr_cut(sim, copy.state->time) == TR_OK && tr_directional(sim, MODEL->linear, d->inputs, d->states, rates, all);
   fmu_free(&m->host, copy.state);
-  return ok ? FMU_OK : fmu_log(m, FMU_ERROR, "there are no derivatives at this state");
+  return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "there are no derivatives at this state");
+}
+
+/* Whether a reference is that of a state (behind: 0) or of the derivative of one (1), in model exchange. */
+static int fmu_is_exchanged_state(const fmu_instance *m, fmu_reference r, int behind) {
+  const unsigned first = fmu_first_state() + (unsigned)(behind * fmu_states());
+  return m->exchange && r >= first && r < first + (unsigned)fmu_states();
 }
 
 /* Whether derivatives of these unknowns with these knowns can be asked for, now; says why not. */
 static fmu_status fmu_derivable(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known, size_t nk) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
+  const char *also = m->exchange ? " and derivatives of states" : "", *with = m->exchange ? " and states" : "";
   for (size_t i = 0; i < nu; ++i)
-    if (unknown[i] >= (unsigned)no) return fmu_log(m, FMU_ERROR, "derivatives are of outputs; %u is none", unknown[i]);
+    if (unknown[i] >= (unsigned)no && !fmu_is_exchanged_state(m, unknown[i], 1)) return fmu_log(m, FMU_ERROR, "derivatives are of outputs%s; %u is none", also, unknown[i]);
   for (size_t i = 0; i < nk; ++i)
-    if (known[i] < (unsigned)no || known[i] >= (unsigned)(no + ni))
-      return fmu_log(m, FMU_ERROR, "derivatives are with inputs; %u is none", known[i]);
+    if ((known[i] < (unsigned)no || known[i] >= (unsigned)(no + ni)) && !fmu_is_exchanged_state(m, known[i], 0))
+      return fmu_log(m, FMU_ERROR, "derivatives are with inputs%s; %u is none", with, known[i]);
   return fmu_refresh(m);
 }
 
-/* Add a seed of an input to the direction. */
-static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, tr_signal *direction) {
+/* Add a seed of an input or a state to the direction. */
+static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fmu_direction *d) {
+  if (fmu_is_exchanged_state(m, known, 0)) {
+    d->states[known - fmu_first_state()] += seed;
+    return;
+  }
   const int at = (int)known - MODEL->outputs, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
   const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
   const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
-  if (in->followed == 0.0) direction[which / 2].value += seed;
-  else direction[which / 2].second += answer * seed; /* a motion that follows an input answers with its acceleration at once */
+  if (in->followed == 0.0) d->inputs[which / 2].value += seed;
+  else d->inputs[which / 2].second += answer * seed; /* a motion that follows an input answers with its acceleration at once */
+}
+
+/* Whether an output is among the unknowns. */
+static int fmu_asks_outputs(const fmu_reference *unknown, size_t nu) {
+  for (size_t i = 0; i < nu; ++i)
+    if (unknown[i] < (unsigned)MODEL->outputs) return 1;
+  return 0;
+}
+
+/* The numbers of an unknown among those of outputs, or of derivatives of states; *n: how many. */
+static const double *fmu_numbers_of(fmu_reference unknown, const double *all, const double *rates, int *n) {
+  const int column = unknown < (unsigned)MODEL->outputs;
+  *n = column ? fmu_width(unknown) : 1;
+  return column ? all + unknown : rates + (unknown - fmu_first_state() - (unsigned)fmu_states());
 }
 
 /* out = Σ seed · ∂unknown/∂known. */
 static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known,
                                   size_t nk, const double *seed, double *out) {
-  tr_signal direction[MODEL->inputs + 1];
-  double all[MODEL->outputs + 1];
+  tr_signal inputs[MODEL->inputs + 1];
+  double all[MODEL->outputs + 1], states[fmu_states() + 1], rates[fmu_states() + 1];
+  fmu_direction d = {inputs, states, fmu_asks_outputs(unknown, nu)};
   fmu_status status = fmu_derivable(m, unknown, nu, known, nk);
   if (status > FMU_WARNING) return status;
-  memset(direction, 0, sizeof direction);
-  for (size_t i = 0; i < nk; ++i) fmu_seed(m, known[i], seed[i], direction);
-  memset(all, 0, sizeof all);
-  if (nk) status = fmu_along(m, direction, all);
+  memset(inputs, 0, sizeof inputs), memset(states, 0, sizeof states), memset(rates, 0, sizeof rates), memset(all, 0, sizeof all);
+  for (size_t i = 0; i < nk; ++i) fmu_seed(m, known[i], seed[i], &d);
+  if (nk) status = fmu_along(m, &d, all, rates);
   if (status > FMU_WARNING) return status;
-  for (size_t i = 0; i < nu; ++i)
-    for (int r = (int)unknown[i], end = r + fmu_width(unknown[i]); r < end; ++r) *out++ = all[r];
+  for (size_t i = 0; i < nu; ++i) {
+    int n;
+    for (const double *x = fmu_numbers_of(unknown[i], all, rates, &n), *end = x + n; x < end; ++x) *out++ = *x;
+  }
   return FMU_OK;
 }
 

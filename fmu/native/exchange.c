@@ -194,6 +194,12 @@ typedef struct fmu_said {
   double next;
 } fmu_said;
 
+/* The next time at which something changes by itself; INFINITY: never. */
+static void fmu_says_next(fmu_said *said, double next) {
+  said->defined = next < INFINITY;
+  said->next = said->defined ? next : 0.0;
+}
+
 /* Handle what happens at the present time and state. Clocks tick until this is called again, for which an importer is asked. */
 static fmu_status fmu_update(fmu_instance *m, fmu_said *said) {
   fmu_state *s = m->state;
@@ -214,8 +220,6 @@ static fmu_status fmu_update(fmu_instance *m, fmu_said *said) {
   }
   fmu_tell_events(m);
   said->again = s->ticking;
-  said->next = tr_next_break(sim);
-  said->defined = said->next < INFINITY;
-  if (!said->defined) said->next = 0.0;
+  fmu_says_next(said, tr_next_break(sim));
   return FMU_OK;
 }

@@ -85,6 +85,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
   *again = *nominals = *values = *next_defined = fmi3False, *next = 0.0;
   fmu_said said = {0};
   const fmu_status status = m->exchange ? fmu_update(m, &said) : fmu_after_event(m);
+  if (!m->exchange) fmu_says_next(&said, tr_break_after(FMU_SIM(m->state), m->state->time));
   *terminate = m->state->failed != 0;
   *again = said.again != 0, *values = said.values != 0, *next_defined = said.defined != 0, *next = said.next;
   return status == FMU_DISCARD ? FMU_ERROR : status;

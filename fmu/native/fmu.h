@@ -72,6 +72,7 @@ typedef struct fmu_model {
   const int *derivative; /* of inputs that are derivatives of others: twice the place of that one, and 1 more for the second */
   const int *whole;      /* 1 for each variable that is a whole number */
   const int *slope;      /* of outputs: the place of their time derivative among them; −1: there is none; −2: they are discrete */
+  const int *integral;   /* of outputs: 1 for those made of works */
   const tr_kernel *kernel;
   const tr_outputs *columns;
   const tr_jacobian *jacobian;
@@ -211,6 +212,8 @@ int tr_fail_row(const tr_sim *s, double *number);
 void tr_judge(const tr_sim *s, tr_judgement *out);
 double tr_time(const tr_sim *s);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
+int tr_directional_in_modes(tr_sim *s, const tr_linear *l, const int *integral, const tr_signal *inputs, const double *dy, double *rates,
+                            double *columns);
 int tr_row_in_modes(tr_sim *s, double *row);
 void tr_place(tr_sim *s, double t, const double *y);
 const double *tr_rates_in_modes(tr_sim *s);
@@ -222,6 +225,7 @@ void tr_follow(tr_sim *s);
 int tr_completed(tr_sim *s);
 int tr_update(tr_sim *s, int jumped, int *changed);
 double tr_next_break(const tr_sim *s);
+double tr_break_after(const tr_sim *s, double t);
 tr_input *tr_input_record(tr_sim *s, int input);
 void tr_input_value(const tr_input *record, double t, tr_signal *value);
 #endif

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 CALLS = {
     "tr_width(s)": "TR_MAX_WIDTH", "tr_nz(s)": "TR_MAX_NZ", "tr_solution_size(s)": "(2 + TR_MAX_NZ + TR_MAX_ACTIVE)",
-    "tr_open_count(s)": "TR_MAX_ACTIVE",
+    "tr_open_count(s)": "TR_MAX_ACTIVE", "fmu_states()": "TR_MAX_WIDTH",
 }  # fmt: skip
 """What functions give at most."""
 
 FIELDS = {
     "s->ny": "TR_MAX_NY", "c->s->ny": "TR_MAX_NY", "c->s->k->nv": "TR_MAX_NV", "s->nworks": "TR_MAX_NWORKS",
-    "m->stages": "TR_STAGES", "s->o": "1", "s->o->ncontacts": "TR_MAX_NCONTACTS", "s->o->nkappa": "TR_MAX_OPEN_NKAPPA",
+    "m->stages": "TR_STAGES", "s->o": "1", "s->o->nout": "TR_MAX_NOUT", "s->o->ncontacts": "TR_MAX_NCONTACTS",
+    "s->o->nkappa": "TR_MAX_OPEN_NKAPPA",
     "l->nc": "TR_MAX_LINEAR_NC", "l->ninputs": "TR_MAX_NINPUTS", "s->loops.rank_now": "0", "q->r": "TR_MAX_ROWS",
     "c->m": "TR_MAX_NETA", "c->r": "TR_MAX_NETA", "c->e": "TR_MAX_NETA", "c->n": "TR_MAX_NSLIDERS",
     "MODEL->kernel->nq": "TR_MAX_NQ", "MODEL->kernel->nv": "TR_MAX_NV", "MODEL->inputs": "TR_MAX_NINPUTS",

@@ -16,7 +16,7 @@ from fmu.sources.tidy import definitions
 KINDS = r"double|int|char|tr_\w+"
 DECLARED = re.compile(rf"^( +)(?:const )?({KINDS}) ([^;]*);", re.MULTILINE)
 NUMBERS = re.compile(r"\b(?:const )?int (?!\*)([^;()]*(?:\([^;]*\)[^;()]*)*);")
-WORD = re.compile(r"TR_DOUBLES\(\w+\)|(?:[A-Za-z]\w*(?:->|\.))*(?:[a-z]\w*\(\w+\)|[A-Za-z_]\w*)")
+WORD = re.compile(r"TR_DOUBLES\(\w+\)|(?:[A-Za-z]\w*(?:->|\.))*(?:[a-z]\w*\(\w*\)|[A-Za-z_]\w*)")
 
 
 class BoundMissing(ValueError):

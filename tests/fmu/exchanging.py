@@ -25,6 +25,8 @@ from .hosting import FOLDER
 
 TOLD = re.compile(r"event at t = (\S+) s: (.*) in joint (\S+)$")
 EVERY = 0.01
+AFTER = 1e-13
+"""s: so far behind a root an event is handled."""
 Told = list[tuple[float, str, str]]
 
 
@@ -46,9 +48,37 @@ def swing() -> engine.Scene:
     })  # fmt: skip
 
 
+def thrown() -> engine.Scene:
+    """Two blocks thrown up a rail past their latches: one is let go by a signal, the other is too strong for its hook."""
+    body = {"mass": 2, "inertia": [1, 1, 1]}
+    hook, rail = {"at": 0.3, "stiffness": 4e4}, {"type": "prismatic", "axis": "x", "inboard": "ground"}
+    rail |= {"effort": -6, "start": {"qd": 3}}
+    release = {"table": {"time": [0, 2.5, 3.5], "value": [0, 0, 1]}}
+    return scene_from_dict({
+        "name": "thrown", "gravity": [0, 0, 0], "bodies": {"one": body, "two": body},
+        "joints": {
+            "held": {**rail, "outboard": "one", "latch": {**hook, "damping": 5, "release": release}},
+            "breaks": {**rail, "outboard": "two", "latch": {**hook, "holds": 300}},
+        },
+        "simulation": {"until": 4, "every": EVERY},
+    })  # fmt: skip
+
+
+def bristles() -> engine.Scene:
+    """Example 8.3 with LuGre friction: bristles are states."""
+    law = {"friction.law": "lugre"}
+    rub = {"bristle_stiffness": 1e3, "bristle_damping": 0.03}
+    scene = engine.load_scene("double_pendulum")
+    numbers = {f"joints.{j}.friction.{k}": v for j in scene.joints if scene.joints[j].friction for k, v in rub.items()}
+    return apply(scene, law | numbers)
+
+
+BUILT = {"swing": swing, "thrown": thrown, "bristles": bristles}
+
+
 @cache
 def exchange(name: str, fmi: int = 2, kind: str = "me", changes: tuple[tuple[str, Any], ...] = ()) -> Path:
-    """The FMU of a bundled model with changes, or of ``swing``."""
+    """The FMU of a bundled model with changes, or of one in ``BUILT``."""
     file = FOLDER / f"{name}-{fmi}-{kind}-{abs(hash(changes))}.fmu"
     export(scene_of(name, changes), file, fmi=fmi, kind=kind)
     return file
@@ -56,7 +86,7 @@ def exchange(name: str, fmi: int = 2, kind: str = "me", changes: tuple[tuple[str
 
 def scene_of(name: str, changes: tuple[tuple[str, Any], ...] = ()) -> engine.Scene:
     """The scene of the same words."""
-    return swing() if name == "swing" else apply(engine.load_scene(name), dict(changes))
+    return BUILT[name]() if name in BUILT else apply(engine.load_scene(name), dict(changes))
 
 
 def run_me(
@@ -148,3 +178,37 @@ class Importer:
         while self.fmu.newDiscreteStates()[0]:
             pass
         self.fmu.enterContinuousTimeMode()
+
+
+def run_scipy(host: Importer, until: float, tolerance: float, columns: list[str], method: str = "DOP853") -> np.ndarray:
+    """A run in SciPy, each indicator an event of it: states by name (rows) every EVERY seconds."""
+    from scipy.integrate import solve_ivp
+
+    states = [u.variable.derivative for u in host.md.derivatives]
+    sizes = np.array([float(v.nominal or 1.0) for v in states])
+
+    def rates(t: float, x: np.ndarray) -> np.ndarray:
+        host.place(t, x)
+        return host.rates()
+
+    def event(i: int) -> Any:
+        def told(t: float, x: np.ndarray) -> float:
+            host.place(t, x)
+            return float(host.indicators()[i])
+
+        told.terminal = True  # type: ignore[attr-defined]
+        return told
+
+    events = [event(i) for i in range(host.md.numberOfEventIndicators)]
+    grid, out, t, x = EVERY * np.arange(round(until / EVERY) + 1), [host.states()], 0.0, host.states()
+    while t < until:
+        part = solve_ivp(rates, (t, until), x, method, events=events, rtol=tolerance, atol=tolerance * sizes, dense_output=True)
+        t = part.t[-1]
+        out += [part.sol(g) for g in grid[len(out) :] if g <= t]
+        if part.status == 1:
+            host.place(t + AFTER, part.y[:, -1] + AFTER * rates(t, part.y[:, -1]))  # its roots may be just before
+            host.fmu.completedIntegratorStep()
+            host.handle()
+            t, x = t + AFTER, host.states()
+    names = [v.name for v in states]
+    return np.array(out).T[[names.index(f"states.{n}") for n in columns]]

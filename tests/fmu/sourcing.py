@@ -13,9 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from engine.kernel import cache, compiler
+from engine.scene import models_dir
 from fmu.sources.library import Library
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wvla")
+DESIGNS = sorted(f"designer/{f.parent.name}" for f in models_dir().glob("designer/*/scene.yaml"))
+"""Mechanisms of more bodies, some with many joints that rub; an arm with inputs besides."""
 BARE = Path(__file__).with_name("bare")
 FITS = "-DTR_FITS(n,most)=((long)(n)>(long)(most)?(void)(trunnion_overruns++):(void)0)"
 """Lengths held against their bounds: those beyond are counted."""

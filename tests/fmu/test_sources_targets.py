@@ -17,7 +17,7 @@ from fmu.sources.library import Library, library
 
 from .foreign import refused
 from .hosting import arm
-from .sourcing import STRICT, Loaded, columns, foreign, printed, program, write, zig
+from .sourcing import DESIGNS, STRICT, Loaded, columns, foreign, printed, program, write, zig
 
 pytestmark = pytest.mark.slow
 EXAMPLE, UNTIL, EVERY = "spherical_pendulum", 10.0, 0.02
@@ -26,8 +26,6 @@ SAME = 1e-12
 """Of a column's size."""
 MACHINES = {"x86_64-linux-musl": "", "aarch64-linux-musl": "qemu-aarch64", "arm-linux-musleabihf": "qemu-arm"}
 """Targets whose programs run here, and by what."""
-DESIGNS = sorted(f"designer/{f.parent.name}" for f in models_dir().glob("designer/*/scene.yaml"))
-"""Mechanisms of more bodies, some with many joints that rub; an arm with inputs besides."""
 CORTEX = ("--target=thumbv7em-none-eabihf", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-ffreestanding")
 WASI = """const {readFileSync} = require("fs"), {WASI} = require("wasi");
 const wasi = new WASI({version: "preview1", args: [], env: {}});

@@ -10,6 +10,7 @@ import engine
 from engine.scene import model_names
 from fmu.export import export
 
+from .exchanging import Importer, exchange
 from .hosting import FOLDER, Host, exported
 from .hosting3 import Host3, exported3
 from .test_jams import GUIDE, through
@@ -178,3 +179,28 @@ def test_an_input_that_is_changed_at_an_event_acts_from_there_on() -> None:
     assert abs(before[0] - after[0]) > 1.0
     host.step(host.time + 1e-7)
     assert host.get("knee.qdd[1]") == pytest.approx(after, rel=1e-3)
+
+
+def test_times_at_which_loads_and_drives_break_are_known_ahead_to_the_last_bit() -> None:
+    """The knots of a table, in co-simulation and in model exchange of either standard; no more after the last one."""
+    knots = [0.5, 0.50001, 1.0, 1.00001]
+    host, found = Host3(exchange("swing", 3, "both"), begin=False), []
+    host.fmu.enterInitializationMode(startTime=0.0)
+    host.fmu.exitInitializationMode()
+    *_, known, next_time = host.fmu.updateDiscreteStates()
+    while known and len(found) < len(knots):
+        found.append(next_time)
+        host.fmu.enterStepMode()
+        while host.time < next_time:
+            host.step(next_time)
+        host.fmu.enterEventMode()
+        *_, known, next_time = host.fmu.updateDiscreteStates()
+    assert found == knots
+    importer, found = Importer(exchange("swing")), []
+    for _ in knots:
+        importer.fmu.enterEventMode()
+        *_, known, next_time = importer.fmu.newDiscreteStates()
+        found.append(next_time)
+        importer.fmu.enterContinuousTimeMode()
+        importer.place(next_time, importer.states())
+    assert found == knots
