@@ -70,6 +70,9 @@ joints:
 # A cam by table, and what follows it; both move on joints of their own. roller: without it a point follows:
 #   lift: {{type: cam, inboard: shaft, outboard: rocker.roller, axis: y, roller: 8 mm,            # flat_cam: a face follows
 #          profile: {{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 34 mm, 34 mm, 30 mm]}}}}
+# A pin in a slot (two points: a straight one), or on any curve, along e2 and e3 of the inboard frame; closed: true goes around:
+#   slot: {{type: point_on_curve, inboard: link, outboard: crank.pin, axis: y, friction: {{mu: 0.1}},
+#          curve: {{points: [[0, 0], [40 mm, 5 mm], [80 mm, 0]]}}, stops: {{stiffness: 1 MN/m}}}}   # at its ends
 
 # A joint whose freedom follows that of another:
 #   finger: {{type: revolute, inboard: palm, outboard: tip, axis: y, mimic: {{joint: thumb, ratio: -1, offset: 0 deg}}}}

@@ -17,7 +17,7 @@ from engine.system.acting import Stop as Stop
 from engine.system.external import External
 from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
-from engine.system.tied import Mimic, Profile, Wheels
+from engine.system.tied import Curve, Mimic, Profile, Wheels
 
 GROUND = -1
 
@@ -101,6 +101,7 @@ class Joint:
     stiffness: Leaf | None = None
     wheels: Wheels | None = None
     profile: Profile | None = None
+    curve: Curve | None = None
     mimic: Mimic | None = None
 
     @property
