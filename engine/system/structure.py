@@ -164,6 +164,12 @@ class System:
     ties: tuple[Joint, ...] = ()
     latches: int = 0
 
+    @property
+    def down(self) -> tuple[int, ...]:
+        """For each latch whether it begins down."""
+        found = {d.latch.hook: d.latch.down for j in self.joints for d in j.devices if d.latch is not None}
+        return tuple(int(found[i]) for i in range(self.latches))
+
     def hook(self, latch: int) -> int:
         """Which stop says whether a latch is down: hooks are the last of the stops."""
         return self.stops - self.latches + latch
