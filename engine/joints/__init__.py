@@ -4,7 +4,7 @@ from engine.joints.base import Axis, JointKind
 from engine.joints.contract import registered
 from engine.joints.cylindrical import CYLINDRICAL
 from engine.joints.fixed import FIXED
-from engine.joints.following import CAM, FLAT_CAM, MIMIC
+from engine.joints.following import CAM, FLAT_CAM, MIMIC, POINT_ON_CURVE
 from engine.joints.free import FREE
 from engine.joints.planar import PLANAR
 from engine.joints.point import POINT_ON_LINE, POINT_ON_PLANE
@@ -17,7 +17,7 @@ from engine.joints.universal import UNIVERSAL
 
 REGISTRY: dict[str, JointKind] = registered(
     FIXED, FREE, REVOLUTE, CYLINDRICAL, PRISMATIC, SPHERICAL, UNIVERSAL, PLANAR, SCREW, POINT_ON_LINE, POINT_ON_PLANE,
-    GEAR, BEVEL, RACK, BELT, CAM, FLAT_CAM,
+    GEAR, BEVEL, RACK, BELT, CAM, FLAT_CAM, POINT_ON_CURVE,
 )
 
 TIES = {MIMIC.name: MIMIC}

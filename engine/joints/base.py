@@ -72,8 +72,8 @@ class JointKind:
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
     rolls        of two wheels that roll on each other (``joints.rolling``): such a joint carries no body, and has one row.
-    follows      what of the outboard part follows a curve around the inboard one, or a freedom that another joint's follows
-                 (``joints.following``): likewise.
+    follows      what of the outboard part follows a curve around the inboard one ("curve": a point any curve in its plane), or a
+                 freedom that another joint's follows (``joints.following``): likewise.
     """
 
     name: str
@@ -89,7 +89,7 @@ class JointKind:
     friction: str = ""
     contacts: int = 0
     rolls: Rolls | None = None
-    follows: Literal["", "point", "face", "freedom"] = ""
+    follows: Literal["", "point", "face", "curve", "freedom"] = ""
 
     @property
     def bodiless(self) -> bool:
@@ -99,7 +99,7 @@ class JointKind:
     @property
     def apart(self) -> bool:
         """Whether its two points are on two parts that touch elsewhere, not one place."""
-        return self.rolls.apart if self.rolls else self.follows in ("point", "face")
+        return self.rolls.apart if self.rolls else self.follows in ("point", "face", "curve")
 
     @property
     def nq(self) -> int:

@@ -16,15 +16,15 @@ from engine.parts.blocks import ENDS
 from engine.parts.known import BARE, PIECE, POSE, Numbers, Part
 from engine.parts.local import PRESCRIBED, PartSymbols, a_body
 from engine.parts.one import one
+from engine.recursion import curved, following
 from engine.recursion import cuts as cutting
-from engine.recursion import following
 from engine.recursion.kinematics import GROUND_MOTION
 from engine.recursion.reactions import at_point, pinned
 from engine.recursion.springs import PART, spring_rows
 from engine.recursion.vectors import SX, cross
 from engine.system.loops import NO_SIZE
 from engine.system.structure import GROUND, Device, Fit, FrictionElement, Joint
-from engine.system.tied import Mimic, Profile, Wheels
+from engine.system.tied import FOOT, Mimic, Profile, Wheels
 
 
 def _closing(kind: str, ground: str) -> tuple[PartSymbols, dict[str, SX], cutting.Cut]:
@@ -34,32 +34,36 @@ def _closing(kind: str, ground: str) -> tuple[PartSymbols, dict[str, SX], cuttin
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
     wheels = Wheels(n.one(), (n.one(), n.one()), n.one()) if REGISTRY[kind].rolls else None
-    profile = Profile((n.one(), n.one()), n.one(), (), ()) if REGISTRY[kind].follows else None
+    follows = REGISTRY[kind].follows
+    profile = Profile((n.one(), n.one()), n.one(), (), ()) if follows in ("point", "face") else None
     p, f = points, frames
     joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, wheels=wheels, profile=profile)  # type: ignore[arg-type]
     sym, motions = PartSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
+    if follows == "curve":
+        sym.piece = SX.sym(PIECE, FOOT)
     both = [unpack_motion(ca.vertsplit(motions[k])) if k in motions else GROUND_MOTION for k in ("inb", "out")]
     return sym, {"numbers": sym.p, **motions}, cutting.opened(sym, both, joint)
 
 
 @cache
 def bearing(kind: str, ground: str) -> Part:
-    """A cam: numbers (27), motions → the angle at which its profile is read."""
+    """A cam: numbers (27), motions → the angle at which its profile is read; of a curve (24) the point, seen in its plane (2)."""
     sym, ins, c = _closing(kind, ground)
-    return one(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": following.bearing(sym, c)})
+    at = curved.spot(c) if c.joint.kind.follows == "curve" else following.bearing(sym, c)
+    return one(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": at})
 
 
 @cache
 def cut(kind: str, ground: str, bare: str = "") -> Part:
     """A cut joint: numbers (two frames, two points: 24; of wheels also module, teeth, phase: 4; of cams the middle of the profile
     and the roller: 3), motions ``inb`` and ``out`` (that of the ``ground`` is not handed), of cams the piece of the profile in
-    force → residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat: that on the outboard
-    part at its point), its coordinates, rates and the accelerations that the bodies' own cause none of (bias), wrenches of a force
-    along each freedom (win, wout, wat), its pose and its point on the outboard part."""
+    force, of curves the foot → residuals of its rows (phi, rate, xi), their wrenches on the two bodies (gin, gout: 6 a row; gat:
+    that on the outboard part at its point), its coordinates, rates and the accelerations that the bodies' own cause none of (bias),
+    wrenches of a force along each freedom (win, wout, wat), its pose and its point on the outboard part."""
     sym, ins, c = _closing(kind, ground)
     cutting.add_rows(sym, c)
     joint = c.joint
-    if joint.profile:
+    if joint.kind.follows:
         ins[PIECE] = sym.piece
     wrenches = [cutting.axis_wrenches(c, k) for k in range(joint.kind.nv)]
     outs: dict[str, SX | list[SX]] = {

@@ -64,6 +64,7 @@ def _builtin(which: int, numbers: Sequence[int]) -> tuple[dict[str, int], set[st
         B.DOTS: ({"a": span + n, "b": n, "out": (k - 1) * numbers[3] + 1 if which == B.DOTS else 0}, {"out"}, {"out"}),
         B.ALONG: ({"a": n * k, "b": k, "out": n}, {"out"}, {"out"}),
         B.PIECE: ({"a": 1, "b": 0, "out": 5}, {"out"}, set()),
+        B.FOOT: ({"a": 2, "b": 0, "out": 11}, {"out"}, set()),
         B.SPREAD: ({"a": span + n, "b": k, "out": n}, {"out"}, {"out"}),
     }[Builtin(which)]
 
@@ -203,7 +204,7 @@ class Directions:
         a, b, out = (g.places.get(n) for n in ("a", "b", "out"))
         assert out is not None
         ins = [x for x in (a, b) if x is not None and x in self.active]
-        if not ins or g.function == B.PIECE:  # which piece of a curve is in force does not change its value to first order
+        if not ins or g.function in (B.PIECE, B.FOOT):  # which piece is in force does not change a curve to first order
             return self._still(g)
         added = [out] if g.added else []
         outs = [] if added else [out]

@@ -81,7 +81,7 @@ def _small() -> Iterator[Asked]:
     yield "devices", "motor"
     plain = ("energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")
     yield from (("small", name) for name in plain)
-    alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1]
+    alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
     yield from (("closing", "tie", *both) for both in product(alone, alone))
     yield from (("closing", "outboard", forward) for forward in SIDES)
     yield from (("closing", "reaction", pin_out) for pin_out in SIDES)

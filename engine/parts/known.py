@@ -25,7 +25,7 @@ AROUND = "d_"
 VECTOR = "typedef double tr_vec __attribute__((vector_size(32),aligned(8)));\n"
 """Begins texts of functions of vectors (``runtime/beyond.h``)."""
 PIECE, PIECE_SIZE = "piece", 5
-"""The place of the piece of a cam's profile that is in force: where it starts, and its coefficients."""
+"""The place of the piece of a cam's profile that is in force: where it starts, and its coefficients; or of a curve's foot."""
 KEPT = "kept"
 """The place of what tangents keep of a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}

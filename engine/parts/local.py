@@ -39,6 +39,9 @@ class PartSymbols(Symbols):
     def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
         return along_piece(ca.vertsplit(self.piece), angle)
 
+    def foot(self, j: Joint, p: SX) -> SX:
+        return self.piece
+
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
         return {k: self.known[k] for k in j.driven}
 

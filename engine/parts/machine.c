@@ -92,7 +92,7 @@ void tr_m_piece(double *const *a, const int *how) {
 void (*const tr_machine_parts[])(double *const *, const int *) = {
     tr_m_zero, tr_m_copy, tr_m_gather, tr_m_add, tr_m_combine, tr_m_pick, tr_m_scale, tr_m_product, tr_m_dots, tr_m_along, tr_m_spread,
     tr_m_gram, tr_m_couple, tr_m_wrenches, tr_meet, tr_grip, tr_factor_loops, tr_solve_loops,
-    tr_m_piece,
+    tr_m_piece, tr_m_foot,
 };
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */

@@ -40,4 +40,5 @@ void tr_meet(double *const *a, const int *how); /* of many loops that rub (``cou
 void tr_grip(double *const *a, const int *how);
 void tr_factor_loops(double *const *a, const int *how);
 void tr_solve_loops(double *const *a, const int *how);
+void tr_m_foot(double *const *a, const int *how); /* of curves (``foot.c``) */
 #endif

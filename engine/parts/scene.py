@@ -10,7 +10,7 @@ from engine.parts.known import BARE, PIECE, POSE
 from engine.parts.store import closing, small
 from engine.parts.tables import BODY
 from engine.parts.tape import Block, Builtin, Space, Tape
-from engine.parts.tying import piece, tied
+from engine.parts.tying import foot, piece, tied
 from engine.system.structure import GROUND, Joint, Load, state_coordinates
 
 
@@ -93,6 +93,8 @@ class Scene(Freedoms):
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
         middle = [*j.profile.middle, j.profile.roller] if j.profile else []
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *middle])
+        if j.curve:
+            ends[PIECE] = foot(self, tape, j.curve, closing.bearing(j.kind_name, ground), numbers=numbers, **ends)
         if j.profile:
             ends[PIECE] = piece(self, tape, j.profile, closing.bearing(j.kind_name, ground), numbers=numbers, **ends)
         self.call(tape, part, numbers=numbers, **ends, **blocks)

@@ -23,7 +23,7 @@ from engine.kernel.programs import awaited, side_by_side
 from engine.parts.known import Part
 
 FOLDER = Path(__file__).parent
-MACHINE = [FOLDER / name for name in ("machine.c", "along.c", "coupled.c", "machine.h")]
+MACHINE = [FOLDER / name for name in ("machine.c", "along.c", "coupled.c", "foot.c", "machine.h")]
 
 
 class _Kept:

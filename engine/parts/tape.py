@@ -100,6 +100,8 @@ class Builtin(IntEnum):
     """L, U, g, out; the same: −S⁻¹ g."""
     PIECE = 18
     """x (1), starts and then four coefficients each, out (5); how many: where the piece starts that x is in, and its own."""
+    FOOT = 19
+    """p (2), how long around (0: open) and then of each piece start, end, way, coefficients (4, 4), out (11); how many."""
 
 
 BUILTINS = len(Builtin)

@@ -1,5 +1,5 @@
-"""What ties parts that other joints carry, on the tapes of a scene: the piece of a cam's profile, a freedom that follows
-another."""
+"""What ties parts that other joints carry, on the tapes of a scene: the piece of a cam's profile, the foot on a curve, a freedom
+that follows another."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from engine.parts.known import PIECE_SIZE, Part
 from engine.parts.store import closing
 from engine.parts.tape import Block, Builtin, Tape
 from engine.system.structure import GROUND, Joint
-from engine.system.tied import Profile
+from engine.system.tied import FOOT, Curve, Profile
 
 if TYPE_CHECKING:
     from engine.parts.tables import Tables
@@ -25,6 +25,15 @@ def piece(s: Tables, tape: Tape, profile: Profile, bearing: Part, /, **places: B
     s.call(tape, bearing, angle=angle, **places)
     kept = s.constant([*profile.starts, *(x for each in profile.pieces for x in each)])
     tape.call(Builtin.PIECE, [angle, kept, out], [len(profile.starts)])
+    return out
+
+
+def foot(s: Tables, tape: Tape, curve: Curve, spot: Part, /, **places: Block) -> Block:
+    """The foot on a curve that is nearest to a point, by the part that finds the point in the curve's plane."""
+    at, out = tape.scratch_block(2), tape.scratch_block(FOOT)
+    s.call(tape, spot, angle=at, **places)
+    rows = [[p.start, p.end, p.way, *p.e2, *p.e3] for p in curve.pieces]
+    tape.call(Builtin.FOOT, [at, s.constant([curve.around, *(x for row in rows for x in row)]), out], [len(rows)])
     return out
 
 

@@ -30,17 +30,18 @@ def cams(scene: sm.Scene) -> list[Wheel]:
         a, b = sides_of(scene, j)
         edge = outline(j)
         width = THICK * float(np.hypot(*edge.T).max())
-        out.append(Wheel(a.body, name, _on(a, disc(edge, width))))
+        out.append(Wheel(a.body, name, mounted(a, disc(edge, width))))
         if follows == "face":
             plate = placed(box(width, 1.5 * width / THICK, 1.5 * width), np.eye(3), np.array([0.5 * width, 0.0, 0.0]))
-            out.append(Wheel(b.body, name, _on(b, plate)))
+            out.append(Wheel(b.body, name, mounted(b, plate)))
         if j.roller:
             roller = cylinder(float(j.roller), 1.2 * width)
-            out.append(Wheel(b.body, name, _on(b, roller)))
+            out.append(Wheel(b.body, name, mounted(b, roller)))
     return out
 
 
-def _on(s: JointSide, mesh: Mesh) -> Mesh:
+def mounted(s: JointSide, mesh: Mesh) -> Mesh:
+    """A mesh about a joint frame, in the frame of the body."""
     return placed(mesh, matrix(frame(s.axis, s.reference)), np.array(s.point, float))
 
 

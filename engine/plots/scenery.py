@@ -17,6 +17,7 @@ from engine.plots.cams import cams
 from engine.plots.marks import ContactMark, Patch
 from engine.plots.meshes import SORTED, Grain, Mesh
 from engine.plots.palette import BODIES
+from engine.plots.slots import slots
 from engine.plots.wheels import wheels
 from engine.scene import model as sm
 from engine.scene.poses import sides_of
@@ -76,7 +77,7 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
     """The drawing of a scene, without any motion. grain: how finely its shapes are cut."""
     index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
     size = _size(scene)
-    rolling = [*wheels(scene), *cams(scene)]
+    rolling = [*wheels(scene), *cams(scene), *slots(scene)]
     rims = [[w.mesh for w in rolling if w.body == name] for name in scene.bodies]
     parts = tuple(_part(scene, name, i, size, rims[i], grain) for i, name in enumerate(scene.bodies))
     marks = [_joint(scene, name, j, index, size, grain) for name, j in scene.joints.items()]

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.joints import REGISTRY
 from engine.questions.still import Still, ideal
 from engine.scene import model as sm
 from engine.scene.overrides import Given, scene_given
 from engine.simulation.block import Settings
 from engine.simulation.hold import resting
 from engine.simulation.pairs import slider_names
+from engine.simulation.result import Result
 from engine.simulation.run import Model, simulate
 from engine.system.structure import Joint, state_coordinates
 
@@ -26,6 +28,7 @@ SETTLED = 1e-4
 FIRST, GROWS, FAR = 1e-4, 2.0, 2.0 * math.pi
 """First step outward when looking for the end of a band (rad, or of the scene's length), its growth, how far it is looked for."""
 EXACT = 1e-14
+HALF = 0.5
 NEUTRAL = 1e-9
 """Of the largest stiffness: below it a direction has none (round-off leaves 1e-13)."""
 
@@ -95,22 +98,30 @@ def settled(scene: sm.Scene) -> Still:
     still = Still(scene)
     numbers = still.model.built.numbers
     if np.abs(still.accelerations()).max(initial=0.0) > EXACT * numbers.rate**2:
+        watched = ("energy.kinetic", "*.q[*]", *(["*.latch.state[*]"] if any(map(len, caught(scene).values())) else []))
+        ended = any(x is not None for j in scene.joints.values() for x in (j.stops, j.latch))  # pressed for less than a row lasts
         for _ in range(SWINGS):
             spell = 1.0 / numbers.rate
-            r = simulate(scene, until=8.0 * spell, every=0.02 * spell, rtol=1e-8, outputs=("energy.kinetic", "*.q[*]"))
+            r = simulate(scene, until=8.0 * spell, every=0.0 if ended else 0.02 * spell, rtol=1e-8, outputs=watched)
             if not r.outcome.ok:
                 raise SimulationError(f"it does not come to rest: {r.outcome}")
             kinetic = r["energy.kinetic"]
             row = _fastest(kinetic)
             if row is None:
                 raise SimulationError("it has no rest: it moves away faster and faster (is something missing that carries it?)")
-            scene = started(scene, {n: np.array([r[c][row] for c in r.matching(f"{n}.q[*]")]) for n in scene.joints})
+            q, down = (_at(r, row, of, scene.joints) for of in ("q", "latch.state"))
+            scene = hooked(started(scene, q), down)
             if kinetic[row] < SETTLED * numbers.energy:
                 break
         still = Still(scene)
     if not still.settle():
         raise SimulationError("no pose of rest was found near the one it came to")
     return still
+
+
+def _at(r: Result, row: int, of: str, joints: Iterable[str]) -> dict[str, np.ndarray]:
+    """Columns of joints in a row, by the name of the joint."""
+    return {n: np.array([r[c][row] for c in r.matching(f"{n}.{of}[*]")]) for n in joints}
 
 
 def _fastest(kinetic: np.ndarray) -> int | None:
@@ -123,17 +134,35 @@ def started(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
     """The scene with these start coordinates, at rest."""
     joints = {}
     for name, j in scene.joints.items():
-        values = tuple(map(float, q.get(name, ())))
+        values = () if REGISTRY[j.type].bodiless else tuple(map(float, q.get(name, ())))
         start = sm.Start(q=values if len(values) != 1 else values[0]) if values and j.drive is None else j.start
         joints[name] = replace(j, start=start if start is None else replace(start, qd=None))
     return replace(scene, joints=joints)
+
+
+def hooked(scene: sm.Scene, down: Mapping[str, np.ndarray]) -> sm.Scene:
+    """The scene with the hooks of latches that are down (1) down from its start on. down: for each latch of a joint, by its
+    name."""
+    joints = {}
+    for name, j in scene.joints.items():
+        states, latches = iter(down.get(name, ())), j.latch if isinstance(j.latch, tuple) else (j.latch,)
+        put = tuple(None if x is None else replace(x, down=bool(next(states, 0.0) > HALF)) for x in latches)
+        joints[name] = replace(j, latch=put if isinstance(j.latch, tuple) else put[0])
+    return replace(scene, joints=joints)
+
+
+def caught(scene: sm.Scene) -> dict[str, np.ndarray]:
+    """Which hooks of a scene are down from its start on."""
+    each = {n: j.latch if isinstance(j.latch, tuple) else (j.latch,) for n, j in scene.joints.items()}
+    return {n: np.array([float(x.down) for x in latches if x is not None]) for n, latches in each.items()}
 
 
 class _Holding:
     """What holds with friction near an equilibrium, pose by pose."""
 
     def __init__(self, scene: sm.Scene, still: Still):
-        self.model, self.at = Model(resting(scene)[0], ("energy.kinetic",)), still.block.y[: still.system.nq].copy()
+        held = hooked(resting(scene)[0], caught(still.scene))
+        self.model, self.at = Model(held, ("energy.kinetic",)), still.block.y[: still.system.nq].copy()
         self.built, self.moves = self.model.built, ""
 
     def bands(self, joint: Joint) -> list[Band]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import casadi as ca
 
+from engine.recursion.curved import curve_row
 from engine.recursion.following import following_row
 from engine.recursion.kinematics import GROUND_MOTION, Motion, axes_of, axis_world
 from engine.recursion.rolling import rolling_freedoms, rolling_row
@@ -22,6 +23,8 @@ from engine.system.tied import Mimic
 
 FREEDOMS = "freedoms"
 """Under which the freedoms of what carries no body are kept, as rows."""
+ALONG = "along"
+"""Under which the coordinate of a point on a curve is kept."""
 
 
 def motion_of(motions: list[Motion], body: int) -> Motion:
@@ -59,7 +62,11 @@ def add_rows(sym: Symbols, c: Cut) -> None:
     if kind.rolls:
         c.rows.append(rolling_row(sym, c))
         c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
-    if kind.follows:
+    if kind.follows == "curve":
+        row, slides, c.Ein, way = curve_row(sym, c)
+        c.made |= {FREEDOMS: [slides], ALONG: [way]}
+        c.rows.append(row)
+    elif kind.follows:
         row, slides, c.Ein = following_row(sym, c)
         c.made[FREEDOMS] = [slides]
         c.rows.append(row)
@@ -150,5 +157,7 @@ def acceleration_bias(c: Cut, freedom: int) -> SX:
 def coordinates(c: Cut) -> list[SX]:
     """Coordinates of a cut joint from the bodies' poses while the loop is closed (angles within ±π, scalar part of a quaternion ≥
     0)."""
+    if ALONG in c.made:
+        return c.made[ALONG]
     rel, s = c.Ein.T @ c.Eout, c.Ein.T @ c.s
     return c.joint.kind.measure([[rel[i, k] for k in range(3)] for i in range(3)], [s[k] for k in range(3)], ca)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from engine.basics.curves import KNOTS, monotone
+from engine.recursion.feet import found
 from engine.recursion.vectors import SX, vector
 from engine.system.external import INSIDE, MODE, NOW
 from engine.system.leaves import Leaf, Leaves, Param
@@ -50,6 +51,11 @@ class Symbols:
             here = ca.logic_and(begun[k], ca.logic_not(begun[k + 1]))
             piece = [of + ca.if_else(here, x, 0) for of, x in zip(piece, numbers, strict=True)]
         return along_piece(piece, angle)
+
+    def foot(self, j: Joint, p: SX) -> SX:
+        """Of a curve that a point stays on, the numbers of its foot (``tied.FOOT``)."""
+        assert j.curve is not None
+        return found(j.curve, p)
 
     def stop_flag(self, index: int) -> SX:
         """Flag of a stop: 1 while it is engaged."""

@@ -28,8 +28,11 @@ static int tr_start_modes(tr_sim *s) {
   double depth[k->nstops + 1], *y = TR_A(s, y), none[k->nn + 1];
   memset(none, 0, sizeof none);
   tr_set_time(s, s->clock.t);
-  for (int i = 0; i < k->nstops; ++i) /* a latch that is down stays so where parameters change in the middle of a run */
-    if (!(tr_is_hook(s, i) && s->stats.steps)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
+  for (int i = 0; i < k->nstops; ++i) { /* a latch that is down stays so where parameters change in the middle of a run */
+    const int hook = tr_is_hook(s, i);
+    const int down = hook && k->down[i - (k->nstops - k->nlatches)];
+    if (!(hook && s->stats.steps)) *tr_stop_flag(s, i) = down ? TR_STOP_PRESSED : TR_STOP_OPEN;
+  }
   tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
   s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .folded = -INFINITY, .resumed_t = NAN,

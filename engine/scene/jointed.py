@@ -12,9 +12,9 @@ from engine.friction import DEFAULT
 from engine.friction import numbers as law_numbers
 from engine.joints import REGISTRY
 from engine.scene.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
-from engine.scene.rubbing import LawName, of_joints, of_scene, with_fields
+from engine.scene.rubbing import LawName, Wear, of_joints, of_scene, with_fields
 from engine.scene.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
-from engine.scene.tying import Mimic, Profile
+from engine.scene.tying import Curve, Mimic, Profile
 from engine.scene.values import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
 
 
@@ -105,14 +105,6 @@ class Spring:
     """N/m, or N*m/rad."""
     rest: Number = 0.0
     """Coordinate at which it is relaxed."""
-
-
-@dataclass(frozen=True, config=STRICT)
-class Wear:
-    """How fast sliding takes material off, by Archard's law: volume = k · normal force · way."""
-
-    k: Annotated[float, Per("m^2/N", POSITIVE)]
-    """Wear coefficient: volume per normal force and sliding distance, such as 1e-6 mm^3/(N*m)."""
 
 
 ORDERS = {
@@ -225,6 +217,8 @@ class Joint:
     """The curve of a cam, which the inboard part carries about the joint's e1."""
     roller: Extent | None = None
     """Radius of the roller that follows a cam, about the outboard point; without it a point follows."""
+    curve: Curve | None = None
+    """The curve that a point of the outboard part stays on (a slot, a groove, a rail), in the plane of the inboard e2 and e3."""
     mimic: Mimic | None = None
     """The joint whose freedom that of this one follows; both have one freedom."""
     crossed: Annotated[bool, Strict()] = False

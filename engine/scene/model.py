@@ -28,11 +28,11 @@ from engine.scene.jointed import (
     Spring,
     Start,
     Stops,
-    Wear,
 )
 from engine.scene.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
 from engine.scene.quantities import Acceleration, Duration, Number, Per
 from engine.scene.realtime import RealTime
+from engine.scene.rubbing import Wear
 from engine.scene.signals import (
     BySpeed,
     Constant,

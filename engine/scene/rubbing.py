@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Tag
+from pydantic.dataclasses import dataclass
 
-from engine.basics.numbers import Number
+from engine.basics.numbers import POSITIVE, Number
 from engine.contact import GIVEN, element_of, sizes
 from engine.friction import REGISTRY as LAWS
 from engine.friction import numbers as law_numbers
@@ -15,7 +16,7 @@ from engine.joints import REGISTRY as JOINTS
 from engine.scene.dimensions import QUANTITIES
 from engine.scene.quantities import Per
 from engine.scene.signals import BySpeed, FromInput, Signal, load_or
-from engine.scene.values import LIST, SCALAR, either
+from engine.scene.values import LIST, SCALAR, STRICT, either
 
 if TYPE_CHECKING:
     LawName = str
@@ -25,6 +26,14 @@ else:
 T = TypeVar("T", bound=type)
 Field = tuple[str, Any, float | None, str]
 """A field to be: key, type, default, description."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Wear:
+    """How fast sliding takes material off, by Archard's law: volume = k · normal force · way."""
+
+    k: Annotated[float, Per("m^2/N", POSITIVE)]
+    """Wear coefficient: volume per normal force and sliding distance, such as 1e-6 mm^3/(N*m)."""
 
 
 def annotation(number: Number, count: int) -> Any:

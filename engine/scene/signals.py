@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Tag
+from pydantic import Discriminator, Strict, Tag
 from pydantic.dataclasses import dataclass
 
 from engine.basics.numbers import POSITIVE, Bound
@@ -204,3 +204,5 @@ class Latch:
     """Lifted while this is above 0.5: an input or a signal."""
     holds: Positive | None = None
     """Force or torque at which it lets go; left out, it holds anything."""
+    down: Annotated[bool, Strict()] = False
+    """Whether it is down from the start, also where what it keeps presses it in there; else it is where that is behind it."""

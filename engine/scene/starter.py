@@ -48,7 +48,7 @@ joints:
     # rotor_inertia: 0.01           # kg*m^2 of a motor's rotor, as the joint feels it (times the ratio squared)
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
-    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # does not let back below 90 deg; also holds: 300 N*m
+    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # not back below 90 deg; also holds: 300 N*m, down: true
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
     # motor: {{stall: 5 N*m, no_load: 300 rpm, signal: 1}}   # torque falls with speed; the signal may be an input
     # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used); also move: from rest to rest
@@ -70,6 +70,9 @@ joints:
 # A cam by table, and what follows it; both move on joints of their own. roller: without it a point follows:
 #   lift: {{type: cam, inboard: shaft, outboard: rocker.roller, axis: y, roller: 8 mm,            # flat_cam: a face follows
 #          profile: {{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 34 mm, 34 mm, 30 mm]}}}}
+# A pin in a slot (two points: a straight one), or on any curve, along e2 and e3 of the inboard frame; closed: true goes around:
+#   slot: {{type: point_on_curve, inboard: link, outboard: crank.pin, axis: y, friction: {{mu: 0.1}},
+#          curve: {{points: [[0, 0], [40 mm, 5 mm], [80 mm, 0]]}}, stops: {{stiffness: 1 MN/m}}}}   # at its ends
 
 # A joint whose freedom follows that of another:
 #   finger: {{type: revolute, inboard: palm, outboard: tip, axis: y, mimic: {{joint: thumb, ratio: -1, offset: 0 deg}}}}

@@ -1,13 +1,15 @@
-"""What ties parts that other joints carry, as a scene says it: the curve of a cam, a joint that follows another."""
+"""What ties parts that other joints carry, as a scene says it: the curve of a cam, a curve that a point stays on, a joint
+that follows another."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
+from pydantic import Strict
 from pydantic.dataclasses import dataclass
 
 from engine.basics.numbers import Bound
-from engine.scene.quantities import Angle, AnyUnit, Extent, Number
+from engine.scene.quantities import Angle, AnyUnit, Extent, Length, Number
 from engine.scene.values import STRICT
 
 
@@ -21,6 +23,17 @@ class Profile:
     """Increasing angles from e2 towards e3 of the inboard frame, three at least, over one turn at most."""
     radius: tuple[Extent, ...]
     """One distance for each angle."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Curve:
+    """A curve in a plane of the inboard part: the cubic spline through points, by the lengths of the straight lines between them.
+    It may not cross itself. Two points are a straight slot; an open curve goes straight on beyond its ends (stops hold there)."""
+
+    points: tuple[tuple[Length, Length], ...]
+    """Points along e2 and e3 of the inboard frame, from the inboard point: two at least, of a closed curve three."""
+    closed: Annotated[bool, Strict()] = False
+    """Whether it goes on from the last point to the first."""
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -45,7 +45,7 @@ class Motor:
 class Latch:
     """A hook that falls behind what has passed it, and does not let it back: ``at``, side (1: it keeps above, −1: below),
     stiffness, damping, what it holds; release: lifted while this is above a half. pressed, hook: its flags among those of stops
-    and of hooks."""
+    and of hooks; down: whether it begins down, wherever that is."""
 
     at: Leaf
     side: float
@@ -55,6 +55,7 @@ class Latch:
     release: Signal
     pressed: int
     hook: int
+    down: bool = False
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from engine.system.leaves import Leaves, Param, ParameterTable
 from engine.system.loads import load
 from engine.system.mimics import ties
 from engine.system.numbers import Numbers, numbers_of
+from engine.system.paths import curve
 from engine.system.spanning import Spanning, span
 from engine.system.structure import GROUND, Body, Fit, Joint, System, state_coordinates
 from engine.system.wheels import misfits, stands, wheels
@@ -140,7 +141,7 @@ class _Maker:
             self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
-            profile=profile(j.profile, roller) if j.profile else None,
+            profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from engine.basics.curves import filled
 from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.system.leaves import Leaf, ParameterTable
+from engine.system.paths import length
 from engine.system.structure import Device, Latch, Motor, Signal, Stop
 
 FIELDS = ("spring", "damping", "rotor_inertia", "stops", "effort", "drive", "motor", "latch")
@@ -52,7 +54,7 @@ class Builder:
                 s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
             damping=None if damping is None else s(pd, damping, f"{f}*s/{u}"),
             inertia=None if inertia is None else s(pi, inertia, "kg" if slides else "kg*m^2"),
-            stop=None if stops is None else self.stop(pt, stops, u, f),
+            stop=None if stops is None else self.stop(pt, at_ends(j, stops), u, f),
             effort=None if effort is None else self.load(pe, effort, f),
             drive=None if drive is None else self.drive(pv, drive, u),
             motor=None if motor is None else Motor(
@@ -85,7 +87,7 @@ class Builder:
         return Latch(
             s(f"{path}.at", x.at, u), 1.0 if x.keeps == "above" else -1.0, s(f"{path}.stiffness", x.stiffness, f"{f}/{u}"),
             s(f"{path}.damping", x.damping, f"s/{u}"), holds, self.load(f"{path}.release", x.release, "1"),
-            self.stops - 1, self.hooks - 1,
+            self.stops - 1, self.hooks - 1, x.down,
         )  # fmt: skip
 
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:
@@ -146,3 +148,9 @@ class Builder:
         self.tables.append((use, d.table))
         return Signal("table", index=len(self.tables) - 1)
 
+
+
+def at_ends(j: sm.Joint, stops: sm.Stops) -> sm.Stops:
+    """Stops that give no bounds are at both ends of a curve."""
+    given = stops.lower is not None or stops.upper is not None
+    return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))

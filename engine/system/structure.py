@@ -17,7 +17,7 @@ from engine.system.acting import Stop as Stop
 from engine.system.external import External
 from engine.system.fitting import Fit as Fit
 from engine.system.leaves import Leaf, Leaves
-from engine.system.tied import Mimic, Profile, Wheels
+from engine.system.tied import Curve, Mimic, Profile, Wheels
 
 GROUND = -1
 
@@ -101,6 +101,7 @@ class Joint:
     stiffness: Leaf | None = None
     wheels: Wheels | None = None
     profile: Profile | None = None
+    curve: Curve | None = None
     mimic: Mimic | None = None
 
     @property
@@ -163,6 +164,12 @@ class System:
     ties: tuple[Joint, ...] = ()
     latches: int = 0
     bounded: bool = False
+
+    @property
+    def down(self) -> tuple[int, ...]:
+        """For each latch whether it begins down."""
+        found = {d.latch.hook: d.latch.down for j in self.joints for d in j.devices if d.latch is not None}
+        return tuple(int(found[i]) for i in range(self.latches))
 
     def hook(self, latch: int) -> int:
         """Which stop says whether a latch is down: hooks are the last of the stops."""

@@ -9,6 +9,7 @@ from engine.basics.problems import Problem
 from engine.scene.check import (
     bodies,
     cams,
+    curves,
     devices,
     following,
     frames,
@@ -35,6 +36,7 @@ TOPICS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     poses.check,
     wheels.check,
     cams.check,
+    curves.check,
     mimics.check,
     tied.check,
     friction.check,

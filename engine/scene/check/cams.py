@@ -13,6 +13,8 @@ from engine.scene.tying import Profile
 
 OWN = ("profile", "roller")
 """Keys of cams alone."""
+CAMS = ("point", "face")
+"""What may follow a cam."""
 FEWEST = 3
 """Fewest values of a profile."""
 MOST = 2000
@@ -24,10 +26,10 @@ USUAL = "{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 40 mm, 40 m
 
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about cams."""
-    able = ", ".join(k.name for k in REGISTRY.values() if k.follows)
+    able = ", ".join(k.name for k in REGISTRY.values() if k.follows in CAMS)
     for name, j in scene.joints.items():
         path: Path = ("joints", name)
-        follows = REGISTRY[j.type].follows
+        follows = REGISTRY[j.type].follows if REGISTRY[j.type].follows in CAMS else ""
         for key in OWN:
             if getattr(j, key) is not None and (not follows or (key == "roller" and follows != "point")):
                 what = f"a {j.type} joint has no cam" if not follows else f"what follows a {j.type} is a face, not a roller"

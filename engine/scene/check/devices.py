@@ -19,14 +19,15 @@ def check(scene: Scene) -> Iterator[Finding]:
     """All findings about devices and signals."""
     for name, j in scene.joints.items():
         kind = REGISTRY[j.type]
-        if kind.bodiless:
+        if kind.bodiless and not kind.nq:
             continue  # told with all that it has not (``wheels``)
         for field in FIELDS:
             yield from _lengths(("joints", name, field), getattr(j, field), kind)
         yield from _rotations(name, j, kind)
         yield from _spun(name, j, kind)
         for path, stops in entries(j.stops, ("joints", name, "stops")):
-            yield from _stops(path, stops)
+            if kind.follows != "curve":  # whose ends are those of the curve
+                yield from _stops(path, stops)
     for path, s in signals(scene):
         yield from _signal(path, s)
 

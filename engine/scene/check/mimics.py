@@ -22,7 +22,8 @@ def check(scene: Scene) -> Iterator[Finding]:
             yield Finding((*path, "joint"), f"there is no joint {j.mimic.joint}", did_you_mean(j.mimic.joint, scene.joints))
             continue
         for who, x in ((name, j), (j.mimic.joint, leader)):
-            if REGISTRY[x.type].nv != 1 or REGISTRY[x.type].nq != 1:
+            kind = REGISTRY[x.type]
+            if kind.nv != 1 or kind.nq != 1 or kind.bodiless:
                 what = f"{who} is a {x.type} joint; one that follows, and one that leads, has one freedom"
                 yield Finding(path, what, "use revolute, prismatic or screw joints")
         if is_driven(j):

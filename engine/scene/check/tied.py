@@ -10,6 +10,9 @@ from engine.scene.check.devices import FIELDS
 from engine.scene.finding import Finding, Path
 from engine.scene.model import Scene
 
+NONE = ("drive", "rotor_inertia", "latch")
+"""What those that have a coordinate cannot have along it either."""
+
 
 def check(scene: Scene) -> Iterator[Finding]:
     """All findings about joints that carry no body."""
@@ -17,13 +20,14 @@ def check(scene: Scene) -> Iterator[Finding]:
         if not REGISTRY[j.type].bodiless:
             continue
         path: Path = ("joints", name)
-        parts, move = ("wheels", "turn") if REGISTRY[j.type].rolls else ("cam and follower", "move")
-        for key in (*FIELDS, "start"):
+        kind = REGISTRY[j.type]
+        parts, move = ("wheels", "turn") if kind.rolls else ("curve and point" if kind.nq else "cam and follower", "move")
+        for key in (*(f for f in FIELDS if not kind.nq or f in NONE), "start"):
             if getattr(j, key) is not None:
                 hint = f"the joints on which its {parts} {move} can have it"
                 yield Finding((*path, key), f"a {j.type} has no {key} of its own: {parts} {move} on other joints", hint)
         if j.pin == "outboard":
-            what = "neither of two wheels" if parts == "wheels" else "neither cam nor follower"
+            what = "neither of two wheels" if parts == "wheels" else f"neither {parts.replace(' and ', ' nor ')}"
             yield Finding((*path, "pin"), f"{what} carries a pin", "leave it out")
         law = scene.law_of(j.friction) if j.friction is not None else ""
         if law and LAWS[law].bristles:
