@@ -203,6 +203,8 @@ class Directions:
     def _derive_builtin(self, g: Given) -> None:
         a, b, out = (g.places.get(n) for n in ("a", "b", "out"))
         assert out is not None
+        if not out.size:  # products of no rows: a joint that forbids nothing
+            return None
         ins = [x for x in (a, b) if x is not None and x in self.active]
         if not ins or g.function in (B.PIECE, B.FOOT):  # which piece is in force does not change a curve to first order
             return self._still(g)

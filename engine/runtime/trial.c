@@ -52,6 +52,10 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
     trial->err = NAN;
   else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
     s->step.margin_end = NAN;
+    if (s->k->sets && tr_leaves_lines(s)) {
+      trial->err = NAN;
+      return;
+    }
     tr_note_end(s);
     const int broken = tr_broken(s, ynew, 0, 0);
     tr_audit_look(s);
@@ -109,6 +113,7 @@ TR_INLINE int tr_refuse(tr_sim *s, const tr_method *m, const tr_trial *trial) {
   tr_copy(tr_nz(s), TR_A(s, zold), TR_A(s, z));
   tr_forget_extremes(s);
   s->step.h = err == err ? trial->h * tr_factor_of(err, m->order, RETRY_MOST) : SHRINK_MOST * trial->h;
+  if (s->k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, tr_onset_step(s, TR_A(s, K) + s->k->nq));
   const int parts = s->set.hfixed > 0.0 && (!s->k->sets || s->step.h < LEAST_PART * s->set.hfixed);
   const int lost = s->step.h <= s->set.hmin + TIME_ROUND_OFF * fabs(s->clock.t);
   return parts || lost ? tr_fault(s, err, TR_A(s, ynew)) : TR_OK;

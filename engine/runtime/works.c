@@ -1,7 +1,8 @@
 /* Works beside the motion. No step depends on those of columns, so that the motion is the same whatever columns are asked for.
  *
  * Of the audit, along steps of the stiff method, which has no Jacobian of powers: these are known at both ends of a step and asked for in its
- * middle, on the dense output; the parabola through the three is integrated (Simpson's rule).
+ * middle, on the dense output; the parabola through the three is integrated (Simpson's rule). Where that may be off by what an audit would
+ * notice (a motion that is given shortens no step) they are integrated like those of columns.
  *
  * Of columns, along such steps and wherever what an explicit method makes of them is off by more than the tolerance: they are integrated on the
  * dense output by the rules of Clenshaw and Curtis with three powers, five or nine, in parts where these do not do (a contact's load that passes by zero has a
@@ -15,6 +16,13 @@
 #define PARTS 1024                /* into so many at most: powers that are noise beyond the tolerance are not followed for ever */
 #define SHARPER 0.4               /* where a rule with half of the powers errs by a share r of the work, one errs by r^1.4 (orders 5 and 7; 7 and 11) */
 #define DOUBTED 10.0              /* times this, but by no more than r */
+#define AUDIT_LOOSER 100.0        /* times the tolerance: by so much sums of the audit may be off in a step, some of which make what it notes */
+
+/* Which works are integrated: from place `first` of the state on; the least they are measured by, J; times the tolerance by which they may be off. */
+typedef struct tr_sums {
+  int first, count;
+  double unit, looser;
+} tr_sums;
 
 /* Powers in the middle of the trial step just made, whose ends are in yold and ynew. NaN where there is no answer. The multipliers stay what they
  * were. */
@@ -57,8 +65,8 @@ static const double work_weight[1 + WORK_RULES][WORK_NODES] = {
     {1.0 / 126.0, 0.07310932460800909, 44.0 / 315.0, 0.1808589293602449, 62.0 / 315.0, 0.1808589293602449, 44.0 / 315.0, 0.07310932460800909,
      1.0 / 126.0}};
 
-/* Powers (nworks) at θ of the step just made. 0 where there is no answer. */
-static int tr_powers_at(tr_sim *s, const tr_method *m, double theta, double *power) {
+/* Powers (count) at θ of the step just made. 0 where there is no answer. */
+static int tr_powers_at(tr_sim *s, const tr_method *m, const tr_sums *w, double theta, double *power) {
   const int n = tr_width(s);
   double *y = TR_A(s, ytmp), *dy = TR_A(s, dy);
   const double *K = TR_A(s, K), *known = theta == 0.0 ? K : theta == 1.0 ? K + m->end * n : dy;
@@ -68,16 +76,16 @@ static int tr_powers_at(tr_sim *s, const tr_method *m, double theta, double *pow
     if (s->k->nquat) tr_normalize(s, y);
     if (!tr_rhs(s, s->step.t0 + theta * s->step.size, y, dy)) return 0;
   }
-  memcpy(power, known + s->ny, sizeof(double) * s->nworks);
+  memcpy(power, known + w->first, sizeof(double) * w->count);
   return 1;
 }
 
 /* Which of the nodes a rule takes: every so manieth. */
 static inline int tr_node_step(int rule) { return (WORK_NODES - 1) >> rule; }
 
-/* Works (nworks) of a part of the step by a rule (1 to WORK_RULES), and the squared error, 1 at the tolerance, by the rule before. */
-static double tr_work_by_rule(tr_sim *s, int rule, double part, double unit, const double *power, double *work) {
-  const int q = s->nworks;
+/* Works (count) of a part of the step by a rule (1 to WORK_RULES), and the squared error, 1 at the tolerance, by the rule before. */
+static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_sums *w, const double *power, double *work) {
+  const int q = w->count;
   double e[tr_width(s)];
   for (int i = 0; i < q; ++i) {
     double coarse = 0.0, most = 0.0;
@@ -87,33 +95,33 @@ static double tr_work_by_rule(tr_sim *s, int rule, double part, double unit, con
       work[i] += work_weight[rule][j] * p, coarse += work_weight[rule - 1][j] * p, most = fmax(most, fabs(p));
     }
     const double off = fabs(work[i] - coarse);
-    e[s->ny + i] = most > 0.0 ? off * fmin(1.0, DOUBTED * pow(off / most, SHARPER)) : 0.0;
+    e[w->first + i] = most > 0.0 ? off * fmin(1.0, DOUBTED * pow(off / most, SHARPER)) : 0.0;
   }
-  return tr_works2(s, e, TR_A(s, yold), TR_A(s, ynew), s->ny, q, unit);
+  return tr_works2(s, e, TR_A(s, yold), TR_A(s, ynew), w->first, q, w->unit) / (w->looser * w->looser);
 }
 
-/* Works (nworks) of the part from θ = a to a + part, and the powers at its nodes (WORK_NODES × nworks), the first of which is in place.
+/* Works (count) of the part from θ = a to a + part, and the powers at its nodes (WORK_NODES × count), the first of which is in place.
  * Returns the squared error; not a number where there is no answer. rule: the last that was tried. */
-static double tr_work_of_part(tr_sim *s, const tr_method *m, double a, double part, double unit, double *power, double *work, int *rule) {
+static double tr_work_of_part(tr_sim *s, const tr_method *m, const tr_sums *w, double a, double part, double *power, double *work, int *rule) {
   double err = INFINITY;
   for (*rule = 1; *rule <= WORK_RULES; ++*rule) {
     const int every = tr_node_step(*rule);
     for (int j = every; j < WORK_NODES; j += *rule == 1 ? every : 2 * every)
-      if (!tr_powers_at(s, m, a + part * work_node[j], power + j * s->nworks)) return NAN;
-    err = tr_work_by_rule(s, *rule, part, unit, power, work);
+      if (!tr_powers_at(s, m, w, a + part * work_node[j], power + j * w->count)) return NAN;
+    err = tr_work_by_rule(s, *rule, part, w, power, work);
     if (err <= 1.0 || *rule == WORK_RULES) break;
   }
   return err;
 }
 
-/* Works (nworks) from θ = a to end, in parts, added. 0 where there is no answer. */
-static int tr_work_in_parts(tr_sim *s, const tr_method *m, double a, double end, double unit, double *work) {
-  const int q = s->nworks;
+/* Works (count) from θ = a to end, in parts, added. 0 where there is no answer. */
+static int tr_work_in_parts(tr_sim *s, const tr_method *m, const tr_sums *w, double a, double end, double *work) {
+  const int q = w->count;
   double some[q], power[WORK_NODES * q];
   int rule;
-  if (!tr_powers_at(s, m, a, power)) return 0;
+  if (!tr_powers_at(s, m, w, a, power)) return 0;
   for (double part = end - a, tried = 0.0; part > 0.0; tried += 1.0) {
-    const double err = tr_work_of_part(s, m, a, part, unit, power, some, &rule);
+    const double err = tr_work_of_part(s, m, w, a, part, power, some, &rule);
     if (err != err) return 0;
     if (err > 1.0 && part > WORK_PART && tried < PARTS) {
       part *= 0.5;
@@ -154,22 +162,54 @@ static void tr_work_rows(tr_sim *s, int rule, double end, const double *power, c
   }
 }
 
+/* Works of columns as they are integrated. */
+static tr_sums tr_columns_sums(const tr_sim *s) {
+  return (tr_sums){s->ny, s->nworks, tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, s->nworks), 1.0};
+}
+
+/* Sums of the audit over the step of the stiff method that waits, up to where it ends: by Simpson's rule, and better where that may be off. */
+static void tr_audit_sums(tr_sim *s, const tr_method *m) {
+  const int n = tr_width(s), first = s->ny + s->nworks, q = s->naudit, trouble = s->step.trouble;
+  const double end = s->pending.theta, *K = TR_A(s, K), *yold = TR_A(s, yold);
+  const tr_sums sums = {first, q, tr_work_unit(s, s->step.size, yold, first, q), AUDIT_LOOSER};
+  double power[WORK_NODES * q], work[q], kept[tr_solution_size(s)], at_end[n], *R = TR_A(s, kstep);
+  tr_works_dense(s);
+  if (s->set.hfixed > 0.0 || !(end > 0.0)) return;
+  for (int i = 0; i < q; ++i) {
+    power[i] = K[first + i], power[i + 4 * q] = K[MIDDLE * n + first + i], power[i + 8 * q] = K[m->end * n + first + i];
+  }
+  if (tr_work_by_rule(s, 1, 1.0, &sums, power, work) <= 1.0) return;
+  tr_keep_solution(s, kept);
+  s->step.watch = 0; /* as it is between steps */
+  memset(work, 0, sizeof work);
+  if (tr_have_dense(s) && tr_work_in_parts(s, m, &sums, 0.0, end, work)) {
+    tr_dense_eval(s, end, at_end);
+    for (int i = 0; i < q; ++i) {
+      R[first + i] += (work[i] - (at_end[first + i] - yold[first + i])) / end;
+      TR_A(s, ynew)[first + i] = yold[first + i] + R[first + i];
+    }
+  }
+  s->step.trouble = trouble;
+  tr_put_solution(s, kept);
+}
+
 /* Works of columns over the step that waits, up to where it ends, where the method's own are none or are off. */
 static void tr_integrate_works(tr_sim *s, const tr_method *m) {
   const int q = s->nworks, trouble = s->step.trouble;
-  const double end = s->pending.theta, unit = tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, q);
-  if (m->kind == TR_IMPLICIT && s->naudit) tr_works_dense(s);
+  const double end = s->pending.theta;
+  const tr_sums sums = tr_columns_sums(s);
+  if (m->kind == TR_IMPLICIT && s->naudit) tr_audit_sums(s, m);
   s->step.parts = 0;
   if (!q || s->set.hfixed > 0.0 || (m->kind != TR_IMPLICIT && !(s->step.works > 1.0)) || !(end > 0.0)) return;
   double power[WORK_NODES * q + 1], work[q + 1], kept[tr_solution_size(s)];
   int rule;
   tr_keep_solution(s, kept);
   s->step.watch = 0; /* as it is between steps */
-  if (tr_have_dense(s) && tr_powers_at(s, m, 0.0, power)) {
-    const double err = tr_work_of_part(s, m, 0.0, end, unit, power, work, &rule);
+  if (tr_have_dense(s) && tr_powers_at(s, m, &sums, 0.0, power)) {
+    const double err = tr_work_of_part(s, m, &sums, 0.0, end, power, work, &rule);
     s->step.parts = err > 1.0, s->step.worked = 0.0;
     if (s->step.parts) memset(work, 0, sizeof work);
-    if (err <= 1.0 || (s->step.parts && tr_work_in_parts(s, m, 0.0, end, unit, work))) tr_work_rows(s, rule, end, power, work);
+    if (err <= 1.0 || (s->step.parts && tr_work_in_parts(s, m, &sums, 0.0, end, work))) tr_work_rows(s, rule, end, power, work);
   }
   s->step.trouble = trouble;
   tr_put_solution(s, kept);
@@ -183,7 +223,8 @@ static void tr_state_inside(tr_sim *s, double theta, double *y) {
   int parts = s->step.parts;
   if (parts) {
     if (theta < s->step.worked || s->step.worked == 0.0) memset(work, 0, sizeof(double) * q), s->step.worked = 0.0;
-    parts = tr_work_in_parts(s, tr_method_of(s), s->step.worked, theta, tr_work_unit(s, s->step.size, yold, s->ny, q), work);
+    const tr_sums sums = tr_columns_sums(s);
+    parts = tr_work_in_parts(s, tr_method_of(s), &sums, s->step.worked, theta, work);
     s->step.worked = parts ? theta : 0.0;
   }
   tr_dense_state(s, theta, y);

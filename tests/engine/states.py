@@ -28,9 +28,9 @@ def block_at(case: Case, outputs: tuple[str, ...] = ENERGY, kernel: str = KERNEL
     return model.block
 
 
-def block_after(scene: Scene, t: float, rtol: float = 1e-10) -> bl.Block:
+def block_after(scene: Scene, t: float, rtol: float = 1e-10, kernel: str = KERNELS[0]) -> bl.Block:
     """The scene's block after a run from its start to t, s."""
-    model = Model(scene, ENERGY)
+    model = Model(scene, ENERGY, kernel)
     block = model.block
     settings = bl.Settings(rtol=rtol)
     block.configure(settings)

@@ -68,6 +68,15 @@ def test_right_runs_are_within(name: str, method: str, outputs: str) -> None:
         assert r.audit.energy is not None
 
 
+@pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
+def test_a_motion_that_is_given_is_one_step_of_the_stiff_method_and_its_energy_is_known(outputs: str) -> None:
+    """Nothing shortens that step, over which the drives give 94 J: the parabola through three powers alone is off by a tenth."""
+    for rtol in (1e-4, 1e-10):
+        r = simulate("robot_arm", rtol=rtol, method="rosenbrock", outputs=outputs)
+        assert (r.stats.steps, r.outcome.name, r.audit.verdict, r.audit.notes) == (1, "done", "within", ())
+        assert r.audit.share <= 100 * rtol
+
+
 @pytest.mark.parametrize("name", ["simple_pendulum", "crank_slider_free", "spatial_slider_crank"])
 def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
     """Found: at most 15 × rtol of the energy turned over is lost, in twelve bundled models at 1e-3 … 1e-6."""

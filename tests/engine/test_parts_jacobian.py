@@ -11,11 +11,11 @@ from engine.abi.kernels import JACOBIAN, KERNEL
 from engine.kernel import compiler
 from engine.kernel.library import kernel
 from engine.parts.kernel import parts_kernel
-from engine.scene import load_scene
+from engine.scene import load_scene, scene_from_dict
 from engine.scene.model import Scene
 from engine.simulation.run import simulate
 from engine.system.build import build
-from tests.engine.states import block_at
+from tests.engine.states import block_after, block_at
 from tests.engine.test_jacobian import case_of, check
 from tests.engine.test_many_pairs import links
 from tests.engine.test_parts import ROUND_OFF, State, called, loop, tree
@@ -83,3 +83,13 @@ def test_nothing_is_compiled_for_an_unseen_structure_that_is_stiff(monkeypatch: 
         run = simulate(links(count, 0, "revolute", apart=False), **how)
         assert run.outcome.ok
         assert run.stats.jacobians > 0
+
+
+def test_a_joint_on_a_loop_that_forbids_nothing_has_no_rows_to_differentiate() -> None:
+    """Two pendulums with a bushing between them: no products of rows, and so none with directions either."""
+    bodies = {f"b{k}": {"box": [0.4, 0.05, 0.05], "mass": 1.0, "points": {"end": [-0.2, 0, 0], "tip": [0.2, 0, 0]}} for k in (1, 2)}
+    hinges = {f"h{k}": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": f"b{k}.end"} for k in (1, 2)}
+    bushing = {"type": "free", "inboard": "b1.tip", "outboard": "b2.tip", "damping": [0.3] * 6, "cut": True}
+    scene = scene_from_dict({"schema": 1, "bodies": bodies, "joints": {**hinges, "bushing": bushing}})
+    assert [j.kind.rows for j in build(scene).system.joints if j.cut] == [0]
+    check(block_after(scene, 0.2, kernel="parts"))
