@@ -222,6 +222,7 @@ typedef struct tr_sim {
   tr_audit audit;
   tr_stats stats;
   tr_asking ask;
+  tr_lane *lane; /* where it asks for its steps; 0: it makes them */
   tr_places at;
 } tr_sim;
 

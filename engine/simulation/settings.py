@@ -16,7 +16,7 @@ from engine.scene.given import Amounts
 from engine.scene.model import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
-KERNELS = ("auto", "compiled", "parts")
+KERNELS = ("auto", "compiled", "lanes", "parts")
 """What evaluates a scene, the usual one first: by the structure and the request (``choosing``)."""
 
 
