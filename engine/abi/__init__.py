@@ -1,5 +1,5 @@
-"""What the C runtime and Python share, written once: enumerations (``choices``), records (``kernels``, ``runs``, ``batches``),
-and the C header generated from them (``header``). No other file may know a number, a size or a layout of these."""
+"""What the C runtime and Python share, written once: enumerations (``choices``), records (``kernels``, ``runs``, ``lanes``,
+``batches``), and the C header generated from them (``header``). No other file may know a number, a size or a layout of these."""
 
 from engine.abi.choices import (
     LINE,

@@ -8,6 +8,9 @@ from engine.abi.records import Record
 EVENT_KINDS = 16
 """Kinds of events that are counted apart; a power of two above the largest EventKind."""
 
+STRANDS = 24
+"""Cases of an ensemble on their way at one time, at most."""
+
 CASE_SETTINGS = Record("tr_case_settings", "The settings that differ from case to case, besides parameters and start values.", """
 double rtol
 double length
@@ -68,4 +71,29 @@ double last : time of the last row, s
 double *kept : every row, its case before it: kept_capacity × (1 + width); 0 where none are kept
 long kept_rows : how many are in it; the host takes them out after each call
 long kept_capacity : rows of it
+struct tr_lane *lane : where its cases ask for their steps; 0: they make them
+""")
+
+STRAND = Record("tr_strand", "A case of an ensemble on its way: a stack of its own, on which it goes on where it asked.", """
+tr_lane lane
+tr_request *request : what it waits for
+tr_batch *batch : it goes through, one case at a time
+struct tr_ensemble *all
+void *here : its stack pointer while it waits
+void *back : the one of who called
+char *stack : its lowest place
+int state : TR_STRAND_…
+""")
+
+ENSEMBLE = Record("tr_ensemble", "Cases of a batch that make their steps together.", """
+const tr_lanes *lanes
+tr_strand *strand : those that are on their way
+int strands : how many, at most TR_STRANDS
+long stack_bytes : of a stack
+long ncases : how many cases there are
+long next : the first that nobody has begun
+int *ended : of each case TR_ENDED_…
+long finished : how many have
+long calls : of `serve`
+long asked : requests that these served
 """)

@@ -189,7 +189,33 @@ class Breaks(Named, prefix="TR_BREAKS_"):
     STOP = 128, "a stop presses with nothing in it, or does not with something"
 
 
+class Ask(Named, prefix="TR_ASK_"):
+    """What a case asks of the vectors in which cases make their steps together."""
+
+    STEP = 0, "a trial step of an explicit method: stages, end and errors"
+    DENSE = 1, "the extra stages of its dense output"
+    END = 2, "a state back onto the manifold, and its slope"
+    PROJECT = 3, "a state back onto the manifold"
+
+
+class Strand(Named, prefix="TR_STRAND_"):
+    """What a case of an ensemble is about."""
+
+    GOES = 0, "it goes on when it is called"
+    ASKS = 1, "it waits for what it has asked for"
+    NEEDS = 2, "it waits for the Jacobian unit"
+    OVER = 3, "there are no more cases for it"
+
+
+class Ended(Named, prefix="TR_ENDED_"):
+    """What became of a case of an ensemble."""
+
+    NOT = 0, "it has not ended"
+    WHOLE = 1, "it has come to its end"
+    EARLY = 2, "it could not go on: it is to be made by itself, which tells why"
+
+
 ENUMERATIONS: tuple[type[Named], ...] = (
     Status, EventKind, PairState, PairKind, StopState, Coordinate, RowKind, TableKind, Post, Wants, Array, Why, Verdict,
-    Law, Breaks, Overrun,
+    Law, Breaks, Overrun, Ask, Strand, Ended,
 )  # fmt: skip

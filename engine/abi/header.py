@@ -6,8 +6,8 @@ import hashlib
 import re
 from functools import lru_cache
 
-from engine.abi import batches, kernels, runs
-from engine.abi.choices import ENUMERATIONS, LINE, Law
+from engine.abi import batches, kernels, lanes, runs
+from engine.abi.choices import ENUMERATIONS, LINE, Ask, Law
 from engine.abi.records import Record
 from engine.integrators import METHODS
 
@@ -24,13 +24,13 @@ struct tr_sim;
 
 def records() -> list[Record]:
     """All records, each after those it contains."""
-    return [r for module in (kernels, runs, batches) for r in vars(module).values() if isinstance(r, Record)]
+    return [r for module in (kernels, runs, lanes, batches) for r in vars(module).values() if isinstance(r, Record)]
 
 
 def sizes() -> str:
     """C definitions of the counts and lengths that are no field of a record."""
     counts = {"TR_EVENT_CONTACTS": runs.EVENT_CONTACTS, "TR_EVENT_KINDS": batches.EVENT_KINDS}
-    counts |= {"TR_METHODS": len(METHODS), "TR_LAWS": len(Law)}
+    counts |= {"TR_STRANDS": batches.STRANDS, "TR_ASKS": len(Ask), "TR_METHODS": len(METHODS), "TR_LAWS": len(Law)}
     lengths = f"#define TR_LINE {LINE!r} /* a direction in a mode that is longer is that of a pair on a line */\n"
     return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n" + lengths
 

@@ -12,7 +12,9 @@ from functools import lru_cache
 import numpy as np
 
 from engine.abi.batches import BATCH, CASE, REDUCED
+from engine.abi.choices import Ended
 from engine.basics.interrupts import Unwanted
+from engine.batch.ensemble import ensemble_of
 from engine.batch.preparing import Rows
 from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
 from engine.batch.series import Series
@@ -57,6 +59,12 @@ class Reduced:
     kept: np.ndarray | None = None
 
 
+def joined(a: Reduced, b: Reduced, seconds: float) -> Reduced:
+    """The outcomes of two sets of cases, of which no rows are kept."""
+    both = [np.concatenate([x, y]) for x, y in ((a.index, b.index), (a.numbers, b.numbers), (a.steps, b.steps))]
+    return Reduced(both[0], both[1], [*a.outcomes, *b.outcomes], [*a.audits, *b.audits], both[2], seconds)
+
+
 class Loop:
     """Runs cases of one structure in C. Make it once and use it for many chunks, from one thread at a time."""
 
@@ -84,6 +92,8 @@ class Loop:
         self.batch.rows = self._buffer(8 * CAPACITY * self.width)
         self.batch.scratch = self._buffer(8 * (sizes["rows"] + 1) * max(loop_rows, 1))
         self.budget, self.seconds = 500, 0.0
+        self.loop_rows = max(loop_rows, 1)
+        self.together = ensemble_of(self) if kernel == "lanes" and series is None else None
         self.kept: list[np.ndarray] = []
         if series is not None:
             self.batch.kept_capacity = KEPT_BUFFERS * CAPACITY
@@ -125,28 +135,49 @@ class Loop:
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
         """Run the cases; when ``tick`` says no, only those that are finished by then count."""
+        if not self.together:
+            return self._alone(rows, tick)
+        out = self._begin(rows, tick)
+        ended, stopped = self.together.run(len(out), tick)
+        whole, spent = np.flatnonzero(ended == Ended.WHOLE), self.seconds
+        got = self._reduced(rows.index[whole], out[whole], {}, None)
+        again = np.flatnonzero(ended == Ended.EARLY)
+        if stopped or not len(again):
+            return got
+        rest = self._alone(rows.some(again), tick and (lambda done: tick(len(whole) + done)))
+        return joined(got, rest, spent + rest.seconds)
+
+    def _begin(self, rows: Rows, tick: Tick | None) -> np.ndarray:
+        """Put cases at hand; returns where what becomes of them is written."""
         b, n = self.batch, len(rows.index)
         out = np.zeros(n, self.layout)
-        inputs = rows.inputs if rows.inputs.size else np.zeros(1)
+        self.inputs = rows.inputs if rows.inputs.size else np.zeros(1)
         b.p, b.y, b.given = rows.p.ctypes.data, rows.y.ctypes.data, rows.given.ctypes.data
-        b.inputs, b.set, b.out = inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
+        b.inputs, b.set, b.out = self.inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
         b.ncases, b.at, b.running, b.reported, b.kept_rows = n, 0, 0, 0, 0
-        self.kept = []
-        failed: dict[int, Outcome] = {}
-        self.seconds = 0.0
+        self.kept, self.seconds = [], 0.0
         self.watch.begin(tick, lambda: b.at)
+        return out
+
+    def _alone(self, rows: Rows, tick: Tick | None) -> Reduced:
+        """Run the cases one after the other."""
+        out = self._begin(rows, tick)
+        failed: dict[int, Outcome] = {}
         try:
             n = self._through(out, tick, failed)
         except Unwanted:
-            n = b.at
-        joints = [j.name for j in self.model.system.frictional]
-        audits = [audit_of(c["audit"], joints) if c["rows"] else Audit() for c in out["case"][:n]]
-        ends = [failed.get(i) or Outcome(DONE, float(out["case"]["time"][i])) for i in range(n)]
-        outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
-        steps = out["case"]["steps"][:n].astype(np.int64)
+            n = self.batch.at
         kept = None if self.series is None else np.concatenate([np.zeros((0, len(self.of_series))), *self.kept])
         kept = kept if kept is None else kept[kept[:, 0] < n]
-        return Reduced(rows.index[:n], self._numbers(out[:n]), outcomes, audits, steps, self.seconds, kept)
+        return self._reduced(rows.index[:n], out[:n], failed, kept)
+
+    def _reduced(self, index: np.ndarray, out: np.ndarray, failed: dict[int, Outcome], kept: np.ndarray | None) -> Reduced:
+        """The outcome of cases from what the C loop wrote of them; failed: those that have one of their own, by place."""
+        joints = [j.name for j in self.model.system.frictional]
+        audits = [audit_of(c["audit"], joints) if c["rows"] else Audit() for c in out["case"]]
+        ends = [failed.get(i) or Outcome(DONE, float(t)) for i, t in enumerate(out["case"]["time"])]
+        outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
+        return Reduced(index, self._numbers(out), outcomes, audits, out["case"]["steps"].astype(np.int64), self.seconds, kept)
 
     def _take_kept(self) -> None:
         """Take out the rows that are kept."""

@@ -47,6 +47,11 @@ class Rows:
     inputs: np.ndarray
     settings: np.ndarray
 
+    def some(self, at: np.ndarray) -> Rows:
+        """Those at these places."""
+        of = (self.index, self.p, self.y, self.given, self.inputs, self.settings)
+        return Rows(self.built, *(np.ascontiguousarray(a[at]) for a in of))
+
 
 @dataclass(frozen=True)
 class _Entry:

@@ -19,7 +19,7 @@ def header() -> str:
 
 def _numbers_of(m: Method) -> str:
     """C text of a method's coefficients."""
-    return _explicit(m) if isinstance(m, Tableau) else _rosenbrock(m) if isinstance(m, Rosenbrock) else _impulses(m)
+    return explicit_text(m) if isinstance(m, Tableau) else _rosenbrock(m) if isinstance(m, Rosenbrock) else _impulses(m)
 
 
 def _sum(coefficients: Sequence[float]) -> str:
@@ -32,7 +32,7 @@ def _loop(target: str) -> str:
     return f"const tr_vec v0=TR_NOUGHT;(void)v0;for(int j=0;j<n;++j) out[j]={target};"
 
 
-def _explicit(t: Tableau) -> str:
+def explicit_text(t: Tableau) -> str:
     """C functions of one explicit method: stage argument, solution, errors and dense rows. K: rows of n vectors."""
     s, name = t.stages, t.name
     loops = {i: _sum(row) for i, row in enumerate(t.A) if i}

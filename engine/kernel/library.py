@@ -29,7 +29,8 @@ log = logging.getLogger("trunnion.kernel")
 ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("abi", "contact", "friction", "integrators", "joints", "kernel", "recursion", "system")
-UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear"}
+UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
+         "lanes": "trunnion_lanes"}
 
 
 @lru_cache(maxsize=1)
@@ -107,6 +108,12 @@ class Kernel:
             self.libraries["jacobian"] = jacobian_library(self.key, self.structure)
         return self.address("jacobian")
 
+    def lanes(self) -> int:
+        """Address of the table of its lanes, built when they are first asked for (``lanes_unit.stands_for``)."""
+        if "lanes" not in self.libraries:
+            self.libraries["lanes"] = lanes_library(self)
+        return self.address("lanes")
+
     def linear(self, chosen: list[Column]) -> int:
         """Address of the table of the linear unit for these columns, built when it is first asked for."""
         return linear_unit(self, chosen)
@@ -114,6 +121,23 @@ class Kernel:
     def address(self, unit: str) -> int:
         """Address of a unit's table."""
         return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
+
+
+def lanes_library(built: Kernel) -> ctypes.CDLL:
+    """The lanes of a compiled kernel."""
+    from engine.kernel.lanes_unit import FLAGS, lanes_text
+
+    text = lanes_text((built.folder / "kernel.c").read_text(), built.sizes)
+
+    def make(place: Path) -> None:
+        compiler.needed("this batch", "the lanes of its scene")
+        (place / "lanes.cpp").write_text(text)
+        (place / "tr_abi.h").write_text(header())
+        target = place / f"lanes{compiler.library_suffix()}"
+        compiler.build_library([place / "lanes.cpp"], target, [place], cache.cache_folder(), FLAGS)
+
+    folder, _ = cache.entry(f"lanes-{cache.digest(text, header(), *FLAGS, *_toolchain())}", make)
+    return ctypes.CDLL(str(folder / f"lanes{compiler.library_suffix()}"))
 
 
 def jacobian_library(key: str, structure: tuple[System, int, bool, bool]) -> ctypes.CDLL:

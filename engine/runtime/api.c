@@ -237,4 +237,5 @@ void tr_configure(tr_sim *s, const tr_settings *set) { s->set = *set; }
 #include "update.c"
 TR_OFTEN
 #include "batch.c"
+#include "ensemble.c"
 #include "communicate.c"

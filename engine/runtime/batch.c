@@ -65,6 +65,8 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   tr_settings o = b->settings;
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
+  s->lane = which ? 0 : b->lane;
+  if (b->lane) s->ask.host = 0; /* no host is called from a case's own stack */
   b->which = which, b->now = s;
   return s;
 }

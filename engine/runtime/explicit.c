@@ -1,5 +1,6 @@
 /* Steps of an explicit Runge–Kutta method, whichever it is, and the norm in which all methods measure their errors. */
 #include "modes.h"
+#include "asks.c"
 
 /* A work is measured by itself, but not by less than these shares of the largest work and of the energy scale of the scene, nor finer
  * than its round-off. */
@@ -11,9 +12,6 @@
 #define SLOWEST 1e-9         /* of the speed unit: slower sliding counts as that fast */
 #define SECOND_WEIGHT 0.01   /* of the second of two error estimators beside the first (Hairer, Nørsett, Wanner I, II.10) */
 #define HERMITE_ROWS 3       /* rows of a dense output that make the cubic through values and slopes at both ends */
-
-/* Doubles of a row of the state, integrals included. */
-static inline int tr_width(const tr_sim *s) { return TR_PAD(s->ny + s->nworks + s->naudit); }
 
 /* Error of the direction of slow sliding of several components, which friction follows however slow it is: (|e across v|/(DIRECTION_ERROR |v|))²,
  * of the worst pair, which is named in *which. */
@@ -120,18 +118,19 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const int e = tr_nz(s) - s->k->active;
   double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
-  for (int i = 1; i < m->stages; ++i) {
+  const int made = tr_asks_step(s, m, h);
+  for (int i = 1; i < m->stages && !made; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
     tr_copy(e, eta, old + (i - 1) * e);
     if (e) tr_lead_on(e, eta, m, i, old);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
   }
-  m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
-  if (m->ends_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
+  if (!made) m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
+  if (!made && m->ends_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
   if (s->set.hfixed > 0.0) return 0.0;
   double *other = TR_A(s, yout);
-  m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
-  if (m->errors > 1) m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
+  if (!made) m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
+  if (!made && m->errors > 1) m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
   const double *second = m->errors > 1 ? other : 0;
   s->step.works = sqrt(tr_works_of_step(s, h, tmp, second, s->ny, s->nworks));
   const double works = tr_works_of_step(s, h, tmp, second, s->ny + s->nworks, s->naudit), first = tr_norm2(s, tmp, y, ynew);
@@ -170,7 +169,8 @@ static int tr_dense_explicit(tr_sim *s, const tr_explicit *m) {
   double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
   int watch = s->step.watch;
   s->step.watch = 0;
-  for (int i = 0; i < m->extra; ++i) {
+  const int made = m->extra && tr_asks_dense(s, m, h);
+  for (int i = 0; i < m->extra && !made; ++i) {
     tr_start_between(s, m->c[m->stages + 1 + i]);
     m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
     if (!tr_rhs(s, s->step.t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;

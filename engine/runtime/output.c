@@ -128,6 +128,7 @@ static int tr_output_of(tr_sim *s, double t, double *y, double *row, int there) 
   s->step.watch = 0;
   s->stats.outputs++;
   const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
+  if (!there) there = tr_asks_end(s, solved ? TR_ASK_END : TR_ASK_PROJECT, t, y, TR_A(s, dy));
   int ok = there || tr_project(s, t, y);
   if (!solved) tr_set_time(s, t);
   else if (ok && !there) ok = tr_rhs(s, t, y, TR_A(s, dy));

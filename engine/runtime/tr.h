@@ -230,6 +230,7 @@ typedef struct tr_sim {
   tr_stats stats;
   tr_asking ask;
   tr_bounding bound;
+  tr_lane *lane; /* where it asks for its steps; 0: it makes them */
   tr_places at;
 } tr_sim;
 

@@ -41,6 +41,11 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   return trial;
 }
 
+/* Bring y at time t back onto the manifold, and evaluate ẏ there. 0 when one of them is not possible. */
+static inline int tr_evaluated(tr_sim *s, double t, double *y, double *dy) {
+  return tr_asks_end(s, TR_ASK_END, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
+}
+
 /* What becomes of a trial step within the tolerance: it is brought back onto the manifold, evaluated at its end and searched for events. */
 TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_width(s), live = s->ny;
@@ -48,7 +53,7 @@ TR_INLINE void tr_examine(tr_sim *s, const tr_method *m, tr_trial *trial) {
   s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
   tr_copy(n, TR_A(s, y), TR_A(s, yold));
   if (m->kind == TR_IMPLICIT && s->naudit) tr_works_middle(s, m->rosenbrock);
-  if (!tr_finite(live, ynew) || !tr_project(s, trial->end, ynew) || !tr_rhs(s, trial->end, ynew, slope) || !tr_finite(live, slope))
+  if (!tr_finite(live, ynew) || !tr_evaluated(s, trial->end, ynew, slope) || !tr_finite(live, slope))
     trial->err = NAN;
   else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
     s->step.margin_end = NAN;

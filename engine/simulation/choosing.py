@@ -15,8 +15,10 @@ RUNS = 1000
 
 
 def kernel_for(asked: str | None, system: System, runs: float = 1) -> str:
-    """The kind of kernel asked for, or, where that is none or "auto", the usual one."""
-    return kernel_of(system, runs)[0] if asked in (None, KERNELS[0]) else asked
+    """The kind of kernel asked for, or, where that is none or "auto", the usual one; one run has no lanes beside it."""
+    if asked in (None, KERNELS[0]):
+        return kernel_of(system, runs)[0]
+    return "compiled" if asked == "lanes" else asked
 
 
 def kernel_of(system: System, runs: float = 1) -> tuple[str, str]:

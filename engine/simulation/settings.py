@@ -17,7 +17,7 @@ from engine.scene.model import Scene
 from engine.simulation.bounded import method_of
 
 F = TypeVar("F", bound=Callable[..., Any])
-KERNELS = ("auto", "compiled", "parts")
+KERNELS = ("auto", "compiled", "lanes", "parts")
 """What evaluates a scene, the usual one first: by the structure and the request (``choosing``)."""
 
 

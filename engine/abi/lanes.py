@@ -1,0 +1,40 @@
+"""Records of an ensemble: cases of a batch that make their steps together, each in a lane of the vectors."""
+
+from __future__ import annotations
+
+from engine.abi.records import Record
+
+REQUEST = Record("tr_request", "What a case asks of the vectors, and what came of it.", """
+int kind : TR_ASK_…
+int method : number of the explicit method
+int n : doubles of a row of the state, integrals included
+int nworks : those that columns ask for
+int naudit : those that the audit looks at
+int ok : it has been done; 0: this case is to do it by itself
+int projections : corrections of the loops' positions
+double t : of what is evaluated, s; of a step: of its start
+double h : length of the step, s
+double length : of the scene, m
+double rate : of the scene, 1/s
+double gap : of the loops after the projection, relative
+double *x : signals
+double *c : constants
+double *d : row scales of the loops
+double *y : the state; what is brought back onto the manifold
+double *K : slopes of the stages
+double *ynew : the state after the step
+double *first : what its first estimator says
+double *second : and its second
+double *slope : of what is evaluated
+double *z : multipliers
+""")
+
+LANE = Record("tr_lane", "Where a case may ask.", """
+int (*ask)(struct tr_lane *lane, tr_request *request) : waits until it is done, and tells whether it is
+""")
+
+LANES = Record("tr_lanes", "What a kernel's lanes can do.", """
+int abi : TR_ABI
+int width : how many cases they take at once
+void (*serve)(int kind, tr_request **request) : does what is asked, `width` requests of one kind (one may stand there repeatedly)
+""")

@@ -1,0 +1,158 @@
+/* Closed loops in the lanes: factor of S, multipliers, and states back onto the manifold, as ``runtime/loops.c`` and ``runtime/manifold.c`` have them for
+ * one case. All rows are independent here: a lane whose pivots say otherwise is not `good`. Lanes that are done keep what they have. */
+#define KEEP_PIVOT 1e-9 /* as there */
+#define CLOSED 4e-15
+#define OPEN_LOOP 1e-8
+#define SHRINKS 0.2
+#define CLOSE_MAX 12
+#define CLOSE_RATES_MAX 3
+
+/* What lanes work on. */
+struct Lanes {
+  V x[NX + 8], c[NC + 8], d[ACTIVE + 8], w[NW + 8], maps[NMAPS + 8], power[NPOWERS + 8], z[ACTIVE + 8];
+  V factor[ACTIVE * ACTIVE + 1];
+  tr_bits order[ACTIVE + 1], good;
+  V length, rate, gap;
+  int projections[WIDTH], nworks, naudit;
+};
+
+/* Quaternions of y back to unit length. */
+INLINE void normalise(V *y) {
+  for (int i = 0; i < QUATERNIONS; ++i) {
+    V *e = y + k_quat[i];
+    const V n = V(1.0) / sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]);
+    for (int j = 0; j < 4; ++j) e[j] = e[j] * n;
+  }
+}
+
+#if ACTIVE
+/* Exchange two where m. */
+INLINE void exchange(tr_bits m, V &a, V &b) {
+  const V t = pick(m, b, a);
+  b = pick(m, a, b), a = t;
+}
+
+/* Pivoted Cholesky of d S d. */
+static void factorise(Lanes &s) {
+  V *L = s.factor;
+  for (int j = 0; j < ACTIVE; ++j) {
+    s.order[j] = tr_bits{} + j;
+    for (int i = 0; i < ACTIVE; ++i) L[i + j * ACTIVE] = s.d[i] * s.d[j] * s.maps[i + j * ACTIVE];
+  }
+  for (int k = 0; k < ACTIVE; ++k) {
+    V pivot = L[k + k * ACTIVE];
+    tr_bits at = tr_bits{} + k;
+    for (int i = k + 1; i < ACTIVE; ++i) {
+      const tr_bits larger = L[i + i * ACTIVE].v > pivot.v;
+      pivot = pick(larger, L[i + i * ACTIVE], pivot), at = (larger & (tr_bits{} + i)) | (~larger & at);
+    }
+    s.good &= pivot.v > KEEP_PIVOT;
+    for (int i = k + 1; i < ACTIVE; ++i) {
+      const tr_bits m = at == i;
+      for (int q = 0; q < ACTIVE; ++q) exchange(m, L[k + q * ACTIVE], L[i + q * ACTIVE]);
+      for (int q = 0; q < ACTIVE; ++q) exchange(m, L[q + k * ACTIVE], L[q + i * ACTIVE]);
+      const tr_bits a = s.order[k], b = s.order[i];
+      s.order[k] = (m & b) | (~m & a), s.order[i] = (m & a) | (~m & b);
+    }
+    const V inverse = V(1.0) / sqrt(pivot);
+    L[k + k * ACTIVE] = inverse;
+    for (int i = k + 1; i < ACTIVE; ++i) L[i + k * ACTIVE] = L[i + k * ACTIVE] * inverse;
+    for (int j = k + 1; j < ACTIVE; ++j)
+      for (int i = j; i < ACTIVE; ++i) L[i + j * ACTIVE] = L[i + j * ACTIVE] - L[i + k * ACTIVE] * L[j + k * ACTIVE];
+  }
+}
+
+/* Entry p of b, each lane its own; and put there. */
+INLINE V taken(const V *b, tr_bits p) {
+  V r = b[0];
+  for (int i = 1; i < ACTIVE; ++i) r = pick(p == i, b[i], r);
+  return r;
+}
+INLINE void put(V *b, tr_bits p, V v) {
+  for (int i = 0; i < ACTIVE; ++i) b[i] = pick(p == i, v, b[i]);
+}
+
+/* x = S⁻¹ b with the factor in place. */
+static void solve(const Lanes &s, const V *b, V *x) {
+  V y[ACTIVE + 1];
+  const V *L = s.factor;
+  for (int i = 0; i < ACTIVE; ++i) {
+    V a = taken(s.d, s.order[i]) * taken(b, s.order[i]);
+    for (int k = 0; k < i; ++k) a = a - L[i + k * ACTIVE] * y[k];
+    y[i] = a * L[i + i * ACTIVE];
+  }
+  for (int i = ACTIVE - 1; i >= 0; --i) {
+    V a = y[i];
+    for (int k = i + 1; k < ACTIVE; ++k) a = a - L[k + i * ACTIVE] * y[k];
+    y[i] = a * L[i + i * ACTIVE];
+    put(x, s.order[i], taken(s.d, s.order[i]) * y[i]);
+  }
+}
+
+/* The larger, or what is not a number. */
+INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
+
+/* Largest residual of the rows, scaled. */
+static void residual(const Lanes &s, const V *h, V &position, V &rate) {
+  position = rate = 0.0;
+  for (int i = 0; i < ACTIVE; ++i) {
+    const int r = k_active_rows[i];
+    const V unit = k_row_kind[r] == TR_CONSTRAINS_TURNING ? V(1.0) : s.length;
+    position = most(position, fabs(h[r]) / unit), rate = most(rate, fabs(h[ROWS + r]) / (unit * s.rate));
+  }
+}
+
+/* One correction of the residual h: dv, what impulses along the rows make of the rates. */
+static void correction(Lanes &s, const V *y, const V *h, V *dv) {
+  V b[ACTIVE + 1], impulse[ACTIVE + 1], none[ACTIVE + 8], given[ACTIVE + 8], base[MOST_WIDE], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
+  k_stage1(s.x, y, s.c, s.w, s.maps, base, s.power);
+  factorise(s);
+  for (int i = 0; i < ACTIVE; ++i) b[i] = -h[k_active_rows[i]];
+  solve(s, b, impulse);
+  for (int i = 0; i < ACTIVE; ++i) none[i] = 0.0, big = fmax(big, fabs(impulse[i]));
+  const V up = pick(big.v > 0.0, V(1.0) / big, V(0.0));
+  k_stage2(s.x, y, s.c, s.w, none, base, s.power);
+  for (int i = 0; i < NV; ++i) size = fmax(size, fabs(base[NQ + i]));
+  for (int i = 0; i < ACTIVE; ++i) gain = fmax(gain, fabs(impulse[i]) * up / (s.d[i] * s.d[i]));
+  const V by = pick(gain.v > 0.0, up * fmax(V(1.0), size / gain), up), inverse = pick(by.v > 0.0, V(1.0) / by, V(0.0));
+  for (int i = 0; i < ACTIVE; ++i) given[i] = impulse[i] * by;
+  k_stage2(s.x, y, s.c, s.w, given, moved, s.power);
+  for (int i = 0; i < NV; ++i) dv[i] = (moved[NQ + i] - base[NQ + i]) * inverse;
+}
+
+/* The state y back onto the manifold. */
+static void project(Lanes &s, V *y) {
+  V h[2 * ROWS + 4], position = 0.0, rate = 0.0, p, r, before = 0.0, dv[NV + 1], dq[NQ + 8];
+  tr_bits goes = tr_bits{} - 1;
+  for (int i = 0; i < WIDTH; ++i) s.projections[i] = 0;
+  normalise(y);
+  for (int it = 0; it < CLOSE_MAX; ++it) {
+    k_closure(s.x, y, s.c + C_CLOSURE, h);
+    residual(s, h, p, r);
+    position = pick(goes, p, position), rate = pick(goes, r, rate), s.good &= finite(position);
+    goes &= ~(position.v <= CLOSED);
+    if (it > 1) goes &= ~(position.v > SHRINKS * before.v);
+    if (!any(goes)) break;
+    before = pick(goes, position, before);
+    correction(s, y, h, dv);
+    k_qdot(y, dv, s.c, dq);
+    V moved[NQ + 1];
+    for (int i = 0; i < NQ; ++i) moved[i] = y[i] + dq[i];
+    normalise(moved);
+    for (int i = 0; i < NQ; ++i) y[i] = pick(goes, moved[i], y[i]);
+    for (int i = 0; i < WIDTH; ++i) s.projections[i] -= (int)goes[i];
+  }
+  s.gap = position, s.good &= ~(position.v > OPEN_LOOP);
+  goes = rate.v > CLOSED;
+  for (int it = 0; it < CLOSE_RATES_MAX && any(goes); ++it) {
+    const V was = rate;
+    k_closure(s.x, y, s.c + C_CLOSURE, h);
+    correction(s, y, h + ROWS, dv);
+    for (int i = 0; i < NV; ++i) y[NQ + i] = pick(goes, y[NQ + i] + dv[i], y[NQ + i]);
+    k_closure(s.x, y, s.c + C_CLOSURE, h);
+    residual(s, h, p, r);
+    rate = pick(goes, r, rate);
+    goes &= (rate.v > CLOSED) & ~(rate.v > SHRINKS * was.v);
+  }
+}
+#endif

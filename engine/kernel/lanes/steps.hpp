@@ -1,0 +1,128 @@
+/* What cases ask of the lanes (``runtime/asks.c``): stages of explicit methods, ends of steps, states of rows. */
+typedef void (*lane_combination)(int n, V h, const V *K, V *out);
+struct lane_explicit {
+  int stages, extra, errors, dense, ends_in_error;
+  double stiff_at;
+  const double *c, *lead;
+  void (*argument)(int stage, int n, V h, const V *y, const V *K, V *out);
+  void (*solution)(int n, V h, const V *y, const V *K, V *out);
+  const lane_combination *error, *dense_row;
+};
+
+METHODS
+
+/* Lanes from what each case has, and back, four numbers at a time (n is rounded up: arrays have room for whole vectors). */
+typedef double four __attribute__((vector_size(32), aligned(8)));
+INLINE void turned(four *m) {
+  const four a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
+  const four c = __builtin_shufflevector(m[2], m[3], 0, 4, 2, 6), d = __builtin_shufflevector(m[2], m[3], 1, 5, 3, 7);
+  m[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5), m[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+  m[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7), m[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+}
+static_assert(WIDTH == 4, "lanes are turned four by four");
+INLINE void gather(int n, double *const *from, V *to) {
+  for (int i = 0; i < n; i += WIDTH) {
+    four m[WIDTH];
+    for (int l = 0; l < WIDTH; ++l) m[l] = *(const four *)(from[l] + i);
+    turned(m);
+    for (int l = 0; l < WIDTH; ++l) to[i + l].v = m[l];
+  }
+}
+INLINE void scatter(int n, const V *from, double *const *to) {
+  for (int i = 0; i < n; i += WIDTH) {
+    four m[WIDTH];
+    for (int l = 0; l < WIDTH; ++l) m[l] = from[i + l].v;
+    turned(m);
+    for (int l = 0; l < WIDTH; ++l) *(four *)(to[l] + i) = m[l];
+  }
+}
+#define TAKE(n, field, to) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; gather(n, at, to); }
+#define GIVE(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; scatter(n, from, at); }
+
+/* ẏ at (t, y), with the powers behind it and nothing behind these. */
+static void slope(Lanes &s, int n, V t, const V *y, V *dy) {
+  s.x[0] = t;
+  k_stage1(s.x, y, s.c, s.w, s.maps, dy, s.power);
+#if ACTIVE
+  factorise(s);
+  solve(s, s.maps + ACTIVE * ACTIVE, s.z);
+  for (int i = 0; i < ACTIVE; ++i) s.z[i] = -s.z[i];
+  k_stage2(s.x, y, s.c, s.w, s.z, dy, s.power);
+#endif
+  for (int i = NQ + NV; i < n; ++i) dy[i] = 0.0;
+  if (!s.naudit) return;
+  V sum[2] = {0.0, 0.0};
+  for (int i = 0; i < s.nworks; ++i) dy[NQ + NV + i] = s.power[i];
+  for (int i = 0; i < NPOWERS; ++i) sum[i >= NTAKEN] = sum[i >= NTAKEN] + s.power[i];
+  dy[NQ + NV + s.nworks] = sum[0], dy[NQ + NV + s.nworks + 1] = sum[1];
+}
+
+/* A trial step. */
+static void step(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V h, const V *y) {
+  V K[(STAGES + 1) * MOST_WIDE], state[MOST_WIDE], error[MOST_WIDE];
+  TAKE(n, K, K)
+  for (int i = 1; i < m->stages; ++i) {
+    m->argument(i, n, h, y, K, state);
+    slope(s, n, t + V(m->c[i]) * h, state, K + i * n);
+    GIVE(n, K + i * n, K + i * n)
+  }
+  m->solution(n, h, y, K, state);
+  if (m->ends_in_error) {
+    slope(s, n, t + h, state, K + m->stages * n);
+    GIVE(n, K + m->stages * n, K + m->stages * n)
+  }
+  GIVE(n, state, ynew)
+  m->error[0](n, h, K, error);
+  GIVE(n, error, first)
+  if (m->errors < 2) return;
+  m->error[1](n, h, K, error);
+  GIVE(n, error, second)
+}
+
+/* The extra stages of the dense output. */
+static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V h, const V *y) {
+  V K[(STAGES + 1) * MOST_WIDE], state[MOST_WIDE];
+  TAKE((m->stages + 1) * n, K, K)
+  for (int i = m->stages + 1; i <= m->stages + m->extra; ++i) {
+    m->argument(i, n, h, y, K, state);
+    slope(s, n, t + V(m->c[i]) * h, state, K + i * n);
+    GIVE(n, K + i * n, K + i * n)
+  }
+}
+
+/* A state back onto the manifold, and its slope. */
+static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
+  V dy[MOST_WIDE];
+  for (int i = 0; i < NQ + NV; ++i) s.good &= finite(y[i]);
+  s.x[0] = t;
+#if ACTIVE
+  project(s, y);
+  for (int l = 0; l < WIDTH; ++l) r[l]->gap = s.gap.v[l], r[l]->projections = s.projections[l];
+#else
+  normalise(y);
+#endif
+  if (kind == TR_ASK_END) slope(s, n, t, y, dy);
+  for (int l = 0; l < WIDTH; ++l) /* what could not be done is done elsewhere, from what there was */
+    for (int i = 0; i < n && s.good[l]; ++i) {
+      r[l]->y[i] = y[i].v[l];
+      if (kind == TR_ASK_END) r[l]->slope[i] = dy[i].v[l];
+    }
+}
+
+extern "C" void l_serve(int kind, tr_request **r) {
+  Lanes s;
+  V t, h, y[MOST_WIDE];
+  const int n = r[0]->n;
+  s.good = tr_bits{} - 1, s.nworks = r[0]->nworks, s.naudit = r[0]->naudit;
+  for (int l = 0; l < WIDTH; ++l) t.v[l] = r[l]->t, h.v[l] = r[l]->h, s.length.v[l] = r[l]->length, s.rate.v[l] = r[l]->rate;
+  TAKE(NX, x, s.x) TAKE(NC, c, s.c) TAKE(ACTIVE, d, s.d) TAKE(n, y, y)
+  if (kind == TR_ASK_STEP) step(s, r, METHOD(r[0]->method), n, t, h, y);
+  else if (kind == TR_ASK_DENSE) dense(s, r, METHOD(r[0]->method), n, t, h, y);
+  else end(s, r, kind, n, t, y);
+  for (int l = 0; l < WIDTH; ++l) {
+    r[l]->ok = s.good[l] != 0;
+    for (int i = 0; i < ACTIVE && r[l]->ok && kind != TR_ASK_PROJECT; ++i) r[l]->z[i] = s.z[i].v[l];
+  }
+}
+
+extern "C" const tr_lanes trunnion_lanes = {TR_ABI, WIDTH, l_serve};

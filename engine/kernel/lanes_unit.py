@@ -1,0 +1,84 @@
+"""The lanes of a kernel: its generated C once more, compiled as C++ with a vector of doubles for each double, so that it does for
+several cases what it does for one (``lanes/vectors.hpp``); around it what cases ask of it (``lanes/steps.hpp``)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from engine.abi.kernels import KERNEL
+from engine.integrators import REGISTRY, Tableau
+from engine.integrators.header import explicit_text
+
+if TYPE_CHECKING:
+    from engine.kernel.library import Kernel
+
+WIDTH = 4
+"""Cases at once. Eight (AVX-512) do no more for each: divisions, square roots and the sides of caches take as long."""
+FOLDER = Path(__file__).with_name("lanes")
+HEADERS = ("vectors.hpp", "loops.hpp", "steps.hpp")
+FLAGS = ("-std=gnu++17", "-fno-exceptions", "-fno-rtti", "-fno-slp-vectorize")
+"""Flags beyond those of C units; built to run fast whatever the environment says, as lanes are for nothing else."""
+TABLES = "static const tr_element k_element"
+CHOICE = "!=0)?"
+OTHERWISE = ":0.0"
+
+
+def stands_for(kernel: Kernel) -> bool:
+    """Whether lanes do for a kernel: it is compiled in straight lines, nothing rubs, nothing follows tables, its loops are few."""
+    table = KERNEL.ctype.from_address(kernel.address("kernel"))
+    made = (kernel.folder / "kernel.c").exists()
+    return made and not any(getattr(table, n) for n in ("neta", "ntables", "nfill", "begin", "shift"))
+
+
+def lanes_text(kernel: str, sizes: Mapping[str, int]) -> str:
+    """C++ text of the lanes of a kernel, from the C text of its stepping unit and its sizes."""
+    vectors, loops, steps = ((FOLDER / name).read_text(encoding="utf-8") for name in HEADERS)
+    methods = [m for m in REGISTRY if isinstance(m, Tableau)]
+    numbers = {n: 1 + REGISTRY.index(m) for n, m in enumerate(methods)}
+    choose = "".join(f"(number)=={numbers[n]}?&{m.name}_method:" for n, m in enumerate(methods)) + "0"
+    wide = -(-(sizes["nq"] + sizes["nv"] + sizes["npowers"] + 2) // WIDTH) * WIDTH + WIDTH
+    named = {
+        "NQ": sizes["nq"], "NV": sizes["nv"], "NX": sizes["nx"], "NC": sizes["nc"], "NW": sizes["nw"], "NMAPS": sizes["nmaps"],
+        "NPOWERS": sizes["npowers"], "NTAKEN": sizes["ntaken"], "ROWS": sizes["rows"], "QUATERNIONS": sizes["nquat"],
+        "MOST_WIDE": wide, "STAGES": max(m.rows for m in methods), "C_CLOSURE": sizes["c_closure"],
+    }  # fmt: skip
+    head = f'#define WIDTH {WIDTH}\n#define ACTIVE {sizes["active"]}\n#define METHOD(number) ({choose})\n#include "tr_abi.h"\n'
+    head += "#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n"
+    head += "enum {" + ", ".join(f"{k} = {v}" for k, v in named.items()) + "};\n"
+    tables = "".join(map(_method, methods))
+    return head + vectors + generated(kernel) + loops + steps.replace("METHODS\n", tables, 1)
+
+
+def _method(m: Tableau) -> str:
+    """The coefficients of an explicit method, for states of which each number is a vector."""
+    text = re.sub(r"\btr_(combination|explicit)\b", r"lane_\1", explicit_text(m))
+    text = text.replace("TR_NOUGHT", "0.0").replace("restrict", "__restrict")
+    return re.sub(r"\bdouble h\b", "V h", re.sub(r"\btr_vec\b", "V", text))
+
+
+def generated(kernel: str) -> str:
+    """The functions of a stepping unit's C text, and its tables of integers, with V for double."""
+    begin = kernel.index('#include "tr_abi.h"\n') + len('#include "tr_abi.h"\n')
+    text = chosen(kernel[begin : kernel.index(TABLES)])
+    text = re.sub(r"^(?:__attribute__\(\(noinline\)\) )?(?:static )?void ", "static void ", text, flags=re.MULTILINE)
+    return re.sub(r"\bdouble\b", "V", text).replace("restrict", "__restrict")
+
+
+def chosen(text: str) -> str:
+    """The text with ``where(a, b)`` for each ``(a!=0)?b:0.0``: a vector cannot be asked whether it is zero."""
+    while (at := text.find(CHOICE)) >= 0:
+        start, depth = at, 1
+        while depth:
+            start -= 1
+            depth += (text[start] == ")") - (text[start] == "(")
+        end, depth = at + len(CHOICE), 0
+        while depth or text[end] != ":":
+            depth += (text[end] == "(") - (text[end] == ")")
+            end += 1
+        assert text.startswith(OTHERWISE, end), text[end : end + 20]
+        text = f"{text[:start]}where({text[start + 1 : at]},{text[at + len(CHOICE) : end]}){text[end + len(OTHERWISE) :]}"
+    return text
+
