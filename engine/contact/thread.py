@@ -46,11 +46,16 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
     return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
 
 
+def _carried(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
+    """Axial force that the flanks and their own friction carry, N: what friction of a preload leaves of it."""
+    return w["f1"] - k * g["preload"] * _lead(g)[1] if "preload" in g else w["f1"]
+
+
 def _normal(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
-    """Sum of the normal forces that the load presses on the flanks, N; friction of a preload carries its part of the load."""
+    """Sum of the normal forces that the load presses on the flanks, N."""
     cosine, sine = _lead(g)
     lean = ca.cos(g["flank_angle"])
-    carried = w["f1"] - k * g["preload"] * sine if "preload" in g else w["f1"]
+    carried = _carried(w, k, g)
     return ca.sqrt(carried * carried + TINY) / (lean * cosine + signum(carried) * k * sine)
 
 
@@ -84,7 +89,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
         still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]) * _lead(g)[0] / g["radius"])
         k = ca.if_else(laws[0].stuck, side * still, k)
     f, none = _normal(w, k, g), ca.SX(0)
-    return [Contact(f, (-signum(w["f1"]) * f, none, none), (2, 1))]
+    return [Contact(f, (-signum(_carried(w, k, g)) * f, none, none), (2, 1))]
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:

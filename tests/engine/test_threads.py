@@ -131,3 +131,19 @@ def test_a_preload_drags_at_the_radius_of_the_thread_whatever_the_load_is() -> N
     edge = LOAD * pitch / (2 * math.pi) + MU * (f + press) * RADIUS / math.cos(angle)
     assert turned(simulate(jack(pitch, edge * (1 - 1e-9), preload=press), until=0.5)) == 0.0
     assert turned(simulate(jack(pitch, edge * (1 + 1e-9), preload=press), until=0.5)) > 0.0
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_where_friction_of_a_preload_carries_more_than_the_load_the_other_flank_presses(sense: int) -> None:
+    """Along the axis, as vectors: n_1 f cos β cos λ of the flanks and k (f + P) sin λ of their friction are the load."""
+    pitch, press = 0.03, 20000.0
+    body = sm.Body(mass=MASS, inertia=(SPIN, SPIN, SPIN))
+    rub = sm.Friction(mu=MU, radius=RADIUS, flank_angle=FLANK, preload=press)
+    screw = sm.Joint("screw", "ground", "load", axis="z", pitch=pitch, friction=rub)
+    scene = sm.Scene({"load": body}, {"screw": screw}, "jack", gravity=(0.0, 0.0, -GRAVITY))
+    row = evaluate(Model(scene, ("*",)), {"screw": np.array([0.3])}, {"screw": np.array([sense * 1.0])}, 0.0)
+    angle, f, load = math.atan(lead(pitch)), row["screw.contact[1].normal_force"], row["screw.reaction.force[1]"]
+    flank = -row["screw.contact[1].normal[1]"] * f * math.cos(FLANK) * math.cos(angle)
+    drag = sense * MU * (f + press) * math.sin(angle)
+    assert abs(drag) > abs(load) and np.sign(flank) == -sense
+    assert flank + drag == pytest.approx(load, rel=1e-10)
