@@ -4,7 +4,7 @@
 
 #define ALL_BUT_STOPPED 0.01 /* of its speed at the step's start: what is left of it turns by the step's error */
 #define LINE_TURNS 0.98 /* cosine of eleven degrees: by no more does a line that the loops leave turn within a step */
-#define LINE_LEFT 1e-8 /* of the speed, and rtol: by no more may a pair be across the line along which it is said to move */
+#define LINE_TURNED 1e-8 /* of the speed, and rtol: by no more may a pair be across the line along which it is said to move */
 
 /* Whether pair i, of several components, slides the other way than at the start of the step: its direction was frozen there, and its
  * friction has jumped where the two came to be at a right angle. Maps in place. */
@@ -52,7 +52,7 @@ static int tr_leaves_lines(tr_sim *s) {
     double *d = tr_mode_of(s, i)->direction, along = 0.0;
     if (tr_pair_of(s, i)->nrates == 1 || !(tr_frozen_length(s, i) > TR_LINE) || !(tr_pair_speed(s, i) > tr_onset_speed(s))) continue;
     for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) along += r[j] * d[j];
-    if (!(along > 0.0) || tr_is_on_line(s, i, r, fmax(LINE_LEFT, s->set.rtol))) continue;
+    if (!(along > 0.0) || tr_is_on_line(s, i, r, fmax(LINE_TURNED, s->set.rtol))) continue;
     for (int j = 0; j < 3; ++j) d[j] *= TR_FROZEN / ON_LINE;
     any = 1;
   }
