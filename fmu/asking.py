@@ -7,7 +7,7 @@ from pathlib import Path
 
 from engine.basics.files import destination_problems
 from engine.basics.problems import Problem, SceneError
-from engine.simulation.settings import KERNELS
+from engine.simulation.settings import ALONE
 from fmu.exchange import KINDS, does
 
 FLAVOURS = ("native", "python")
@@ -45,8 +45,8 @@ def check(flavour: str, kernel: str, kind: str, target: Path, step: float, befor
     problems = [*before, *destination_problems(str(target), (".fmu",), "-o")]
     if flavour not in FLAVOURS:
         problems.append(Problem("--flavour", f"{flavour!r} is no flavour", f"one of {', '.join(FLAVOURS)}"))
-    if kernel not in KERNELS:
-        problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(KERNELS)}"))
+    if kernel not in ALONE:
+        problems.append(Problem("--kernel", f"{kernel!r} is no kernel", f"one of {', '.join(ALONE)}"))
     if kind not in KINDS:
         problems.append(Problem("--type", f"{kind!r} is nothing an FMU can be for", f"one of {', '.join(KINDS)}"))
     if not 0.0 <= step < float("inf"):

@@ -51,7 +51,7 @@ def command(
     from engine.cli import options
     from engine.cli.options import Findings
     from engine.scene import load_scene
-    from engine.simulation.settings import KERNELS
+    from engine.simulation.settings import ALONE
     from fmu.asking import FLAVOURS, STANDARDS, apart
     from fmu.exchange import KINDS
     from fmu.platforms import chosen
@@ -60,7 +60,7 @@ def command(
     source = options.one_scene(options.words_of(scene, ctx), found)
     chosen_flavour = options.choice(flavour, FLAVOURS, "--flavour", found)
     kind = options.choice(type_, tuple(KINDS), "--type", found)
-    made_of = options.choice(kernel, KERNELS, "--kernel", found)
+    made_of = options.choice(kernel, ALONE, "--kernel", found)
     values = options.assignments(changes or [], found)
     length = options.time(step, "--step", found, zero=True)
     found.problems += apart(chosen_flavour, fmi, parameters, kind, length or 0.0, made_of if sources else None)

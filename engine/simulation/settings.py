@@ -19,6 +19,8 @@ from engine.simulation.bounded import method_of
 F = TypeVar("F", bound=Callable[..., Any])
 KERNELS = ("auto", "compiled", "lanes", "parts")
 """What evaluates a scene, the usual one first: by the structure and the request (``choosing``)."""
+ALONE = tuple(k for k in KERNELS if k != "lanes")
+"""Those that step one case: an FMU has no others beside it."""
 
 
 @dataclass(frozen=True)

@@ -99,6 +99,8 @@ def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None
 def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'quick' is no kernel \(one of auto, compiled, parts\)"):
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
+    with pytest.raises(SceneError, match="'lanes' is no kernel"):  # an FMU has no other cases beside it
+        export("spherical_pendulum", tmp_path / "a.fmu", kernel="lanes")
     monkeypatch.setattr(compiler, "there", lambda module: False)
     with pytest.raises(SceneError, match=r"pip install 'trunnion\[compile\]'"):
         export("spherical_pendulum", tmp_path / "a.fmu")
