@@ -62,7 +62,7 @@ def content(result: Result) -> dict[str, Any]:
         for i, p in enumerate(scene.parts)
     ]
     joints = [_joint(j, result, channels, meshes) for j in scene.joints]
-    rubbing = [j for j in joints if j["contacts"]] or joints
+    rubbing = [j for j in joints if j["contacts"]] or [j for j in joints if j["values"]]
     for j in joints:
         j["panel"] = j in rubbing[:MOST_PANELS]
     rows = thinned(result, len(channels.columns))

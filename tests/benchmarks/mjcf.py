@@ -1,12 +1,13 @@
 """Every MJCF file of some packages through the door: what becomes of it, and its accelerations beside MuJoCo's.
 
-    python -m tests.benchmarks.mjcf                    # models of dm_control, and those of mujoco_menagerie in its cache
+    python -m tests.benchmarks.mjcf                    # models of PACKAGES, as far as they are installed
     python -m tests.benchmarks.mjcf FOLDER …           # files in folders
     … --write                                          # renews engine/doors/MODELS.md
 
-Wants ``pip install mujoco dm-control mujoco-menagerie``. MuJoCo's constraints, contacts, actuators and fluid are switched off, and
-friction here: what is left is the mechanism, armature, springs and dampers. Menagerie's models are no part of its package, which
-fetches each from the web when it is asked for (``python -m mujoco_menagerie prefetch``).
+Wants ``pip install mujoco dm-control mujoco-menagerie``, and ``pip install --no-deps`` of the others. MuJoCo's constraints,
+contacts, actuators and fluid are switched off, and friction here: what is left is the mechanism, armature, springs and dampers.
+Menagerie's models are no part of its package, which fetches each from the web when it is asked for (``python -m mujoco_menagerie
+prefetch``); robosuite and metaworld hold many of the same robots.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from engine.basics.problems import SceneError
 from tests.doors.against_mujoco import Compared, compared
 
 PAGE = Path(__file__).resolve().parents[2] / "engine" / "doors" / "MODELS.md"
+PACKAGES = ("dm_control", "gymnasium", "gymnasium_robotics", "robosuite", "metaworld", "brax")
 NOTHING = ("nothing in it moves", "the file begins with no <mujoco>")
 TITLES = "| model | bodies | freedoms | loops | difference | of inertias | with these equal, or why not |"
 HEAD = """# MJCF models tried
@@ -45,7 +47,7 @@ def files() -> Iterator[tuple[str, str, Path]]:
         yield from ((root.name, str(f.relative_to(root)), f) for f in sorted(root.rglob("*.xml")))
     if any(not a.startswith("-") for a in sys.argv[1:]):
         return
-    for package in ("dm_control",):
+    for package in PACKAGES:
         found = find_spec(package)
         if found is None or found.origin is None:
             continue

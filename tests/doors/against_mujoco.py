@@ -112,7 +112,7 @@ def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) ->
     mujoco.mj_forward(m, d)
     ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
     mine, want = accelerations(scene, ours, rates), np.concatenate(list(theirs.values()))
-    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / np.abs(want).max())
+    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / (np.abs(want).max() or 1.0))
 
 
 def _given(m: Any, bodies: Bodies) -> float:

@@ -21,6 +21,7 @@ from engine.plots.mechanism import needed
 from engine.plots.motion import motion
 from engine.plots.playback import MOST_BYTES, MOST_ROWS, content, thinned
 from engine.scene import load_scene
+from engine.scene import model as sm
 from engine.simulation.result import Result
 from engine.simulation.run import simulate
 
@@ -123,3 +124,13 @@ def test_friction_that_follows_no_load_needs_no_contacts_to_be_seen() -> None:
     scene = load_scene("door_closer")
     run = simulate(scene, until=0.05, every=0.05, outputs=needed(scene))
     assert content(run)["joints"][0]["contacts"] == []
+
+
+def test_joints_that_have_no_values_take_no_place_beside_the_picture() -> None:
+    """Of a robot of 30 joints the 15 that were fixed came first: four of them were open, with nothing in them."""
+    pivots = {f"pivot{k}": sm.Joint("revolute", f"base{k}", f"arm{k}", axis="y") for k in range(2)}
+    mounts = {f"mount{k}": sm.Joint("fixed", "ground", f"base{k}") for k in range(6)}
+    body = sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0), center=(0.1, 0.0, 0.0))
+    scene = sm.Scene({**{f"base{k}": body for k in range(6)}, "arm0": body, "arm1": body}, mounts | pivots, "robot")
+    joints = content(simulate(scene, until=0.01, outputs=needed(scene)))["joints"]
+    assert {j["name"] for j in joints if j["panel"]} == {j["name"] for j in joints if j["values"]} == set(pivots)

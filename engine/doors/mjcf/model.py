@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,7 +81,7 @@ class Model:
                 self.found.add(c, "include", *(wrong or ("", "")))
                 continue
             try:
-                inside = read_xml(path, str(path.relative_to(self.folder)))
+                inside = read_xml(path, os.path.relpath(path, self.folder))
             except SceneError as error:
                 self.found.problems += error.problems
                 continue
@@ -91,8 +92,6 @@ class Model:
     def _refused(self, name: str, path: Path | None, files: tuple[Path, ...]) -> tuple[str, str] | None:
         if path is None:
             return f"there is no file {name!r}", "paths are relative to the main file"
-        if not path.is_relative_to(self.folder):
-            return f"{name!r} is outside the folder of the main file", "put it beside it, or below"
         if path in files:
             return f"{name!r} includes itself", "remove one of the two"
         if self.count > FILES or len(files) > DEEPEST:

@@ -44,9 +44,9 @@ function table(joint, curves) {
   return box;
 }
 
-// All joints; those that rub, or the first ones, are open.
+// All joints that have values (one that is fixed has none); those that rub, or the first ones, are open.
 function panel() {
-  const boxes = run.joints.map((j) => {
+  const told = run.joints.filter((j) => j.values.length), boxes = told.map((j) => {
     const box = made("details", { open: j.panel }, made("summary", {}, made("b", { textContent: j.name }), " " + j.type)), fill = () => {
       if (box.open && box.children.length < 2) box.append(table(j, true));
       update($("values"));
@@ -56,8 +56,8 @@ function panel() {
     if (j.panel) box.append(table(j, true));
     return box;
   });
-  const closed = run.joints.filter((j) => !j.panel).length;
-  const note = closed ? [made("p", { className: "note", textContent: `${closed} of ${run.joints.length} joints are closed below: open them, or point at them.` })] : [];
+  const closed = told.filter((j) => !j.panel).length;
+  const note = closed ? [made("p", { className: "note", textContent: `${closed} of ${told.length} joints are closed below: open them, or point at them.` })] : [];
   $("values").replaceChildren(...note, ...boxes);
 }
 
