@@ -119,9 +119,10 @@ def import_(
     old_file: Annotated[str | None, OLD_FILE] = None,
     density: Annotated[str, typer.Option(metavar="D", help="Density of a mesh's solid.")] = "7800 kg/m^3",
     unit: Annotated[str, typer.Option(metavar="U", help="Unit of lengths in a mesh or ASMT: m, cm, mm, in.")] = "mm",
+    stops: Annotated[str | None, typer.Option(metavar="K", help="Stiffness of limits, N/m or N*m/rad (else left out).")] = None,
     as_json: Annotated[bool, JSON] = False,
 ) -> None:
     """Take over another program's mechanism as a scene, or a mesh as a body with its mass properties."""
     from engine.cli.importing import import_command
 
-    raise typer.Exit(import_command(file, save or old_file, density, unit, as_json))
+    raise typer.Exit(import_command(file, save or old_file, density, unit, stops, as_json))

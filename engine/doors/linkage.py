@@ -15,6 +15,10 @@ from engine.scene.load import scene_from_dict
 from engine.scene.model import Scene
 
 GROUND = "ground"
+LISTED = 8
+"""Names that a note lists, at most."""
+UNLIMITED = 1e15
+"""Limits from here on are none (SDF writes 1e16)."""
 LIGHT = 1e-15
 """Of the masses that it carries, what a link without any is given: far below the rounding of these."""
 
@@ -60,7 +64,8 @@ class Names:
 
 @dataclass
 class Linkage:
-    """A whole mechanism. ground: named points of the world; forces: as a scene has them."""
+    """A whole mechanism. ground: named points of the world; forces: as a scene has them; limits: least and greatest coordinate of
+    joints by name, m or rad."""
 
     name: str
     found: Findings
@@ -69,10 +74,13 @@ class Linkage:
     ties: dict[str, Tie] = field(default_factory=dict)
     ground: dict[str, list[float]] = field(default_factory=dict)
     forces: dict[str, dict[str, Any]] = field(default_factory=dict)
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
 
-    def scene(self) -> Scene:
-        """The scene. SceneError with all that was found wrong on the way."""
+    def scene(self, stops: float | None = None) -> Scene:
+        """The scene. stops: stiffness of the limits of single freedoms, N/m and N m/rad; None leaves them out. SceneError with all
+        that was found wrong on the way."""
         self.found.end()
+        self._stop(stops)
         data: dict[str, Any] = {
             "schema": 1, "name": self.name, "gravity": floats(self.gravity),
             "bodies": {n: _body(link) for n, link in self.links.items()},
@@ -83,6 +91,17 @@ class Linkage:
         if self.forces:
             data["forces"] = self.forces
         return scene_from_dict(data)
+
+    def _stop(self, stiffness: float | None) -> None:
+        single = [n for n in self.limits if stiffness and REGISTRY[self.ties[n].kind].nv == 1]
+        for n in single:
+            ends = {k: x for k, x in zip(("lower", "upper"), self.limits[n], strict=True) if abs(x) < UNLIMITED}
+            if ends:
+                self.ties[n].more["stops"] = {"stiffness": stiffness, **ends}
+        left = [n for n in self.limits if n not in single]
+        if left:
+            why = "of several freedoms" if stiffness else "stops want a stiffness: --stops"
+            self.found.notes.append(f"limits of {len(left)} joints left out ({why}): {listed(left)}")
 
     def friction(self, name: str, kind: str, constant: float) -> dict[str, Any]:
         """The keys that say constant friction along a joint's freedom; none, and a note, where a joint of this kind has none."""
@@ -127,6 +146,11 @@ def _joint(t: Tie) -> dict[str, Any]:
             side |= {"axis": floats(at[:3, 0]), "reference": floats(at[:3, 1])}
         sides.append(side)
     return {"type": t.kind, "inboard": sides[0], "outboard": sides[1], **t.more}
+
+
+def listed(names: list[str]) -> str:
+    """The first few names, and how many more there are."""
+    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
 
 
 def floats(values: Any) -> list[float]:

@@ -16,14 +16,15 @@ from engine.scene.model import Scene
 TEXT = ".asmt"
 SUFFIXES = (".urdf", ".xml", ".mjcf", ".sdf", ".world", TEXT)
 """Of files that hold whole mechanisms."""
-DOORS: dict[str, Callable[[str | Path], tuple[Scene, list[str]]]] = {
+DOORS: dict[str, Callable[[str | Path, float | None], tuple[Scene, list[str]]]] = {
     "robot": scene_of_urdf, "mujoco": scene_of_mjcf, "sdf": scene_of_sdf,
 }  # fmt: skip
 """By root element."""
 
 
-def scene_of(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]:
+def scene_of(file: str | Path, unit: str = "mm", stops: float | None = None) -> tuple[Scene, list[str]]:
     """(scene, notes on what was left out) of another program's file. unit: of lengths in a file that does not say (ASMT).
+    stops: stiffness of limits, N/m and N m/rad; None leaves them out.
     SceneError with all that is wrong with it."""
     path = Path(file)
     if not path.is_file():
@@ -34,4 +35,4 @@ def scene_of(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]:
     if root.tag not in DOORS:
         known = ", ".join(f"<{tag}>" for tag in DOORS)
         raise SceneError([Problem("file", f"begins with <{root.tag}>", f"known are {known}", str(file), root.line)])
-    return DOORS[root.tag](path)
+    return DOORS[root.tag](path, stops)

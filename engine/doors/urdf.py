@@ -23,8 +23,9 @@ TYPES = {
 GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 1)}
 
 
-def scene_of_urdf(file: str | Path) -> tuple[Scene, list[str]]:
+def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
     """(scene, notes on what was left out). The root link is the ground when it has no inertia, else fixed to it; gravity along −z.
+    stops: stiffness of limits, N/m and N m/rad; None leaves them out.
 
     SceneError with every joint or link that cannot be represented, each with its line.
     """
@@ -37,7 +38,7 @@ def scene_of_urdf(file: str | Path) -> tuple[Scene, list[str]]:
         found.add(root, root.tag, "the file begins with no <robot>", "URDF does; xacro writes it: xacro robot.xacro > robot.urdf")
         found.end()
     reader = _Reader(root, found, Pictures(path.resolve().parent, found))
-    scene = reader.linkage(path.stem).scene()
+    scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
 
@@ -158,6 +159,10 @@ class _Reader:
         sides = self.place[_end(j, "parent")], self.place[_end(j, "child")]
         made = self.made[name] = self.names.new(name, "joint")
         out.ties[made] = Tie(kind, *sides, self._origin(j) @ frame, frame, self._acting(j, kind, out))
+        limit = j.first("limit")
+        if limit is not None and said != "continuous" and REGISTRY[kind].nv == 1:
+            ends = [self.found.number(limit, key, limit.attributes.get(key), 0.0) for key in ("lower", "upper")]
+            out.limits[made] = (ends[0], ends[1])
 
     def _acting(self, j: Element, kind: str, out: Linkage) -> dict[str, Any]:
         more: dict[str, Any] = {}
@@ -169,8 +174,6 @@ class _Reader:
                 more["damping"] = damping if rates == 1 else [damping] * rates
             constant = self.found.number(dynamics, "friction", dynamics.attributes.get("friction"), 0.0)
             more |= out.friction(j.get("name"), kind, constant)
-        if j.get("type") != "continuous" and j.first("limit") is not None and REGISTRY[kind].nv == 1:
-            self.found.notes.append(f"{j.get('name')}: limits left out (stops want a stiffness)")
         return more
 
 

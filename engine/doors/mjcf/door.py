@@ -1,4 +1,4 @@
-"""A scene from MJCF: the mechanism alone; contacts, limits, actuators and fluid are left out, and told."""
+"""A scene from MJCF: the mechanism alone; contacts, actuators and fluid are left out, and told."""
 
 from __future__ import annotations
 
@@ -6,27 +6,24 @@ from pathlib import Path
 
 import numpy as np
 
-from engine.doors.linkage import Linkage
+from engine.doors.linkage import Linkage, listed
 from engine.doors.mjcf.bodies import Bodies
 from engine.doors.mjcf.closing import Closing
 from engine.doors.mjcf.joints import RATIO, Freedom
 from engine.doors.mjcf.model import Model
 from engine.scene.model import Scene
 
-LISTED = 8
-"""Names that a note lists."""
 
-
-def scene_of_mjcf(file: str | Path) -> tuple[Scene, list[str]]:
+def scene_of_mjcf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
     """(scene, notes on what was left out).
 
     Hinges, slides, balls and free joints keep their names; a coordinate is zero where the file draws the mechanism. Armature is
     ``rotor_inertia``, frictionloss constant friction, connect and weld are joints that close loops. It starts in its first
-    keyframe.
+    keyframe. stops: stiffness of limits, N/m and N m/rad; None leaves them out.
     SceneError with all that cannot be represented, each with file and line.
     """
     linkage, model, _ = linkage_of_mjcf(Path(file))
-    scene = linkage.scene()
+    scene = linkage.scene(stops)
     return scene, model.found.notes
 
 
@@ -47,15 +44,9 @@ def linkage_of_mjcf(file: Path) -> tuple[Linkage, Model, Bodies]:
     _actuators(model, bodies)
     _keyframe(model, bodies)
     bodies.weigh()
-    limited = [f.name for f in bodies.freedoms if f.limited]
-    if limited:
-        notes.append(f"limits of {len(limited)} joints left out (stops want a stiffness): {_listed(limited)}")
+    linkage.limits = {f.name: f.limits for f in bodies.freedoms if f.limits is not None}
     notes.append("contacts are left out")
     return linkage, model, bodies
-
-
-def _listed(names: list[str]) -> str:
-    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
 
 
 def _gravity(model: Model) -> tuple[float, float, float]:
@@ -87,7 +78,7 @@ def _actuators(model: Model, bodies: Bodies) -> None:
                 tie.more[name] = tie.more.get(name, 0.0) + ratio * ratio * value
     if every:
         names = [e.get("name") or e.get("joint") or e.tag for e in every]
-        model.found.notes.append(f"{len(every)} actuators left out (give joints an effort or a drive): {_listed(names)}")
+        model.found.notes.append(f"{len(every)} actuators left out (give joints an effort or a drive): {listed(names)}")
 
 
 def _keyframe(model: Model, bodies: Bodies) -> None:

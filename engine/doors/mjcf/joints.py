@@ -23,8 +23,8 @@ CLOSING = {"connect": "spherical", "weld": "fixed"}
 @dataclass
 class Freedom:
     """A joint as it stands in the file. type: of MJCF; name: of the scene's joint; ref: its coordinate in MJCF where the scene's is
-    zero; start: coordinates of the scene, where they are not zero; limited: whether its range is one; swing: time constant, s, and
-    damping ratio that its spring and damper are to have where the file starts."""
+    zero; start: coordinates of the scene, where they are not zero; limits: its least and greatest coordinate; swing: time constant,
+    s, and damping ratio that its spring and damper are to have where the file starts."""
 
     type: str
     ref: float
@@ -33,7 +33,7 @@ class Freedom:
     more: dict[str, Any] = field(default_factory=dict)
     name: str = ""
     start: list[float] = field(default_factory=list)
-    limited: bool = False
+    limits: tuple[float, float] | None = None
     swing: tuple[float, float] | None = None
 
     @property
@@ -57,9 +57,10 @@ def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
     angle = model.settings.angle if own.turns(0) else float
     ref = angle(model.found.number(e, "ref", said.get("ref"), 0.0)) if own.nv == 1 else 0.0
     out = Freedom(kind, ref, axis, model.three(e, said, "pos", "0 0 0"))
-    out.limited = said.get("limited", "auto") == "true" or (
-        said.get("limited", "auto") == "auto" and model.settings.auto_limits and "range" in said
-    )
+    limited = said.get("limited", "auto")
+    if limited == "true" or (limited == "auto" and model.settings.auto_limits and "range" in said):
+        ends = model.found.numbers(e, "range", said.get("range", "0 0"), (2,)) or [0.0, 0.0]
+        out.limits = (angle(ends[0]) - ref, angle(ends[1]) - ref)
     for key, field_of in (("damping", "damping"), ("armature", "rotor_inertia")):
         value = _coefficient(model, e, said, key)
         if value:

@@ -21,8 +21,9 @@ from engine.scene.model import Scene
 SOLIDS = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
-def scene_of_sdf(file: str | Path) -> tuple[Scene, list[str]]:
+def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
     """(scene, notes on what was left out). Models that are static are the ground; links that no joint carries fly freely.
+    stops: stiffness of limits, N/m and N m/rad; None leaves them out.
 
     SceneError with everything that cannot be represented, each with its line.
     """
@@ -35,7 +36,7 @@ def scene_of_sdf(file: str | Path) -> tuple[Scene, list[str]]:
         found.end()
     folder = path.resolve().parent
     reader = _Reader(root, Models(root, folder, found), Pictures(folder, found))
-    scene = reader.linkage(path.stem).scene()
+    scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
 
@@ -150,7 +151,14 @@ class _Reader:
             return
         frame = at @ (crossed(first, self._axis(j, at, "axis2")) if kind == "universal" else first)
         more = acting(self.found, e, TYPES[kind], out) | pitch_of(self.found, e)
-        self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
+        made = self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
+        self._limit(e, "axis", made, out)
+
+    def _limit(self, e: Element, tag: str, made: str, out: Linkage) -> None:
+        axis = e.first(tag)
+        limit = axis.first("limit") if axis is not None else None
+        if limit is not None and e.get("type") != "continuous":
+            out.limits[made] = (self._entry(limit, "lower", -np.inf), self._entry(limit, "upper", np.inf))
 
     def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
         """The frame of an axis in the joint's: its first direction along the axis."""
@@ -174,8 +182,11 @@ class _Reader:
         out.links[middle] = Link(light, np.zeros(3), np.zeros((3, 3)))
         self.place[middle] = middle
         where = at @ pose()
-        self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out, {middle: where})
-        self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], at @ self._axis(j, at, "axis2"), {}, out, {middle: where})
+        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out, {middle: where})
+        last = at @ self._axis(j, at, "axis2")
+        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out, {middle: where})
+        self._limit(j.element, "axis", one, out)
+        self._limit(j.element, "axis2", two, out)
 
     def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
              given: dict[str, Pose] | None = None) -> str:  # fmt: skip

@@ -48,7 +48,7 @@ def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
 
 
 def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str, Any]:
-    """Damping, friction and springs along the axes of a joint; a note of its limits."""
+    """Damping, friction and springs along the axes of a joint."""
     axes = [joint.first(tag) for tag in ("axis", "axis2")][: REGISTRY[kind].nv]
     dynamics = [a.first("dynamics") if a is not None else None for a in axes]
 
@@ -64,6 +64,4 @@ def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str
         springs = [{"stiffness": k, "rest": r} if k else None for k, r in zip(stiffness, rest, strict=True)]
         more["spring"] = springs[0] if len(springs) == 1 else springs
     more |= out.friction(joint.get("name"), kind, sum(each("friction")))
-    if any(a is not None and a.first("limit") is not None for a in axes) and joint.get("type") != "continuous":
-        found.notes.append(f"{joint.get('name')}: limits left out (stops want a stiffness)")
     return more
