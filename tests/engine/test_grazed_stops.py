@@ -1,4 +1,4 @@
-"""What a stop does for a part of a step only is found whatever the step: a body that is thrown a little way into a stop, one that all but
+"""What a stop does for a part of a step only is found, whatever the step: a body is thrown a little way into one, another all but
 stays in it."""
 
 from __future__ import annotations
