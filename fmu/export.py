@@ -100,8 +100,7 @@ def export(
     tell = progress or (lambda *_: None)
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
-    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi], kind=kind,
-                certify=certify)  # fmt: skip
+    made = Made(model, first, step, outputs is None and loaded.outputs == EVERYTHING, STANDARDS[fmi], kind, certify)
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
     archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
