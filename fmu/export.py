@@ -86,17 +86,16 @@ def export(
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
     equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an SSV
-    file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). kind: cs, me or both: for
-    co-simulation, model exchange (native only, not every scene). certify: it has the parameter ``solver.errors``, with which
-    outputs are their own errors. SceneError for wrong input, SimulationError where it cannot start.
+    file (FMI 2.0 only). sources: the C sources go into it too (native only). kind: cs, me or both: for co-simulation, model
+    exchange (native only). certify: ``solver.errors`` makes outputs their own errors. SceneError for wrong input, SimulationError
+    where it cannot start.
     """
-    target, read = Path(file), Amounts()
-    step, of = read.time(step, "step"), kernel if sources else None
+    target, read, of = Path(file), Amounts(), kernel if sources else None
+    step = read.time(step, "step")
     check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify)])
     names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
-    if whole_vectors:
-        loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
+    loaded = replace(loaded, tunable=(*loaded.tunable, *(WHOLE if whole_vectors else ())))
     tell = progress or (lambda *_: None)
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)

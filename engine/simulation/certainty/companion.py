@@ -31,8 +31,6 @@ FEW = (0.5, 4.0)
 """Steps in such a stretch, on average: along many, two runs go apart by themselves."""
 MORE = 0.1
 """Of the first run's steps: no more are added so, the longest stretches first."""
-LEAST = 4
-"""Steps of the first run: where it takes fewer, what is given alone decides how it moves."""
 ORDERS = {m.name: m.order for m in REGISTRY}
 
 
@@ -74,7 +72,7 @@ def elsewhere(model: Model, until: float, steps: int) -> Model:
     step = until / max(steps, 1)
     short = [(a, b) for a, b in pairwise(ends) if FEW[0] * step <= b - a <= FEW[1] * step]
     some = sorted(short, key=lambda x: x[0] - x[1])[: max(1, int(MORE * steps))]
-    if not some or steps < LEAST:
+    if not some:
         return model
     numbers = replace(numbers, breaks=tuple(sorted({*numbers.breaks, *(a + APART * (b - a) for a, b in some)})))
     other = copy(model)
