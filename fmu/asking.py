@@ -17,10 +17,10 @@ STANDARDS = {2: "2.0", 3: "3.0"}
 
 def apart(
     flavour: str | None, fmi: int, parameters: str | Path | None, kind: str | None = "cs", step: float = 0.0,
-    sources: str | None = None,
+    sources: str | None = None, certify: bool = False,
 ) -> list[Problem]:
     """What is wrong with the standard and the kind that are asked for, and does not go with them. sources: the kernel, where
-    sources are asked for."""
+    sources are asked for; certify: whether errors are."""
     wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
     exchange = kind in KINDS and does(kind, "me")
     if fmi not in STANDARDS:
@@ -35,6 +35,8 @@ def apart(
         wrong.append(Problem("--sources", "a model made of parts has none", "--kernel compiled"))
     if parameters is not None and fmi == 3:
         wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--fmi 2"))
+    if certify and (flavour == "python" or kind != "cs"):
+        wrong.append(Problem("--certify", "errors are told by native FMUs for co-simulation", "--flavour native, --type cs"))
     if kind == "me" and step > 0.0:
         wrong.append(Problem("--step", "in model exchange the importer's solver makes the steps", "no --step, or --type cs"))
     return wrong

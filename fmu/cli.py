@@ -45,6 +45,7 @@ def command(
     whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help="Components written as 0 are parameters too.")] = False,
     parameters: Annotated[str | None, PARAMETERS] = None,
     sources: Annotated[bool, typer.Option("--sources", help="Its C sources go into it too, for other platforms.")] = False,
+    certify: Annotated[bool, typer.Option("--certify", help="With solver.errors = 1 outputs are their own errors.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")] = False,
 ) -> None:
     """Export the scene as an FMU (co-simulation or model exchange; FMI 2.0, or 3.0 with --fmi 3)."""
@@ -63,7 +64,7 @@ def command(
     made_of = options.choice(kernel, ALONE, "--kernel", found)
     values = options.assignments(changes or [], found)
     length = options.time(step, "--step", found, zero=True)
-    found.problems += apart(chosen_flavour, fmi, parameters, kind, length or 0.0, made_of if sources else None)
+    found.problems += apart(chosen_flavour, fmi, parameters, kind, length or 0.0, made_of if sources else None, certify)
     names = found.attempt(lambda: chosen(platform or ["host"], STANDARDS.get(fmi, "2.0")))
     loaded = found.attempt(lambda: load_scene(source)) if source is not None else None
     file = save or (f"{loaded.name}.fmu" if loaded is not None else "scene.fmu")
@@ -72,7 +73,7 @@ def command(
     assert loaded is not None
     how: dict[str, Any] = {"fmi": fmi, "kind": kind, "flavour": chosen_flavour, "platform": names or [], "overrides": values}
     how |= {"outputs": outputs, "step": length or 0.0, "kernel": made_of, "whole_vectors": whole_vectors}
-    _write(loaded, str(target), how | {"parameters": parameters, "sources": sources}, as_json)
+    _write(loaded, str(target), how | {"parameters": parameters, "sources": sources, "certify": certify}, as_json)
 
 
 def _write(

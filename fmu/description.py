@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from engine.basics.numbers import ANY, NOT_NEGATIVE, Bound, Order
+from engine.basics.problems import Problem, SceneError
 from engine.basics.settings import RTOL
 from engine.contact import sizes
 from engine.friction import numbers as law_numbers
@@ -25,7 +26,7 @@ from fmu.types import HOST, INTEGER, derivatives, type_of
 NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_QD", "FMU_BANDWIDTH"
 PARAMETER = "FMU_PARAMETER"
 TOLERANCE, HOST_TOLERANCE = "FMU_TOLERANCE", "FMU_HOST_TOLERANCE"
-STEP, MAX_STEPS = "FMU_STEP", "FMU_MAX_STEPS"
+STEP, MAX_STEPS, ERRORS = "FMU_STEP", "FMU_MAX_STEPS", "FMU_ERRORS"
 BOUNDS = {"events": "FMU_MOST_EVENTS", "evaluations": "FMU_MOST_EVALUATIONS", "iterations": "FMU_MOST_ITERATIONS"}
 """What a parameter stands for: names of ``fmu_setting_kind`` (``native/fmu.h``), which alone knows their numbers."""
 BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra", "verdict"), ("extra", "events"),
@@ -88,11 +89,19 @@ class Variable:
         return self.variability == "tunable"
 
 
-def variables(model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True) -> list[Variable]:
+def variables(
+    model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True, certify: bool = False
+) -> list[Variable]:
     """All variables in the order of their value references: columns, inputs, parameters. brief: those columns that most hosts have
-    no use for are local variables, not outputs. own_steps: it makes steps of its own, which have parameters."""
+    no use for are local variables, not outputs. own_steps: it makes steps of its own, which have parameters. certify: the errors of
+    outputs can be asked for."""
     asked = bounds_of(model.built.scene)
     solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
+    if certify and asked:
+        what = "bounded steps have no second run beside them, by which errors are told"
+        raise SceneError([Problem("--certify", what, "leave simulation.realtime out, or --certify")])
+    told = "1: outputs are the global errors of themselves, by a second, tighter run; not a number where none is promised"
+    solver += [_solving("errors", "1", told, 0.0, Bound(0.0, 1.0), ERRORS, INTEGER)] if certify else []
     solver += [_bound(name, asked[name], role) for name, role in BOUNDS.items() if asked]
     return [*_outputs(model, brief), *_inputs(model), *_numbers(model), *_starts(model), *solver]
 
@@ -224,16 +233,17 @@ def _starts(model: Model) -> Iterator[Variable]:
 
 def _solver(step: float, rtol: float) -> Iterator[Variable]:
     """Parameters of the stepping itself."""
-
-    def one(name: str, unit: str, text: str, start: float, bound: Bound, role: str, kind: str = "") -> Variable:
-        variability = "tunable" if role == MAX_STEPS else "fixed"
-        return Variable(f"solver.{name}", unit, text, "parameter", variability, "exact", start, bound, role=role, type=kind)
-
+    one = _solving
     yield one("tolerance", "1", "relative tolerance of the steps (a tighter one of the host counts)", rtol, RTOL, TOLERANCE)
     yield one("host_tolerance", "1", "what becomes of a tolerance that the host gives", 1.0, Bound(0.0, 2.0), HOST_TOLERANCE, HOST)
     yield one("step", "s", "internal step; 0: chosen by error control; > 0: fixed, for real time", step, NOT_NEGATIVE, STEP)
     most = "internal steps allowed in one communication step; 0: any number"
     yield one("max_steps", "1", most, 0.0, Bound(0.0, 1e9), MAX_STEPS, INTEGER)
+
+
+def _solving(name: str, unit: str, text: str, start: float, bound: Bound, role: str, kind: str = "") -> Variable:
+    variability = "tunable" if role == MAX_STEPS else "fixed"
+    return Variable(f"solver.{name}", unit, text, "parameter", variability, "exact", start, bound, role=role, type=kind)
 
 
 def _bound(name: str, start: float, role: str) -> Variable:

@@ -76,6 +76,7 @@ def export(
     parameters: str | Path | None = None,
     sources: bool = False,
     kind: str = "cs",
+    certify: bool = False,
 ) -> Export:
     """Write an FMU.
 
@@ -85,20 +86,20 @@ def export(
     solver.step, s (0: error control). kernel: compiled, which steps fastest, or parts, which is written soonest; auto chooses by
     the structure as for what is stepped for long. whole_vectors: components that the scene has as 0, which it leaves out of its
     equations, are parameters too. fmi: 2 or 3, the standard; 3 is native only. parameters: where their values are written as an SSV
-    file (FMI 2.0 only; None: nowhere). sources: the C sources go into it too (native only). kind: cs, me or both: for
-    co-simulation, model exchange (native only, not every scene). SceneError for wrong input, SimulationError where it cannot start.
+    file (FMI 2.0 only). sources: the C sources go into it too (native only). kind: cs, me or both: for co-simulation, model
+    exchange (native only). certify: ``solver.errors`` makes outputs their own errors. SceneError for wrong input, SimulationError
+    where it cannot start.
     """
-    target, read = Path(file), Amounts()
-    step, of = read.time(step, "step"), kernel if sources else None
-    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of)])
+    target, read, of = Path(file), Amounts(), kernel if sources else None
+    step = read.time(step, "step")
+    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify)])
     names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
-    if whole_vectors:
-        loaded = replace(loaded, tunable=(*loaded.tunable, *WHOLE))
+    loaded = replace(loaded, tunable=(*loaded.tunable, *(WHOLE if whole_vectors else ())))
     tell = progress or (lambda *_: None)
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
-    made = Made(model, first, step, brief=outputs is None and loaded.outputs == EVERYTHING, standard=STANDARDS[fmi], kind=kind)
+    made = Made(model, first, step, outputs is None and loaded.outputs == EVERYTHING, STANDARDS[fmi], kind, certify)
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
     archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
@@ -154,12 +155,12 @@ class Made:
     """Everything about an exported model that does not depend on the platform."""
 
     def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
-                 kind: str = "cs"):  # fmt: skip
+                 kind: str = "cs", certify: bool = False):  # fmt: skip
         self.model, self.first, self.standard, self.kind = model, first, standard, kind
         self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
         self.scene = model.built.scene
         sim = self.scene.simulation
-        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, own_steps=does(kind, "cs")))
+        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify))
         self.listed: list[Variable] = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)

@@ -7,13 +7,16 @@ from itertools import accumulate
 from engine.basics.problems import Problem, SceneError
 from engine.scene.finding import called, parse_path
 from engine.simulation.audit import SAID
-from engine.simulation.block import METHODS
+from engine.simulation.block import METHODS, Settings
 from engine.simulation.bounded import method_of
+from engine.simulation.certainty.companion import companion
+from engine.simulation.certainty.estimate import SAFETY
+from engine.simulation.certainty.kinds import kinds
 from engine.simulation.outcome import NAMES
 from engine.simulation.run import Model
 from engine.system.curves import table_block
 from fmu.causes import cause_tables, causes
-from fmu.description import Variable
+from fmu.description import ERRORS, Variable
 from fmu.following import Arrangement, depth
 from fmu.literals import doubles, integers, number, string, strings
 from fmu.types import derivatives as column_rates
@@ -45,7 +48,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         integers("m_derivative", derivatives),
         integers("m_whole", [int(v.type != "") for v in listed]), integers("m_rates", next_ones),
         integers("m_integral", [int(c.quantity.integral) for c in model.columns]),
-        strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", SAID.values()),
+        strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", SAID.values()), _erring(model, listed),
     ]
     counts = [len(model.columns), given, len(derivatives)]
     values = [
@@ -56,9 +59,31 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         METHODS[method_of(model.built.scene, sim.method)], int(model.system.bounded),
         int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
         "m_setting", "m_outcome", *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
-        *(FACES if faces else FACES_OF_SCALARS),
+        *(FACES if faces else FACES_OF_SCALARS), *_certified(model, listed),
     ]
     return HEAD + "".join([*arrays, faces]) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
+
+
+def _erring(model: Model, listed: list[Variable]) -> str:
+    """The C table of how errors of outputs are told, where they are."""
+    if not any(v.role == ERRORS for v in listed):
+        return ""
+    k = kinds(model.columns, model.built.numbers)
+    tells = k.states if k.states.any() else k.errs & ~k.jumps
+    rows = (
+        f"{{{int(k.errs[i])},{int(k.jumps[i])},{int(k.wraps[i])},{int(tells[i])},{number(float(k.scale[i]))}}}"
+        for i in range(len(model.columns))
+    )
+    return f"static const fmu_erring m_erring[]={{{','.join(rows)}}};\n"
+
+
+def _certified(model: Model, listed: list[Variable]) -> tuple[str, str, str]:
+    """Where errors of outputs are told: that table, and how a second run is tighter and counts."""
+    if not any(v.role == ERRORS for v in listed):
+        return "0", "1", "1"
+    sim = model.built.scene.simulation
+    tight, larger = companion(Settings(float(sim.rtol), sim.method), {})
+    return "m_erring", number(float(sim.rtol) / tight.rtol), number(SAFETY * larger)
 
 
 def events_kept(watched: int) -> int:

@@ -39,6 +39,7 @@ def submit(
     reduce: Annotated[list[str] | None, typer.Option(metavar="KIND:WHAT", help="What to keep of each case (repeatable).")] = None,
     trajectories: Annotated[list[str] | None, typer.Option(metavar="PATTERN", help="Columns whose rows are kept.")] = None,
     spacing: Annotated[str | None, typer.Option(metavar="S", help="How far apart the rows kept are (default: all).")] = None,
+    certify: Annotated[bool, typer.Option("--certify", help="Keep the error of each result too.")] = False,
     changes: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number (repeatable).")] = None,
     label: Annotated[str, typer.Option(metavar="TEXT", help="Words of your own.")] = "",
     tag: Annotated[list[str] | None, typer.Option(metavar="TAG", help="A word to find it by (repeatable).")] = None,
@@ -56,16 +57,15 @@ def submit(
     from engine.cli.sweeping import ranges, spans
     from engine.scene.dump import scene_to_dict
 
-    found = Findings()
+    found, kept = Findings(), Kept(trajectories or (), spacing, certify=certify)
     axes, sampled = spans(over or (), "--over", found), ranges(sample or (), found)
     body = options.settings("trunnion jobs submit", settings, found)
-    kept = Kept(trajectories or (), spacing).planned(found)
+    body |= {n: v for n, v in kept.planned(found).items() if v}
     read = loaded(scene, options.assignments(changes or (), found), None, found)
     found.end()
     assert read is not None
     body |= {"scene": scene_to_dict(read), "reductions": reduce or [], "label": label, "tags": tag or []}
     body |= {"over": {p: v if ":" in v else v.split(",") for p, v in axes.items()}} if axes else {}
-    body |= {n: v for n, v in kept.items() if v}
     body |= {"sample": {"ranges": sampled, "count": count, "seed": seed, "method": sampling}} if sampled else {}
     s = Server(server, key)
     job = s.ask("POST", "/v1/jobs", json=body, headers={"Idempotency-Key": idempotency_key} if idempotency_key else {}).json()

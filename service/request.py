@@ -85,12 +85,13 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     reductions: list[Plain] = Field(
         default_factory=list,
         max_length=500,
-        description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, reversal, …, any).",
+        description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, …, any); error:… of each.",
     )
     trajectories: list[Plain] = Field(
         default_factory=list, max_length=100, description="Columns (patterns) whose rows are kept of every case while it runs."
     )
     spacing: float | None = Field(None, gt=0, description="How far apart the rows kept are, s; all rows where it is not given.")
+    certify: bool = Field(False, description="Whether the global error of each reduction is kept too, as `error:…`.")
     budget: float | None = Field(
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
@@ -218,8 +219,9 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
     if (wanted := wanted_of(asked)) is not None:
         ways = [asked[n] for n in ("over", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
         wrong = [Problem("over", "more than one way of saying what varies", WAYS)] if len(ways) > 1 else []
-        if asked.get("trajectories"):
-            wrong.append(Problem("trajectories", "rows of a study's cases are not kept", "ask for single cases"))
+        for name, what in (("trajectories", "rows"), ("certify", "errors")):
+            if asked.get(name):
+                wrong.append(Problem(name, f"{what} of a study's cases are not kept", "ask for single cases"))
         if most is not None and wanted.cases > most:
             wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask for a higher limit"))
         made, planned = study_of(scene, wanted, asked["reductions"], run, wrong)
@@ -236,8 +238,8 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
         keep=asked["reductions"],
         run=run,
         trajectories=asked.get("trajectories") or (),
-        spacing=asked.get("spacing"),
         most=most,
+        **{n: asked[n] for n in ("spacing", "certify") if n in asked},
     )
 
 

@@ -29,6 +29,8 @@ double detail : of a start that cannot be assembled: its code
 {runs.JUDGEMENT.tag} audit : what the audit says of it
 double count[{EVENT_KINDS}] : events by kind
 double first[{EVENT_KINDS}] : time of the first of each kind, s; not a number without
+double margin : the least of its events that decide how it goes on; infinite without
+double marginal : how many of these are below the run's own error
 """)
 
 REDUCED = Record("tr_reduced", "The reductions of one column over the rows of a case.", """

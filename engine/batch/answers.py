@@ -12,7 +12,7 @@ from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases
 from engine.batch.indices import Indices, indices
 from engine.batch.quantiles import USUAL, Spread, spread
-from engine.batch.reductions import Reduction
+from engine.batch.reductions import ERROR, Reduction
 from engine.scene.quantities import agree, parse_quantity
 from engine.scene.suggest import shown
 from engine.scene.units import UnitError
@@ -30,7 +30,7 @@ def indices_of(cases: Cases, kept: Sequence[Reduction], table: pyarrow.Table, of
         problems.append(Problem("sampling", what, "a sample with the method saltelli"))
     if problems:
         raise SceneError(problems)
-    return indices(table, cases.paths, list(of) or [r.name for r in kept], {r.name: r.unit for r in kept})
+    return indices(table, cases.paths, list(of) or [r.name for r in kept if r.kind != ERROR], {r.name: r.unit for r in kept})
 
 
 def spreads_of(
@@ -53,7 +53,7 @@ def spreads_of(
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"
     out = []
-    for name in list(of) or list(units):
+    for name in list(of) or [r.name for r in kept if r.kind != ERROR]:
         values = np.where(done, table[name].to_numpy().astype(float), np.nan)
         out.append(spread(name, units[name], values, cases.sampling, at, bounds.get(name, ())))
     return out

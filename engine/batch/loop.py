@@ -16,7 +16,7 @@ from engine.abi.choices import Ended
 from engine.basics.interrupts import Unwanted
 from engine.batch.ensemble import ensemble_of
 from engine.batch.preparing import Rows
-from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, Reduction, wanted_columns
+from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, OF_DECISIONS, Reduction, wanted_columns
 from engine.batch.series import Series
 from engine.batch.watch import CALL_SECONDS, Tick, Watch
 from engine.kernel.library import Kernel
@@ -236,6 +236,9 @@ class Loop:
         for r in self.chosen:
             if r.kind in OF_COLUMNS:
                 columns.append(out["columns"][r.kind][:, [places[r.what]]])
+                continue
+            if r.kind in OF_DECISIONS:
+                columns.append(out["case"][r.kind][:, None])
                 continue
             kinds = out["case"]["count" if r.kind == "count" else "first"]
             if r.what != "any":

@@ -14,9 +14,10 @@ import numpy as np
 from engine.basics.interrupts import Unwanted
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases, grid, listed, sampled
+from engine.batch.certain import CertainLoop
 from engine.batch.loop import Loop, invalid
 from engine.batch.preparing import Preparer, Rows, same_tables
-from engine.batch.reductions import Reduction, reductions
+from engine.batch.reductions import Reduction, about_errors, reductions, with_errors
 from engine.batch.series import Series, series_of
 from engine.batch.table import schema, table
 from engine.kernel.columns import columns
@@ -73,13 +74,14 @@ def plan(
     trajectories: Sequence[str] = (),
     spacing: float | None = None,
     most: int | None = None,
+    certify: bool = False,
     wrong: Sequence[Problem] = (),
 ) -> Plan:
     """Understand a batch: exactly one of ``over`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and ``seed``).
 
     keep: the reductions, as text; run: settings for all cases; trajectories: patterns of columns
-    whose rows are kept, spacing: how far apart, s; most: largest number of cases allowed; wrong: problems found before,
-    told with the others. SceneError with every problem.
+    whose rows are kept, spacing: how far apart, s; most: largest number of cases allowed; certify: keep the error of each reduction
+    too; wrong: problems found before, told with the others. SceneError with every problem.
     """
     run = run or Run()
     ways = [w for w in (over, cases, sample) if w is not None]
@@ -88,7 +90,7 @@ def plan(
         raise SceneError([Problem("over", what, "give exactly one of over (grid), cases (list) and sample (ranges)")])
     problems = list(wrong)
     everything = columns(build(scene).system)
-    chosen = _found(problems, lambda: reductions(keep, everything))
+    chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
     series = series_of(everything, trajectories, spacing, problems)
     if over is not None:
         found = _found(problems, partial(grid, scene, over))
@@ -139,7 +141,7 @@ class Runner:
     def __init__(self, plan: Plan):
         self.plan = plan
         self.preparer = Preparer(plan.scene, plan.cases.paths, plan.run)
-        self.loops: list[Loop] = []
+        self.loops: list[Loop | CertainLoop] = []
         self.seconds = 0.0
         self.rows: pyarrow.Table | None = None
 
@@ -186,12 +188,13 @@ class Runner:
             raise Stopped(made)
         return made
 
-    def _loop(self, rows: Rows) -> Loop:
+    def _loop(self, rows: Rows) -> Loop | CertainLoop:
         """The loop for cases of this structure, made when there is none yet."""
         for loop in self.loops:
             if fits(loop, rows):
                 return loop
-        self.loops.append(Loop(rows, self.plan.reductions, self.plan.run, self.plan.kernel, self.plan.series))
+        kind = CertainLoop if about_errors(self.plan.reductions) else Loop
+        self.loops.append(kind(rows, self.plan.reductions, self.plan.run, self.plan.kernel, self.plan.series))
         del self.loops[:-16]
         return self.loops[-1]
 
@@ -201,7 +204,7 @@ def _told(tick: Callable[[int], bool], before: int, done: int) -> bool:
     return tick(before + done)
 
 
-def fits(loop: Loop, rows: Rows) -> bool:
+def fits(loop: Loop | CertainLoop, rows: Rows) -> bool:
     """Whether the loop's blocks can run these cases: same structure, tables and kinks."""
     a, b = loop.model.built, rows.built
     if a is b:

@@ -1,7 +1,8 @@
 """What is kept of a case: reductions of columns over its output rows, and counts and first times of its events.
 
 Written ``kind:what``: ``max``, ``min``, ``mean`` and ``final`` of a column pattern (the first three over finite values), ``first``
-(time, s) and ``count`` of a kind of event, ``stick`` or ``any``. The name of the table's column is the same text.
+(time, s) and ``count`` of a kind of event, ``stick`` or ``any``; ``error:`` before any of these is its global error. The name of
+the table's column is the same text.
 """
 
 from __future__ import annotations
@@ -17,6 +18,9 @@ from engine.kernel.columns import Column, select
 
 OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
+OF_DECISIONS = ("margin", "marginal")
+"""Of all events of a case that decide how it goes on: the least margin, and how many are below the run's own error."""
+ERROR = "error"
 EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind} | {"stick": EventKind.STOP.value}
 DEFAULTS = (
     "max:*.contact[*].normal_force",
@@ -32,7 +36,7 @@ DEFAULTS = (
 @dataclass(frozen=True)
 class Reduction:
     """One number kept of every case. kind and what: one of OF_COLUMNS with the name of a column, or one of OF_EVENTS with the
-    name of a kind of event; with its unit and description."""
+    name of a kind of event, or ERROR with the name of another reduction; with its unit and description."""
 
     kind: str
     what: str
@@ -56,18 +60,36 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
         problems.append(Problem(where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "a few with * say the same"))
         texts = DEFAULTS
     for text in dict.fromkeys(texts or DEFAULTS):
-        kind, sign, what = text.partition(":")
+        kind, sign, what = text.removeprefix(ERROR + ":").partition(":")
         if not sign or kind not in (*OF_COLUMNS, *OF_EVENTS) or not what:
-            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT"
+            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT; error: before one of them for its error"
             problems.append(Problem(where, f"{text!r} is no reduction", hint))
             continue
         new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, names)
+        new = [error_of(r) for r in new] if text.startswith(ERROR + ":") else new
         if not new and texts:
             problems.append(_unmatched(where, text, kind, what, names if len(problems) < MOST else ()))
         found |= {r.name: r for r in new}
     if problems:
         raise SceneError(problems)
     return tuple(found.values())
+
+
+def error_of(r: Reduction) -> Reduction:
+    """The global error of a reduction, as one."""
+    return Reduction(ERROR, r.name, r.unit, f"global error of {r.name}: at most about; none where none is promised")
+
+
+def with_errors(chosen: tuple[Reduction, ...], certify: bool) -> tuple[Reduction, ...]:
+    """The reductions, and where they are certified the errors of those that are none."""
+    if not certify:
+        return chosen
+    return tuple(dict.fromkeys((*chosen, *(error_of(r) for r in chosen if r.kind != ERROR))))
+
+
+def about_errors(chosen: Iterable[Reduction]) -> bool:
+    """Whether any of them is an error."""
+    return any(r.kind == ERROR for r in chosen)
 
 
 def _of_event(kind: str, what: str) -> list[Reduction]:

@@ -42,6 +42,7 @@ def sweep(
     reductions: Names = (),
     trajectories: Names = (),
     spacing: float | None = None,
+    certify: bool = False,
     overrides: Mapping[str, Any] | None = None,
     until: Amount | None = None,
     every: Amount | None = None,
@@ -58,8 +59,9 @@ def sweep(
     scene: as for ``simulate``. Exactly one of over: {"joints.ball.friction.mu": "0.1:0.6:26", …} (every combination; lists too),
     cases: [{path: value, …}, …], and sample: {path: (low, high), or "normal(mean, deviation)", lognormal, "triangular(low, mode,
     high)"} with count, seed and sampling ("latin", "random", "sobol", or "saltelli", which ``indices`` needs). reductions:
-    "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT". overrides: fixed changes. trajectories: columns
-    (patterns) whose rows are kept of every case, spacing: how far apart, s (default: all). Reductions are over the rows that
+    "max:PATTERN", min, mean, final of columns, "first:EVENT", "count:EVENT", and "error:…" of any of these, its global error;
+    certify: the errors of all (each case is run twice). overrides: fixed changes. trajectories: columns (patterns) whose rows are
+    kept of every case, spacing: how far apart, s (default: all). Reductions are over the rows that
     ``simulate`` would give with the same settings. workers: threads (default: one a core). A case that fails is a row with its
     outcome. Raises SceneError for wrong input. Ctrl-C gives the cases that are finished by then, with ``stopped`` set;
     KeyboardInterrupt when there is none yet.
@@ -68,9 +70,8 @@ def sweep(
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "kernel": kernel}
     asked |= {"patience": patience, "steps": steps}
     values, wrong = settings_read("engine.sweep", asked)
-    run = Run(**values)
-    keep = names_given(reductions)
-    rows: dict[str, Any] = {"trajectories": names_given(trajectories), "spacing": spacing}
+    run, keep = Run(**values), names_given(reductions)
+    rows: dict[str, Any] = {"trajectories": names_given(trajectories), "spacing": spacing, "certify": certify}
     ways: dict[str, Any] = {"count": count, "seed": seed, "sampling": sampling}
     chosen = plan(loaded, over, cases, sample, **ways, keep=keep, run=run, wrong=wrong, **rows)
     return run_plan(chosen, workers, progress)

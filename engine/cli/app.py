@@ -132,6 +132,7 @@ def sweep(
     trajectories: Annotated[list[str] | None, TRAJECTORIES] = None,
     spacing: Annotated[str | None, SPACING] = None,
     rows: Annotated[str | None, ROWS] = None,
+    certify: Annotated[bool, typer.Option("--certify", help="Keep the error of each result too (runs each case twice).")] = False,
     changes: Annotated[list[str] | None, CHANGES] = None,
     save: Annotated[str | None, TABLE] = None,
     plot: Annotated[str | None, SAMPLED] = None,
@@ -143,7 +144,7 @@ def sweep(
     from engine.cli.keeping import Kept
     from engine.cli.sweeping import SweepWish, sweep_command
 
-    words, kept = words_of(scene, ctx), Kept(trajectories or (), spacing, rows)
+    words, kept = words_of(scene, ctx), Kept(trajectories or (), spacing, rows, certify)
     wish = SweepWish(
         words, settings, over or (), sample or (), count, seed, sampling, reduce or (), changes or (), save, plot,
         quantiles or (), above or (), workers, as_json, verbose, kept,

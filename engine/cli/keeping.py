@@ -1,4 +1,4 @@
-"""Rows of every case kept while a sweep runs: which columns, how far apart, where they go."""
+"""What is kept of every case of a sweep beside its reductions: their errors; rows, which columns, how far apart, where they go."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ from engine.cli.simulating import TABLES
 
 @dataclass(frozen=True)
 class Kept:
-    """The words of the options: patterns of columns, spacing, where the rows go."""
+    """The words of the options: patterns of columns, spacing, where the rows go; certify: whether errors are kept."""
 
     patterns: Sequence[str] = ()
     spacing: str | None = None
     rows: str | None = None
+    certify: bool = False
 
     def planned(self, found: Findings) -> dict[str, Any]:
         """What a plan is asked for; mistakes are noted."""
-        return {"trajectories": tuple(self.patterns), "spacing": spaced(self.spacing, bool(self.patterns), found)}
+        spacing = spaced(self.spacing, bool(self.patterns), found)
+        return {"trajectories": tuple(self.patterns), "spacing": spacing, "certify": self.certify}
 
     def place(self, found: Findings) -> Path | None:
         """Where the rows go; mistakes are noted."""

@@ -59,11 +59,12 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
 }
 
 /* The stiff method's Jacobian is of no use where friction of several components starts from rest (its direction turns infinitely fast)
- * or groups share their load: such steps are made explicitly. */
+ * or groups share their load: such steps are made explicitly. So are those where all motion is given: nothing is stiff then, and nothing but what
+ * explicit steps take for works would keep a step from going past all that begins to slide and rests again in it. */
 static void tr_step_aside(tr_sim *s) {
   const tr_kernel *k = s->k;
-  if (!k->sets || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.aside)) return;
-  int slow = s->friction.shares;
+  if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.aside)) return;
+  int slow = s->friction.shares || !s->ny;
   for (int i = 0; i < k->nsliders && !slow; ++i)
     slow = tr_is_set(s, i) && tr_slides(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_keeps_direction(s, i, tr_speed_of_state(s, i));
   if (slow != s->step.aside) s->step.have_jac = 0;

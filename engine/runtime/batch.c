@@ -18,6 +18,7 @@ static void tr_case_clear(tr_batch *b) {
   tr_reduced *r = tr_case_columns(b);
   memset(o, 0, sizeof(double) * tr_case_doubles(b));
   for (int i = 0; i < TR_EVENT_KINDS; ++i) o->first[i] = NAN;
+  o->margin = INFINITY;
   for (int i = 0; i < b->width; ++i) r[i].max = r[i].min = r[i].final = NAN;
 }
 
@@ -40,13 +41,16 @@ static void tr_case_row(tr_batch *b, const double *row) {
   }
 }
 
-/* The events that wait in the block into the counts by kind. */
+/* The events that wait in the block into the counts by kind, and how clearly they were decided. */
 static void tr_case_events(tr_batch *b, tr_sim *s) {
   tr_case *o = tr_case_out(b);
   for (int i = 0; i < s->events.count; ++i) {
     const tr_event *e = (const tr_event *)TR_A(s, ev) + i;
     int kind = (int)e->kind & (TR_EVENT_KINDS - 1);
     if (o->count[kind]++ == 0.0) o->first[kind] = e->time;
+    if (kind == TR_EV_SEPARATION || kind == TR_EV_TURN) continue; /* they decide nothing */
+    if (e->margin < o->margin) o->margin = e->margin;
+    o->marginal += e->marginal;
   }
   s->events.count = 0;
 }

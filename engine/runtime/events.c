@@ -13,6 +13,9 @@
 #define TOL_CONE 1e-10    /* of s²/|ω|²: how far a ball may be past the border between sliding and spinning, unnoticed */
 #define NEAR_RELEASE 0.05 /* of the friction ratio: a stage this close to release makes the step worth a closer look */
 #define MOVES_ALONG 2.0   /* times REST_BROKEN: a pair that is let go does not rest with the others when that is decided either */
+#define SHORTLY 1e-3      /* of the step: over so much of it a depth's rate is told by a difference */
+#define TOP_POINTS 16     /* of a cubic over the step: its top is looked for among them */
+#define TOP_DIP 0.1       /* of what a depth varies over the step: so much higher than the cubic its top may be */
 #define NEAR_MISS 1e-10   /* of the speed unit: a turn of more than a right angle at a higher speed is no stop, but too large a step */
 
 /* Rates of a slider from the maps in place. */
@@ -95,6 +98,30 @@ static int tr_stop_event(const tr_sim *s, int stop, int pressed) {
 /* How deep each stop is pressed at y, m or rad. */
 static void tr_depths(tr_sim *s, const double *y, double *depth) {
   if (s->k->nstops) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, depth);
+}
+
+/* Whether a stop may be reached and left again inside the step just made (end state in ynew, K[end]), or left and reached: its depth, by the
+ * cubic of its values and rates at both ends, has a top that comes so far. */
+static int tr_stop_inside(tr_sim *s) {
+  const int n = tr_width(s), ns = s->k->nstops;
+  const double h = s->step.size, *ends[2] = {TR_A(s, y), TR_A(s, ynew)}, *rates[2] = {TR_A(s, K), TR_A(s, K) + tr_method_of(s)->end * n};
+  double depth[2][ns + 1], near[2][ns + 1], *y = TR_A(s, yout);
+  for (int e = 0; e < 2; ++e) {
+    for (int i = 0; i < n; ++i) y[i] = ends[e][i] + (e ? -SHORTLY : SHORTLY) * h * rates[e][i];
+    tr_depths(s, ends[e], depth[e]), tr_depths(s, y, near[e]);
+  }
+  for (int i = 0; i < ns; ++i) {
+    const double side = tr_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
+    const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
+    if (!(m0 > 0.0 && m1 < 0.0)) continue;
+    double top = fmax(g0, g1);
+    for (int q = 1; q < TOP_POINTS; ++q) {
+      const double x = q / (double)TOP_POINTS;
+      top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
+    }
+    if (top > -TOP_DIP * (top - fmin(g0, g1))) return 1;
+  }
+  return 0;
 }
 
 /* Whether pair i, of one component, which has started from rest with the step, gains speed where the step's dense output has it turn round (at θ,

@@ -196,7 +196,7 @@ static int tr_is_one_of(const int *rest, int n, int i);
 #include "kept.c"
 
 /* One connected set `c` (n multipliers) of rest conditions: where they depend on each other, the members that carry the largest share
- * of their capacity do so equally. */
+ * of their capacity do so equally. No rank at all: numbers of a trial state are not finite, which its step will see. */
 static void tr_group_of(tr_sim *s, int n, const int *c) {
   int perm[n], owner[n], at;
   double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
@@ -206,7 +206,7 @@ static void tr_group_of(tr_sim *s, int n, const int *c) {
     d[i] = tr_response_unit(s, c[i], A[i + i * n]);
   }
   int rank = tr_cholesky(n, A, d, L, perm, 0, GROUP_PIVOT, GROUP_PIVOT), active = n - rank + 1;
-  if (rank == n || (s->friction.kept && tr_keep_loads(s, n, c, A, rank))) return;
+  if (rank == 0 || rank == n || (s->friction.kept && tr_keep_loads(s, n, c, A, rank))) return;
   if (tr_share_by_lines(s, n, c, perm, rank) || tr_keep_loads(s, n, c, A, rank)) return;
   tr_share_loads(s, n, c, owner, A, cap, x);
   for (int i = 0; i < n; ++i) perm[i] = i, share[i] = tr_share_of(n, owner, cap, x, owner[i]);

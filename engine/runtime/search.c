@@ -195,13 +195,15 @@ static int tr_may_fold(const tr_sim *s, int which) {
   return 1;
 }
 
+enum { TR_BY_STOP = 2 }; /* a step is looked at closely for a stop that may be reached inside it */
+
 /* The first event in a step that is looked at on its dense output; `closely`: at all points and between them, else only at its end, where
  * *which is the worst. */
 static int tr_look_inside(tr_sim *s, int closely, int *which, double *theta) {
   const int nz = tr_nz(s);
   double x[SAMPLES + 1], g[SAMPLES + 1], followed[nz + 1], *near = tr_may_fold(s, *which) ? followed : 0;
   const int samples = tr_samples(s);
-  int held = closely && s->k->sets, first = closely ? !held : samples, last = *which;
+  int held = closely && (s->k->sets || closely == TR_BY_STOP), first = closely ? !held : samples, last = *which;
   tr_copy(nz, TR_A(s, zstart), followed), tr_copy(nz, TR_A(s, zend), TR_A(s, zbeyond));
   for (int q = first; q <= samples; ++q) {
     int w = *which;
@@ -235,6 +237,7 @@ static int tr_find_event(tr_sim *s, int *which, double *theta) {
   s->step.margin_end = tr_beyond(s, TR_A(s, ynew), which);
   tr_note_far(s, TR_NOW, TR_AT_END);
   for (int i = 0; i < s->k->nsliders; ++i) suspect |= tr_suspect(s, i);
+  if (s->k->nstops && !suspect && !(s->step.margin_end > 0.0)) suspect = tr_stop_inside(s) ? TR_BY_STOP : 0;
   if (!(s->step.margin_end > 0.0) && !suspect) return TR_NO_EVENT;
   if (!tr_have_dense(s)) return TR_TOO_LARGE;
   return tr_look_inside(s, suspect, which, theta);

@@ -2,7 +2,7 @@
  *
  * Of the audit, along steps of the stiff method, which has no Jacobian of powers: these are known at both ends of a step and asked for in its
  * middle, on the dense output; the parabola through the three is integrated (Simpson's rule). Where that may be off by what an audit would
- * notice (a motion that is given shortens no step) they are integrated like those of columns.
+ * notice they are integrated like those of columns.
  *
  * Of columns, along such steps and wherever what an explicit method makes of them is off by more than the tolerance: they are integrated on the
  * dense output by the rules of Clenshaw and Curtis with three powers, five or nine, in parts where these do not do (a contact's load that passes by zero has a

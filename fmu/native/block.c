@@ -24,9 +24,12 @@ static size_t fmu_layout(fmu_state *s) {
   s->ticks = at, at += MODEL->clocks ? TR_DOUBLES(fmu_tick) * MODEL->clocks->count : 0;
   s->heard = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
   s->given_up = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
+  s->errors = at, at += MODEL->erring ? MODEL->outputs : 0;
+  s->other = at, at += MODEL->erring ? 1 + MODEL->columns->nout : 0;
   s->sim = at = (at + 7) & ~7;
-  return sizeof(fmu_state) + sizeof(double) * at
-       + tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+  const size_t bytes = tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+  s->second = at + (((int)(bytes / sizeof(double)) + 8) & ~7);
+  return sizeof(fmu_state) + (MODEL->erring ? sizeof(double) * s->second : sizeof(double) * at) + bytes;
 }
 
 /* Set every value of the block as it was exported. */
@@ -40,12 +43,25 @@ static void fmu_defaults(fmu_state *s) {
   for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
 }
 
-/* Renew the pointers of a block that was copied here from another address. */
-static void fmu_adopt(fmu_state *s) {
+/* Take the second run for the run itself, or back. */
+static void fmu_swap(fmu_state *s) {
+  const int sim = s->sim;
+  s->sim = s->second, s->second = sim;
+}
+
+/* Renew the pointers of a run that was copied here from another address. */
+static void fmu_adopt_run(fmu_state *s) {
   tr_sim *sim = FMU_SIM(s);
   sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
   if (!sim->k->scene) return; /* constants of what is made of parts begin with the place of its scene (engine/parts/machine.h) */
   memcpy(TR_A(sim, c), &sim->k->scene, sizeof(void *));
   memcpy(TR_A(sim, co), &sim->o->scene, sizeof(void *));
   memcpy(TR_A(sim, cj), &sim->j->scene, sizeof(void *));
+}
+
+/* Renew the pointers of a block that was copied here from another address. */
+static void fmu_adopt(fmu_state *s) {
+  fmu_adopt_run(s);
+  if (!s->certified) return;
+  fmu_swap(s), fmu_adopt_run(s), fmu_swap(s);
 }

@@ -16,7 +16,7 @@ typedef unsigned fmu_reference;
 
 /* What a parameter of the FMU stands for. Its `index` counts engine parameters, coordinates, rates or inputs, as the kind says. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
-                        FMU_MOST_EVENTS, FMU_MOST_EVALUATIONS, FMU_MOST_ITERATIONS, FMU_PARAMETER };
+                        FMU_MOST_EVENTS, FMU_MOST_EVALUATIONS, FMU_MOST_ITERATIONS, FMU_ERRORS, FMU_PARAMETER };
 
 /* What becomes of a tolerance that the host gives: it is left aside; it counts where it is the tighter one; it counts. */
 enum { FMU_HOST_ASIDE, FMU_HOST_TIGHTER, FMU_HOST_COUNTS };
@@ -62,6 +62,13 @@ typedef struct fmu_clocks {
   const int *of;
 } fmu_clocks;
 
+/* How the error of an output is told: whether it has one, jumps at events, is an angle that may be off by whole turns, tells by its size whether
+ * errors are small; its unit's size in the scene. */
+typedef struct fmu_erring {
+  int errs, jumps, wraps, tells;
+  double scale;
+} fmu_erring;
+
 /* What an FMU, or an instance of it, is for. */
 enum { FMU_COSIMULATION = 1, FMU_EXCHANGE = 2 };
 
@@ -99,6 +106,8 @@ typedef struct fmu_model {
   const int *width;         /* of each reference: how many numbers begin there, 0 of those inside an array; 0: all are scalars (FMI 2.0) */
   const int *type;          /* of each reference: FMU_FLOAT64, …; 0 in FMI 2.0 */
   const fmu_clocks *clocks; /* 0 in FMI 2.0 */
+  const fmu_erring *erring; /* of outputs; 0: their errors are not told */
+  double tighter, larger;   /* tolerance over that of the second run, and what the two differ by is multiplied by */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -148,7 +157,9 @@ typedef struct fmu_state {
   int event;      /* an event is at hand: the row of outputs is as it was up to there */
   double seen;    /* up to this time it is known that nothing happens, if nothing is changed; */
   double stride;  /* the longest communication step so far: the run's own steps may reach so many times further than the present one */
-  int settings, trial, inputs, row, ticks, heard, given_up, sim; /* offsets in doubles behind this struct */
+  int certified;  /* outputs are the errors of themselves: 1, or -1 where nothing is promised any more */
+  double apart;   /* up to this time the second run has had the same number of events, s */
+  int settings, trial, inputs, row, ticks, heard, given_up, sim, other, errors, second; /* offsets in doubles behind this struct */
 } fmu_state;
 
 /* What the host lends: memory (0: that of the C library), and a function that hears messages (0: none), which `say` calls. */

@@ -88,20 +88,20 @@ static void fmu_bound(fmu_state *s) {
   set->evaluations = (int)fmu_setting_of(s, FMU_MOST_EVALUATIONS, 1.0), set->iterations = (int)fmu_setting_of(s, FMU_MOST_ITERATIONS, 1.0);
 }
 
-/* Assemble and start the run at the start time, from the values as they are set. */
-static fmu_status fmu_begin(fmu_instance *m) {
+#include "second.c"
+
+/* Assemble and start a run at the start time, at a tolerance so many times tighter, from the values as they are set. */
+static fmu_status fmu_begin_run(fmu_instance *m, double tighter) {
   fmu_state *s = m->state;
-  fmu_status together = fmu_together(m);
-  if (together != FMU_OK) return together;
   tr_sim *sim = FMU_SIM(s);
-  memset(sim, 0, s->bytes - ((char *)sim - (char *)s));
+  memset(sim, 0, tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events));
   tr_init(sim, MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
   memcpy(tr_array(sim, TR_ARRAY_PARAMETERS), MODEL->p, sizeof(double) * MODEL->kernel->np);
   memcpy(tr_array(sim, TR_ARRAY_BREAKS), MODEL->breaks, sizeof(double) * MODEL->nbreaks);
   memcpy(tr_array(sim, TR_ARRAY_TABLES), MODEL->tables, sizeof(double) * MODEL->ntables);
   fmu_numbers(s);
   tr_set_parameters(sim);
-  const tr_settings set = {.rtol = fmu_tolerance(m), .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
+  const tr_settings set = {.rtol = fmu_tolerance(m) / tighter, .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
                            .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1,
                            .through_jams = MODEL->through_jams};
   tr_configure(sim, &set);
@@ -122,23 +122,43 @@ static fmu_status fmu_begin(fmu_instance *m) {
     return fmu_log(m, FMU_ERROR, "with these values the loops become redundant and friction depends on it: export the scene with them");
   }
   if (status != TR_OK) return fmu_failed(m, status, FMU_ERROR);
-  s->ready = 1, s->changed = s->known = 0;
-  if (m->exchange) tr_arm_here(sim);
   return FMU_OK;
+}
+
+/* Assemble and start the run at the start time, from the values as they are set. */
+static fmu_status fmu_begin(fmu_instance *m) {
+  fmu_state *s = m->state;
+  fmu_status status = fmu_together(m);
+  if (status == FMU_OK) status = fmu_begin_run(m, 1.0);
+  if (status != FMU_OK) return status;
+  if (!m->exchange) fmu_begin_second(m, fmu_begin_run);
+  s->ready = 1, s->changed = s->known = 0;
+  if (m->exchange) tr_arm_here(FMU_SIM(s));
+  return FMU_OK;
+}
+
+/* Let what the host changed take effect in the run at hand. */
+static int fmu_change_run(fmu_instance *m) {
+  fmu_state *s = m->state;
+  int status = tr_cut(FMU_SIM(s), s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
+  if (status == TR_OK && anew) fmu_numbers(s), fmu_bound(s);
+  fmu_hand_inputs(m, s->time, 0);
+  return status == TR_OK ? tr_resume(FMU_SIM(s), anew) : status;
 }
 
 /* Let what the host changed take effect at the present time. */
 static fmu_status fmu_take_over(fmu_instance *m) {
   fmu_state *s = m->state;
-  tr_sim *sim = FMU_SIM(s);
   if (!s->changed) return FMU_OK;
   fmu_status together = fmu_together(m);
   if (together != FMU_OK) return together;
-  int status = tr_cut(sim, s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
-  if (status == TR_OK && anew) fmu_numbers(s), fmu_bound(s);
-  fmu_hand_inputs(m, s->time, 0);
-  if (status == TR_OK) status = tr_resume(sim, anew);
+  const int status = fmu_change_run(m);
   if (status != TR_OK) return fmu_failed(m, status, FMU_DISCARD);
+  if (s->certified > 0) {
+    fmu_swap(s);
+    if (fmu_change_run(m) != TR_OK) s->certified = -1;
+    fmu_swap(s);
+  }
   s->changed = 0, s->ready = 0, s->moved = 1, s->event = 0, s->seen = s->time;
   return FMU_OK;
 }
@@ -197,10 +217,12 @@ static long fmu_most_steps(const fmu_state *s) {
 /* What the host is told of a step up to `target` that ended as `status`. */
 static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   fmu_state *s = m->state;
+  const double reach = fmu_limit(s, target, target - s->time);
   s->moved = 0, s->event = 0;
   if (status == TR_DONE) {
     s->point = s->midway ? s->point : s->time;
     s->time = s->reached = target, s->ready = 1;
+    fmu_second_follows(m, reach);
     fmu_tell_events(m);
     fmu_tell_progress(m);
     return fmu_audit(m);

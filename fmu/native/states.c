@@ -29,20 +29,39 @@ static int fmu_is_state(const fmu_state *s, size_t bytes) {
 
 static size_t fmu_sealed_size(const fmu_instance *m) { return sizeof(fmu_seal) + m->state->bytes; }
 
+/* Leave the addresses of a run out. */
+static void fmu_forget_addresses(fmu_state *s) {
+  tr_sim *sim = FMU_SIM(s);
+  memset(&sim->k, 0, sizeof sim->k), memset(&sim->o, 0, sizeof sim->o), memset(&sim->j, 0, sizeof sim->j), memset(&sim->ask, 0, sizeof sim->ask);
+  if (!MODEL->kernel->scene || !s->ready) return;
+  memset(TR_A(sim, c), 0, sizeof(void *));
+  memset(TR_A(sim, co), 0, sizeof(void *));
+  memset(TR_A(sim, cj), 0, sizeof(void *));
+}
+
 /* Write a state of this FMU: without the addresses that mean something in this process only, so that the same state is the same bytes. */
 static void fmu_seal_state(const fmu_state *s, char *out) {
   fmu_seal seal = {.mark = SEAL_MARK};
   char *body = out + sizeof seal;
   memcpy(body, s, s->bytes);
-  tr_sim *sim = (tr_sim *)(body + ((const char *)FMU_SIM(s) - (const char *)s));
-  memset(&sim->k, 0, sizeof sim->k), memset(&sim->o, 0, sizeof sim->o), memset(&sim->j, 0, sizeof sim->j), memset(&sim->ask, 0, sizeof sim->ask);
-  if (MODEL->kernel->scene && s->ready) {
-    memset(TR_A(sim, c), 0, sizeof(void *));
-    memset(TR_A(sim, co), 0, sizeof(void *));
-    memset(TR_A(sim, cj), 0, sizeof(void *));
-  }
+  fmu_forget_addresses((fmu_state *)body);
+  if (s->certified) fmu_swap((fmu_state *)body), fmu_forget_addresses((fmu_state *)body), fmu_swap((fmu_state *)body);
   seal.sum = fmu_sum(body, s->bytes);
   memcpy(out, &seal, sizeof seal);
+}
+
+static int fmu_refit(fmu_state *s) {
+  return tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+}
+
+/* The same of the second run, where there is one. */
+static int fmu_refit_second(fmu_state *s) {
+  if (!s->certified) return 1;
+  if (!MODEL->erring || s->certified > 1 || s->certified < -1) return 0;
+  fmu_swap(s);
+  const int fits = fmu_refit(s);
+  fmu_swap(s);
+  return fits;
 }
 
 /* Whether what a state says of itself can be: its mode, its place in time, the numbers of its run. */
@@ -51,10 +70,11 @@ static int fmu_in_range(fmu_state *s) {
   fmu_layout(&layout);
   s->settings = layout.settings, s->trial = layout.trial, s->inputs = layout.inputs, s->row = layout.row, s->sim = layout.sim;
   s->ticks = layout.ticks, s->heard = layout.heard, s->given_up = layout.given_up;
+  s->other = layout.other, s->errors = layout.errors, s->second = layout.second;
   const int flags = s->ready | s->known | s->has_stop | s->has_tolerance | s->moved | s->ticking | s->event | s->midway;
   return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode < FMU_MODES && (s->changed & ~FMU_NEW) == 0
       && isfinite(s->start) && isfinite(s->time) && isfinite(s->reached) && isfinite(s->point) && s->failed >= 0 && s->failed < TR_CASE_FAILED
-      && tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+      && fmu_refit(s) && fmu_refit_second(s);
 }
 
 /* Read a state into a block of this FMU's size; what is wrong with the bytes, NULL when nothing is. */

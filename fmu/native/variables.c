@@ -27,6 +27,7 @@ static fmu_status fmu_fresh(fmu_instance *m, fmu_reference r) {
 /* The number at a reference. */
 static double fmu_value(const fmu_state *s, int r) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
+  if (r < no && s->certified && !MODEL->whole[r]) return s->certified > 0 ? FMU_A(s, errors)[r] : NAN;
   return r < no ? FMU_A(s, row)[1 + r] : r < no + ni ? *fmu_input_at(s, r - no) : FMU_A(s, settings)[r - no - ni];
 }
 

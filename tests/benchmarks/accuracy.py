@@ -17,7 +17,7 @@ from engine.simulation.model import Model
 from engine.simulation.result import Result
 from tests.benchmarks.certainty import METHODS, MOST_STEPS, ROWS, _try, scene, scenes
 
-ACCURACIES = (1e-3, 1e-5, 1e-7, 1e-9)
+ACCURACIES = tuple(10.0**-k for k in range(3, 10))
 HALVES = tuple(10.0 ** (-k / 2) for k in range(4, 25))
 
 

@@ -10,11 +10,8 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from engine.basics.problems import SceneError
-from engine.integrators import REGISTRY, Impulses
 from engine.scene import model as sm
 from engine.scene import models_dir
-from engine.simulation.block import Settings
-from engine.simulation.certainty.companion import DEARER, companion
 from engine.simulation.certainty.kinds import differences, kinds
 from engine.simulation.certainty.pairing import paired
 from engine.simulation.certainty.stated import Certainty
@@ -139,16 +136,6 @@ def test_an_event_that_one_run_has_alone_is_found_where_it_is() -> None:
     assert math.isinf(paired(at(1.0), at(1.0, 4.99), near_end=4.9).alone)
     told = [Event(0.5, kind, "a") for kind in ("separation", "turn")]  # decide nothing of the motion
     assert math.isinf(paired(told, [], math.inf).alone)
-
-
-def test_the_tighter_run_costs_half_as_much_again_whatever_the_method() -> None:
-    for m in REGISTRY:
-        tight, _ = companion(Settings(1e-6, m.name), {m.name: 100})
-        assert (1e-6 / tight.rtol) ** (1.0 / m.order) == pytest.approx(DEARER)
-        fixed, larger = companion(Settings(step=1e-3, method=m.name), {m.name: 100})
-        order = m.fixed_order if isinstance(m, Impulses) else m.order
-        assert (fixed.step, larger) == pytest.approx((1e-3 / DEARER, 1 / (1 - DEARER**-order)))
-    assert companion(Settings(1e-14), {})[0].rtol > 1e-14
 
 
 def test_a_fixed_step_has_its_error_too() -> None:

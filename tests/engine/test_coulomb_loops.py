@@ -13,8 +13,10 @@ from scipy.optimize import brentq
 
 from engine.scene import model as sm
 from engine.simulation.hold import hold
+from engine.simulation.run import simulate
 from tests.engine.dry import run
 from tests.engine.plane_loops import FIVE_BAR, FOUR_BAR, PlaneLoop
+from tests.reference.random_scenes import random_loop
 from tests.reference.toggle import CIRCLE, LINK
 from tests.stability.presses import placed
 from tests.stability.verdicts import holding
@@ -90,3 +92,9 @@ def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_ru
     assert holding(scene) == ("holds" if part < 1 else "slips")
     if part < 1:
         assert 0 < hold(scene).margin <= 1 - part + EXACT  # the line between both circles at the least ratio there is
+
+
+def test_numbers_of_a_trial_step_that_are_not_finite_end_no_process() -> None:
+    """Pairs at rest whose responses were not numbers made a group without any rank, which reached beyond its members."""
+    scene = random_loop("diag17f14", laws=("coulomb", "stribeck", "regularized", "lugre", "viscous")).scene
+    assert simulate(scene, until=3.0, rtol=1e-6, method="rk8").outcome.ok

@@ -9,7 +9,7 @@ import numpy as np
 from engine.kernel.columns import columns, select
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
-from engine.simulation.certainty.companion import companion
+from engine.simulation.certainty.companion import companion, elsewhere, explicit, looser
 from engine.simulation.certainty.estimate import certainty
 from engine.simulation.certainty.stated import Certainty, Promise
 from engine.simulation.model import Model
@@ -19,6 +19,12 @@ from engine.system.build import build
 
 FIRST = 0.4
 """Share of the work that the first run is."""
+TRIED, ENDED = 0.05, 0.85
+"""Evaluations of a try by another method, and of all of a run by it before it is given up, over those of the first run."""
+EACH = 16.0
+"""Evaluations of a step of order 8, with those that look for events."""
+LEAST = 5
+"""Steps that say how far so many more would go."""
 STATE = ("*.q[*]", "*.qd[*]")
 """Columns that both runs have beside those asked for: where errors grow is seen in the motion."""
 
@@ -36,14 +42,41 @@ def compared(model: Model, until: float, every: float, settings: Settings, progr
     run = OneRun(model, until, every, settings, _part(progress, 0.0)).result()
     if run.outcome.name == "stopped" or len(run) == 0 or run.stats.steps == 0:
         return replace(run, certainty=_none(run))
-    tight, correction = companion(settings, run.stats.counters)
-    tighter = OneRun(model, until, every, tight, _part(progress, FIRST)).result()
+    other = model if settings.step > 0.0 else elsewhere(model, until, run.stats.steps)
+    tighter, correction, spent = _second(other, until, every, settings, run, _part(progress, FIRST))
     if len(tighter) == 0:
         return replace(run, certainty=_none(run))
     stated = certainty(run, tighter, model.built.numbers, correction)
-    cost = (run.stats.rhs_evaluations + tighter.stats.rhs_evaluations) / max(run.stats.rhs_evaluations, 1)
-    stated = replace(stated, rtol=tight.rtol, method=tight.method, cost=cost)
+    cost = (run.stats.rhs_evaluations + spent + tighter.stats.rhs_evaluations) / max(run.stats.rhs_evaluations, 1)
+    stated = replace(stated, rtol=tighter.settings["rtol"], method=tighter.settings["method"], cost=cost)
     return replace(run, certainty=stated, notes=(*run.notes, *notes(stated)))
+
+
+def _second(
+    model: Model, until: float, every: float, settings: Settings, run: Result, progress: Progress | None
+) -> tuple[Result, float, int]:
+    """(the tighter run; by how much the difference is to be enlarged; evaluations of others that were given up)."""
+    spent, (chosen, correction), other = 0, companion(settings, run.stats.counters), explicit(settings)
+    most = run.stats.rhs_evaluations
+    if other is not None and TRIED * most >= LEAST * EACH:
+        trial = OneRun(model, until, 0.0, replace(other[0], max_steps=int(TRIED * most / EACH)), None).result()
+        spent = trial.stats.rhs_evaluations
+        if trial.outcome.name == "stopped":
+            return replace(trial, data=trial.data[:0]), correction, spent
+        limit = int(ENDED * most * trial.stats.steps / max(spent, 1))
+        limit = min(limit, settings.max_steps or limit)
+        if _steps_to(until, trial.time) <= limit:
+            tighter = OneRun(model, until, every, replace(other[0], max_steps=limit), progress).result()
+            if tighter.outcome.name != "max_steps":
+                return tighter, other[1], spent
+            spent, (chosen, correction) = spent + tighter.stats.rhs_evaluations, looser(settings)
+    return OneRun(model, until, every, chosen, progress).result(), correction, spent
+
+
+def _steps_to(until: float, times: np.ndarray) -> float:
+    """How many steps a run takes to its end that goes on as it did in the second half of these."""
+    half = len(times) // 2
+    return half + (until - times[half]) / max((times[-1] - times[half]) / max(len(times) - 1 - half, 1), 1e-300) if half else np.inf
 
 
 def _none(run: Result) -> Certainty:
