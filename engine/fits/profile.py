@@ -30,6 +30,8 @@ ABRUPT = 30.0
 """Times the threshold of √rise from which on it does not rise in a line."""
 HARDLY = 0.3
 """Part of the threshold that √rise must have reached at a tenth of the estimate for an end to be looked for nearer to zero."""
+SMALL = 1e-6
+"""Part of a start value below which an estimate counts as zero."""
 FAR = 10.0
 """Times the estimate (for numbers that may have any sign: estimate ± this many of its size) where the search for an end gives up."""
 BETTER = 1e-2
@@ -166,14 +168,15 @@ class Profiles:
         (low, low_end), (high, high_end) = ends
         return Interval(float(low * unit), float(high * unit), low_end, high_end, (middle - half, middle + half), values * unit, rises)
 
-    def _reach(self, k: int, sign: float) -> tuple[float, bool]:
+    def _reach(self, k: int, sign: float, deviation: float) -> tuple[float, bool]:
         """(how far an end is looked for, whether that is a bound)."""
         u, low, high = float(self.u[k]), self.objective.low[k], self.objective.high[k]
-        size = abs(u) or 1.0
-        if low >= 0.0 < u:
-            far = u * FAR if sign > 0 else max(low, u / FAR) if low > 0.0 or not self._runs(k, low) else low
+        size = abs(u) if abs(u) > SMALL else 1.0
+        least = FAR * self.t * deviation if math.isfinite(deviation) else 0.0
+        if low >= 0.0 and u > SMALL:
+            far = max(u * FAR, u + least) if sign > 0 else max(low, u / FAR) if low > 0.0 or not self._runs(k, low) else low
         else:
-            far = u + sign * FAR * size
+            far = u + sign * max(FAR * size, least)
         bound = high if sign > 0 else low
         return (float(bound), True) if sign * (far - bound) >= 0.0 else (far, False)
 
@@ -189,11 +192,11 @@ class Profiles:
 
     def _end(self, k: int, sign: float, deviation: float) -> tuple[float, str, list[tuple[float, float]]]:
         """(end, kind, points of the profile (value, rise)) on one side: secant steps on √rise, which is nearly linear."""
-        far, is_bound = self._reach(k, sign)
+        far, is_bound = self._reach(k, sign, deviation)
         u, J, stalled = self.u, self.J, 0
         inner, outer = (float(u[k]), 0.0), None
         points: list[tuple[float, float]] = []
-        step = min(self.t * deviation, 0.25 * (abs(u[k]) or 1.0) if not math.isfinite(deviation) else math.inf)
+        step = min(self.t * deviation, 0.25 * (abs(u[k]) if abs(u[k]) > SMALL else 1.0) if not math.isfinite(deviation) else math.inf)
         to = float(u[k] + sign * step)
         for _ in range(TRIALS):
             to = far if sign * (to - far) > 0.0 else to
