@@ -167,7 +167,7 @@ def _alike(objective: Objective, profiles: Profiles, seen: Spectrum, relative: n
     def flat(k: int) -> bool:
         sides = [u[k] + sign * ASIDE * relative[k] for sign in (-1.0, 1.0)]
         rises = [profiles.at(k, x) for x in sides if objective.low[k] <= x <= objective.high[k]]
-        return any(rises) and all(r <= FLAT * profiles.t**2 for r in rises if not math.isnan(r)) if rises else True
+        return all(r <= FLAT * profiles.t**2 for r in rises if not math.isnan(r))
 
     return alike(names, seen, positive, relative * objective.unit, flat)
 

@@ -28,8 +28,9 @@ KEPT = 6
 """Parameter values of which curves and derivatives are remembered."""
 DIFFERENCE = 1e-3
 """Step of central differences, of a parameter's size: their error is about its square, and rtol over it."""
-LONGEST = 1_000_000
-"""Steps of a plain run at most."""
+AT_ONCE = 1000
+"""Steps between two instants at which Ctrl-C is heard."""
+GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.NEED_JACOBIAN)
 
 
 class Curves:
@@ -127,8 +128,10 @@ class _Plain:
         for k in range(1, self.count):
             target = self.until if k == self.count - 1 else self.every * k
             status = bl.MORE
-            while status in (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL):
-                status, _ = model.block.advance(target, LONGEST, scratch)
+            while status in GO_ON:
+                if status == bl.NEED_JACOBIAN:
+                    model.block.attach_jacobian()
+                status, _ = model.block.advance(target, AT_ONCE, scratch)
                 model.block.take_events()
             self._check(status)
             self._check(model.block.row(row))

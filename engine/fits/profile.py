@@ -148,11 +148,15 @@ class Profiles:
         return np.clip(moved, self.objective.low, self.objective.high)
 
     def at(self, k: int, to: float) -> float:
-        """The rise with parameter k held at a value (in u) near the minimum; NaN where that cannot be run."""
+        """The rise of the data's own sum of squares, without priors, with parameter k held at a value (in u) near the minimum; NaN
+        where that cannot be run."""
+        n = len(self.objective.data)
         try:
-            return self.relaxed(k, self._towards(k, self.u, self.J, to), self.J)[2]
+            u = self.relaxed(k, self._towards(k, self.u, self.J, to), self.J)[0]
+            r = self.objective.residuals(u)[:n]
         except (SceneError, SimulationError):
             return math.nan
+        return float(r @ r - self.r[:n] @ self.r[:n])
 
     def interval(self, k: int, deviation: float) -> Interval:
         """The interval of parameter k. deviation: its local standard deviation in u, infinite where there is none."""

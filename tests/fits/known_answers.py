@@ -43,7 +43,7 @@ SLIDER: dict[str, Any] = {
 FORCE = "joints.rail.friction.force"
 
 
-def slid(force: float, v: float, time: np.ndarray) -> np.ndarray:
+def slid(force: float, v: float | np.ndarray, time: np.ndarray) -> np.ndarray:
     """Way of the slider, m."""
     t = np.minimum(time, v / force)
     return v * t - 0.5 * force * t * t

@@ -67,7 +67,7 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
     data = slid(2.0, 1.0, time) + noise * np.random.default_rng(7).normal(size=9)
     found = engine.fit(SLIDER, [FORCE, QD], time, {X: data}, noise=noise, level=0.9)
     force, v = np.geomspace(1.0, 4.0, 150), np.linspace(0.7, 1.5, 401)
-    best = np.array([min(np.sum((slid(f, x, time) - data) ** 2) for x in v) for f in force])
+    best = np.array([np.min(np.sum((slid(f, v[:, None], time) - data) ** 2, axis=1)) for f in force])
     inside = force[(best - best.min()) / noise**2 <= stats.chi2.ppf(0.9, 1)]
     i = found.intervals[FORCE]
     assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the grid's steps are 1 %
