@@ -71,9 +71,9 @@ _HOMES = {
 }
 __all__ = [
     "Candidate", "Equilibrium", "Event", "Evidence", "Fit", "Interval", "Knock", "Linearization", "Measured", "Modes", "Problem",
-    "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Studied", "Sweep", "Trial", "Wear", "compare", "equilibrium",
-    "fit", "hold", "inverse", "kinematics", "knocks", "linearize", "load_scene", "models_dir", "modes", "optimise", "propose",
-    "refine", "sensitivity", "simulate", "sweep", "wear",
+    "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Studied", "Sweep", "Trial", "Wear", "compare",
+    "equilibrium", "fit", "hold", "inverse", "kinematics", "knocks", "linearize", "load_scene", "models_dir", "modes", "optimise",
+    "propose", "refine", "sensitivity", "simulate", "sweep", "wear",
 ]  # fmt: skip
 
 

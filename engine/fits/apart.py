@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 ALIKE = {True: 1e-5, False: 1e-3}
-"""Singular values of slopes scaled to columns of one size, of the largest, that are zero: for exact slopes, whose errors are about a
-hundred times smaller, and for differenced ones."""
+"""Singular values of slopes scaled to columns of one size, of the largest, that are zero: for exact slopes, whose errors are
+about a hundred times smaller, and for differenced ones."""
 PART = 0.05
 """Part of the largest component of a null direction below which a parameter has no part in it."""
 FLAT = 0.1

@@ -41,10 +41,10 @@ class Followed:
 @dataclass(frozen=True)
 class Fit:
     """Fitted parameters. values: by name; deviation: their local standard deviations, infinite where the data leave them open;
-    correlation (m × m); misfit: root mean square of (model − measured); rounds: how many runs were needed; converged: whether the
-    search came to its end; notes: trials that failed on the way, and why, and what to know; level: of the intervals; intervals: by
-    name; inseparable: which parameters the data cannot tell apart; runs: measured and model curves; criteria: for comparing laws;
-    units: of the parameters."""
+    correlation (m × m), NaN there; misfit: root mean square of (model − measured); rounds: how many runs were needed; converged:
+    whether the search came to its end; notes: trials that failed on the way, and why, and what to know; level: of the intervals;
+    intervals: by name; inseparable: which parameters the data cannot tell apart; runs: measured and model curves; criteria: for
+    comparing laws; units: of the parameters; found: what ``propose`` needs."""
 
     values: dict[str, float]
     deviation: dict[str, float]
@@ -64,8 +64,9 @@ class Fit:
     def document(self) -> dict[str, Any]:
         """As plain data, ready for JSON; infinite deviations are None."""
         finite = {n: d if math.isfinite(d) else None for n, d in self.deviation.items()}
+        correlation = [[c if math.isfinite(c) else None for c in row] for row in self.correlation.tolist()]
         return {
-            "values": self.values, "units": self.units, "deviation": finite, "correlation": self.correlation.tolist(),
+            "values": self.values, "units": self.units, "deviation": finite, "correlation": correlation,
             "misfit": self.misfit, "rounds": self.rounds, "converged": self.converged, "level": self.level,
             "noise": {r.name: dict(r.noise) for r in self.runs},
             "intervals": {n: i.document() for n, i in self.intervals.items()},
@@ -76,12 +77,14 @@ class Fit:
 
 @dataclass(frozen=True)
 class Solved:
-    """What further questions to a fit need: its scene, objective and estimate (u, and relative slopes J, N × m)."""
+    """What further questions to a fit need: its scene, objective and estimate (u, and the slopes J by it, (N + priors) × m); units:
+    of the measured columns."""
 
     scene: Scene
     objective: Objective
     u: np.ndarray
     J: np.ndarray
+    units: dict[str, str]
 
 
 def fit(
@@ -155,7 +158,8 @@ def solved(scene: Scene, objective: Objective, level: float, intervals: bool) ->
             if again == AGAIN - 1:
                 found, named = {}, ()
                 notes.append("better fits were met again and again while intervals were looked for: there are none; start nearer")
-    solution = Solved(scene, objective, profiles.u, profiles.J)
+    columns = dict(zip((c for r in objective.curves.runs for c in r.curves), units_of(scene, objective.curves.runs), strict=True))
+    solution = Solved(scene, objective, profiles.u, profiles.J, columns)
     return _told(solution, profiles, seen, deviations, (rounds, converged, notes, level), found, named)
 
 
@@ -178,22 +182,37 @@ def _told(
 ) -> Fit:  # fmt: skip
     objective, u, (rounds, converged, notes, level) = solution.objective, solution.u, ended
     names, unit = objective.known.names, objective.unit
-    size = np.sqrt(np.diag(seen.covariance))
-    size[size == 0.0] = 1.0
-    correlation = seen.covariance / np.outer(size, size)
     n = len(objective.data)
     misfit = profiles.r[:n] * objective.noise
     runs = _followed(objective, misfit)
     at_bound = [f"{x} is at its bound {v:g}: its local deviation does not hold" for x, v in _at_bounds(objective, u)]
-    told = [*objective.failed, *notes, *profiles.notes, *at_bound, *(a.told() for a in named), *coloured(runs)]
+    told = [*_failed(objective.failed), *notes, *profiles.notes, *at_bound, *(a.told() for a in named), *coloured(runs)]
     units = {p.path: p.unit for p in list_parameters(solution.scene)}
     return Fit(
-        dict(zip(names, (u * unit).tolist(), strict=True)), dict(zip(names, (deviations * unit).tolist(), strict=True)), correlation,
-        float(np.sqrt((misfit @ misfit) / n)), rounds, converged, tuple(told), level,
+        dict(zip(names, (u * unit).tolist(), strict=True)), dict(zip(names, (deviations * unit).tolist(), strict=True)),
+        _correlation(seen), float(np.sqrt((misfit @ misfit) / n)), rounds, converged, tuple(told), level,
         {names[k]: i for k, i in found.items()}, named, runs,
         criteria(misfit, objective.noise, objective.groups, objective.given, len(names)),
         {x: units[x.partition(" @ ")[0]] for x in names}, solution,
     )  # fmt: skip
+
+
+def _failed(failed: list[str]) -> list[str]:
+    """The trials that failed: one as it is, of many how many they are, and the last."""
+    if len(failed) < 2:
+        return failed
+    return [f"{len(failed)} trials failed, and shorter steps were taken; the last: {failed[-1].partition('taken: ')[2]}"]
+
+
+def _correlation(seen: Spectrum) -> np.ndarray:
+    """The correlation of the parameters (m × m); NaN for those that the data leave open."""
+    size = np.sqrt(np.diag(seen.covariance))
+    size[size == 0.0] = 1.0
+    out = seen.covariance / np.outer(size, size)
+    unsure = np.isinf(seen.deviations)
+    out[unsure, :] = out[:, unsure] = np.nan
+    np.fill_diagonal(out, 1.0)
+    return out
 
 
 def _at_bounds(objective: Objective, u: np.ndarray) -> list[tuple[str, float]]:

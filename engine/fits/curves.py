@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.basics.problems import SceneError, SimulationError
-from engine.fits.known import OF_RUN
+from engine.fits.known import OF_RUN, ordered
 from engine.fits.measured import Measured
 from engine.friction import REGISTRY as LAWS
 from engine.integrators import RK8
@@ -45,7 +45,15 @@ class Curves:
         laws = [scene.law_of(j.friction) for j in scene.joints.values() if j.friction is not None]
         self.exact = all(LAWS[law].sets for law in laws)
         self.plain = [_Plain(s, list(r.curves), r, rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
+        self.pairs = ordered(self.names, scene)
         self._known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def projected(self, values: np.ndarray) -> np.ndarray:
+        """The parameters as they are run: of two of which one must not be below the other, the higher is raised to the lower."""
+        out = np.array(values, float)
+        for low, high in self.pairs:
+            out[high] = max(out[high], out[low])
+        return out
 
     def _places(self, k: int) -> list[int]:
         """Places of run k's parameters among all of them."""
@@ -58,13 +66,19 @@ class Curves:
 
     def values(self, values: np.ndarray) -> np.ndarray:
         """The curves (N) with these parameter values (m). SceneError or SimulationError where they cannot be run."""
+        values = self.projected(values)
         return np.concatenate([run(self._changed(k, values)) for k, run in enumerate(self.plain)])
 
     def slopes(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(curves (N), their derivatives by the parameters (N × m)). Errors as for ``values``."""
         key = np.ascontiguousarray(values).tobytes()
         if key not in self._known:
-            found = self._exact(values) if self.exact else self._differences(values)
+            at = self.projected(values)
+            found = self._exact(at) if self.exact else self._differences(at)
+            for low, high in self.pairs:
+                if values[high] < values[low]:  # it goes with the other
+                    found[1][:, low] += found[1][:, high]
+                    found[1][:, high] = 0.0
             while len(self._known) >= KEPT:  # the first stays: it is where searches start
                 del self._known[list(self._known)[1]]
             self._known[key] = found
@@ -127,7 +141,7 @@ class _Plain:
         rows, scratch = [row.copy()], np.zeros((4, model.block.width))
         for k in range(1, self.count):
             target = self.until if k == self.count - 1 else self.every * k
-            status = bl.MORE
+            status: int = bl.MORE
             while status in GO_ON:
                 if status == bl.NEED_JACOBIAN:
                     model.block.attach_jacobian()

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.spread import WRITTEN
-from engine.scene.contexts import bound_of
+from engine.scene.contexts import bound_of, order_of
 from engine.scene.finding import parse_path
 from engine.scene.given import Amounts
 from engine.scene.model import Scene
@@ -69,6 +69,10 @@ def known(
     own = [bound_of(parse_path(p) or ()) for p in paths]
     low = np.array([b.least + (LEAST * abs(values[p]) if b.open else 0.0) for b, p in zip(own, paths, strict=True)])
     high = np.array([b.most for b in own])
+    for i, path in enumerate(paths):
+        for other, above in _ordered(path, values):
+            if other not in paths:
+                low[i], high[i] = (max(low[i], values[other]), high[i]) if above else (low[i], min(high[i], values[other]))
     read = Amounts()
     found: dict[int, Prior] = {}
     for where, given in (("bounds", bounds or {}), ("priors", priors or {})):
@@ -86,6 +90,33 @@ def known(
             found[i] = prior
     read.end()
     return Known(tuple(names), low, high, found)
+
+
+def _ordered(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
+    """(path of a number of the same owner, whether this one must not be below it; else above) of every comparison that a number
+    takes part in."""
+    parsed = parse_path(path) or ()
+    out = []
+    for other in values:
+        place = parse_path(other) or ()
+        if place[:-1] != parsed[:-1] or place == parsed:
+            continue
+        if (order := order_of(parsed)) and order.low == place[-1]:
+            out.append((other, True))
+        if (order := order_of(place)) and order.low == parsed[-1]:
+            out.append((other, False))
+    return out
+
+
+def ordered(names: Sequence[str], scene: Scene) -> list[tuple[int, int]]:
+    """Places of the pairs of parameters, low and high, of which the second must not be below the first."""
+    values = {p.path: p.value for p in list_parameters(scene)}
+    out = []
+    for i, name in enumerate(names):
+        path, sign, run = name.partition(OF_RUN)
+        lower = {f"{p}{sign}{run}" for p, above in _ordered(path, values) if above}
+        out += [(j, i) for j, n in enumerate(names) if n in lower]
+    return out
 
 
 def _of(given: Mapping[str, Any] | None, name: str, path: str) -> Any:

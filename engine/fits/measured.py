@@ -86,7 +86,8 @@ def _problems(r: Measured, units: Mapping[str, str], name: str) -> list[Problem]
             hint = f"did you mean {near}?" if near else "see `trunnion check SCENE --outputs` for the names"
             found.append(Problem(f"{where}measured", f"{k} is no column that has a derivative", hint))
     if isinstance(r.noise, Mapping) and (absent := [c for c in r.curves if c not in r.noise]):
-        found.append(Problem(f"{where}noise", f"none is given for {', '.join(absent)}", "give a standard deviation for every curve"))
+        hint = "give a standard deviation for every curve"
+        found.append(Problem(f"{where}noise", f"none is given for {', '.join(absent)}", hint))
     elif r.noise is not None and not all(0.0 < s < np.inf for s in (r.deviations() or {}).values()):
         found.append(Problem(f"{where}noise", "must be positive", "give the standard deviation of each curve, in its unit"))
     return found

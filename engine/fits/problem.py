@@ -105,7 +105,7 @@ class Objective:
                     break
                 found = self.search(found.x)
                 rounds += found.nfev
-        return found.x, rounds, found.status > 0
+        return self.curves.projected(found.x * self.unit) / self.unit, rounds, found.status > 0
 
     def _estimate(self, u: np.ndarray) -> float:
         """Estimate the noise of each group from the misfit at u, and its degrees of freedom; the largest relative change."""

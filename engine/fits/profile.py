@@ -33,7 +33,8 @@ HARDLY = 0.3
 SMALL = 1e-6
 """Part of a start value below which an estimate counts as zero."""
 FAR = 10.0
-"""Times the estimate (for numbers that may have any sign: estimate ± this many of its size) where the search for an end gives up."""
+"""Times the estimate (for numbers that may have any sign: estimate ± this many of its size) where the search for an end gives
+up."""
 BETTER = 1e-2
 """Fall of the sum of squares below its minimum, of the threshold's square, that says the minimum was none."""
 Rows = np.ndarray
@@ -41,9 +42,9 @@ Rows = np.ndarray
 
 @dataclass(frozen=True)
 class Interval:
-    """Where a parameter lies, at the fit's level. low, high: by the profile; low_end, high_end: ``found``, ``bound`` (the data allow
-    all values up to that bound) or ``open`` (they allow all that was looked at); local: by the curvature at the estimate, infinite
-    where that is zero; values (k), rises (k): the profile: of the parameter, and of the sum of squares, in order of the value."""
+    """Where a parameter lies, at the fit's level. low, high: by the profile; low_end, high_end: ``found``, ``bound`` (the data
+    allow all values up to that bound) or ``open`` (they allow all that was looked at); local: by the curvature at the estimate,
+    infinite where that is zero; values (k), rises (k): the profile, of the parameter and of the sum of squares, by the value."""
 
     low: float
     high: float
@@ -66,7 +67,7 @@ def threshold(level: float, nu: float) -> float:
     return float(stats.norm.ppf(0.5 + 0.5 * level) if math.isinf(nu) else stats.t.ppf(0.5 + 0.5 * level, nu))
 
 
-class Better(Exception):  # noqa: N818  # an answer, no error
+class Better(Exception):  # an answer, no error
     """A better fit was met on the way: u, where."""
 
     def __init__(self, u: np.ndarray):
@@ -119,7 +120,8 @@ class Profiles:
             size = np.linalg.norm(J[:, free], axis=0)
             size[size == 0.0] = 1.0
             A, b = J[:, free] / size, -(r + J @ np.where(np.isin(np.arange(len(u)), free), 0.0, step))
-            A, b = (np.vstack([A, math.sqrt(damping) * np.eye(len(free))]), np.append(b, np.zeros(len(free)))) if damping else (A, b)
+            if damping:
+                A, b = np.vstack([A, math.sqrt(damping) * np.eye(len(free))]), np.append(b, np.zeros(len(free)))
             step[free] = np.linalg.lstsq(A, b, rcond=1e-9)[0] / size
             out = [i for i in free if not low[i] <= u[i] + step[i] <= high[i]]
             if not out:
@@ -170,11 +172,14 @@ class Profiles:
         middle, half = float(self.u[k] * unit), float(self.t * deviation * unit)
         values, rises = (np.array(c) for c in zip(*points, strict=True))
         (low, low_end), (high, high_end) = ends
-        return Interval(float(low * unit), float(high * unit), low_end, high_end, (middle - half, middle + half), values * unit, rises)
+        ends_ = float(low * unit), float(high * unit), low_end, high_end
+        return Interval(*ends_, (middle - half, middle + half), values * unit, rises)
 
     def _reach(self, k: int, sign: float, deviation: float) -> tuple[float, bool]:
         """(how far an end is looked for, whether that is a bound)."""
         u, low, high = float(self.u[k]), self.objective.low[k], self.objective.high[k]
+        unit = self.objective.unit
+        low = max([low, *(self.u[a] * unit[a] / unit[k] for a, b in self.objective.curves.pairs if b == k)])
         size = abs(u) if abs(u) > SMALL else 1.0
         least = FAR * self.t * deviation if math.isfinite(deviation) else 0.0
         if low >= 0.0 and u > SMALL:
@@ -200,7 +205,8 @@ class Profiles:
         u, J, stalled = self.u, self.J, 0
         inner, outer = (float(u[k]), 0.0), None
         points: list[tuple[float, float]] = []
-        step = min(self.t * deviation, 0.25 * (abs(u[k]) if abs(u[k]) > SMALL else 1.0) if not math.isfinite(deviation) else math.inf)
+        size = abs(u[k]) if abs(u[k]) > SMALL else 1.0
+        step = self.t * deviation if math.isfinite(deviation) else 0.25 * size
         to = float(u[k] + sign * step)
         for _ in range(TRIALS):
             to = far if sign * (to - far) > 0.0 else to

@@ -1,4 +1,4 @@
-"""Intervals hold the truth as often as they say: of synthetic measurements with noise, of motions that stop while they are measured."""
+"""Intervals hold the truth as often as they say: of synthetic measurements with noise, of motions that stop meanwhile."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ def closed(data: np.ndarray, noise: float | None) -> Any:
     """What ``Curves`` is, of the sliding block's closed form."""
     runs = [engine.Measured(TIME, {"x": data}, {}, noise)]
     return SimpleNamespace(
-        runs=runs, rtol=1e-9, exact=True, values=lambda p: slid(*p, TIME), slopes=lambda p: (slid(*p, TIME), slid_slopes(*p, TIME))
-    )
+        runs=runs, rtol=1e-9, exact=True, pairs=[], projected=lambda p: p,
+        values=lambda p: slid(*p, TIME), slopes=lambda p: (slid(*p, TIME), slid_slopes(*p, TIME)),
+    )  # fmt: skip
 
 
 def held(seed: int, noise: float | None) -> list[bool]:

@@ -87,7 +87,7 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: engine
 
 
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
-    """Of laws that are smooth but stiff slopes are differences; across the stop of the block they are right to their step squared."""
+    """Of laws that are smooth but stiff slopes are differences; across the stop of the block they are right to a step squared."""
     scene = engine.scene.overrides.scene_given(SLIDER, None)
     time = np.linspace(0.0, 1.0, 12)  # none at the very stop, where the curves have a second derivative on one side only
     curves = Curves(scene, [FORCE, QD], (), [engine.Measured(time, {X: time}, name="run")], 1e-10)

@@ -84,6 +84,20 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
     assert (asked.low, asked.low_end, asked.high_end) == (pytest.approx(0.49), "bound", "found")
 
 
+def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
+    """What a block on a slope that never stops says of friction at rest: nothing; of the two it may be as low as the sliding one."""
+    slope = {**SLIDER, "gravity": [5.0, 0, -8.0]}
+    law = {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 0.5, "mu_static": 0.6}}
+    time = np.linspace(0.0, 1.0, 9)
+    data = 1.0 * time + 0.5 * (5.0 - 1.0) * time**2 + 0.01 * np.random.default_rng(8).normal(size=9)
+    mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"
+    scene = {**slope, "joints": {"rail": law}}
+    with pytest.raises(engine.SceneError, match="mu_static changes none"):
+        engine.fit(scene, [mu, static], time, {X: data}, noise=0.01)
+    found = engine.fit(scene, [mu], time, {X: data}, noise=0.01)  # held below 0.6, which is not fitted
+    assert found.intervals[mu].high == pytest.approx(0.5 + 0.5 * (found.intervals[mu].high - found.intervals[mu].low), abs=0.02)
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
