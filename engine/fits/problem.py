@@ -68,12 +68,20 @@ class Objective:
         return np.concatenate([(values - self.data) / self.noise, misses])
 
     def search(self, u: np.ndarray) -> Any:
-        """SciPy's answer from u, inside the bounds, by exact slopes."""
+        """SciPy's answer from u, inside the bounds, by exact slopes. Of two numbers in order the higher is looked for by what it
+        exceeds the other."""
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
-        u = np.clip(u, self.low, self.high)
-        return least_squares(
-            self._tried, u, lambda x: self.slopes(x)[1], (self.low, self.high), "trf", ENOUGH, ENOUGH, None, "jac", max_nfev=ROUNDS
+        T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()
+        for a, b in self.curves.pairs:
+            T[b, a] = self.unit[a] / self.unit[b]
+            low[b], high[b] = 0.0, np.inf
+        w = np.clip(np.linalg.solve(T, u), low, high)
+        found = least_squares(
+            lambda w: self._tried(T @ w), w, lambda w: self.slopes(T @ w)[1] @ T, (low, high), "trf", ENOUGH, ENOUGH, None, "jac",
+            max_nfev=ROUNDS,
         )
+        found.x = T @ found.x
+        return found
 
     def _tried(self, u: np.ndarray) -> np.ndarray:
         """Residuals of a trial; infinite where its scene cannot be made or run, so that the search shortens its step."""

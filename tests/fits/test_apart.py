@@ -10,6 +10,7 @@ import pytest
 import engine
 from engine.fits.apart import alike, spectrum
 from tests.benchmarks.coverage import PENDULUM
+from tests.fits.known_answers import SLIDER, slid
 
 MU, RADIUS = "joints.pivot.friction.mu", "joints.pivot.friction.radius"
 TIME = np.linspace(0.0, 0.6, 13)
@@ -17,13 +18,9 @@ NOISE = 2e-3
 
 
 @pytest.fixture(scope="module")
-def measured() -> np.ndarray:
+def found() -> engine.Fit:
     exact = engine.simulate(PENDULUM, 0.6, 0.05, rtol=1e-10, outputs=["pivot.q[1]"])["pivot.q[1]"]
-    return exact + NOISE * np.random.default_rng(1).normal(size=len(exact))
-
-
-@pytest.fixture(scope="module")
-def found(measured: np.ndarray) -> engine.Fit:
+    measured = exact + NOISE * np.random.default_rng(1).normal(size=len(exact))
     prior = {RADIUS: "lognormal(30 mm, 6 mm)"}
     return engine.fit(PENDULUM, [MU, RADIUS], TIME, {"pivot.q[1]": measured}, noise=NOISE, priors=prior)
 
@@ -52,15 +49,23 @@ def test_what_only_a_prior_says_is_the_priors(found: engine.Fit) -> None:
     assert found.deviation[RADIUS] == pytest.approx(spread * found.values[RADIUS], rel=0.01)
 
 
-def test_without_a_prior_both_are_open(measured: np.ndarray) -> None:
-    """From the estimate on, no value of either is excluded: its deviation is infinite, not what a pseudo-inverse would say."""
-    bounds = {MU: (0.1, 0.5), RADIUS: ("20 mm", "40 mm")}
-    found = engine.fit(PENDULUM, [MU, RADIUS], TIME, {"pivot.q[1]": measured}, noise=NOISE, bounds=bounds)
-    assert found.inseparable[0].confirmed
+def test_without_a_prior_both_are_open() -> None:
+    """Of a block that is braked by μ F no value of either is excluded; a deviation is infinite, not what a pseudo-inverse says."""
+    scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.0}}}}
+    force, mu = "joints.rail.friction.force", "joints.rail.friction.mu"
+    time = np.linspace(0.0, 1.0, 12)
+    data = slid(2.0, 1.0, time) + 0.01 * np.random.default_rng(1).normal(size=12)
+    found = engine.fit(scene, [force, mu], time, {"rail.q[1]": data}, noise=0.01, bounds={force: ("1.5 N", "2.5 N")})
+    (pair,) = found.inseparable
+    assert pair.confirmed
+    assert pair.determined[0][0] == pytest.approx((1.0, 1.0))
     assert all(math.isinf(d) for d in found.deviation.values())
-    i = found.intervals[RADIUS]
-    assert (i.low, i.high) == pytest.approx((0.02, 0.04))
-    assert (i.low_end, i.high_end) == ("bound", "bound")
+    assert np.isnan(found.correlation[0, 1])
+    i = found.intervals[force]
+    assert (i.low, i.low_end, i.high, i.high_end) == (pytest.approx(1.5), "bound", pytest.approx(2.5), "bound")
+    other = found.intervals[mu]  # as far as the bounds of the first let it go
+    product = found.values[force] * found.values[mu]
+    assert (other.low, other.high) == pytest.approx((product / 2.5, product / 1.5), rel=0.05)
 
 
 def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> None:

@@ -13,10 +13,9 @@ import engine
 from engine.fits.criteria import criteria
 from engine.fits.curves import Curves
 from engine.fits.evidence import judged
-from tests.benchmarks.coverage import PENDULUM
 from tests.fits.known_answers import FORCE, GLIDER, LINE, QD, SLIDER, TIME, Q, X, noisy, regression, slid, slid_slopes
 
-RUB = "joints.pivot.friction."
+RUB = "joints.rail.friction."
 
 
 def test_the_criteria_are_those_of_the_normal_likelihood() -> None:
@@ -40,14 +39,14 @@ def test_too_few_values_for_their_numbers_have_no_aicc() -> None:
 
 @pytest.fixture(scope="module")
 def stribeck() -> engine.Evidence:
-    """Three laws on a swing of an arm whose friction falls by half once it slides."""
-    own = {RUB + "law": "stribeck", RUB + "mu_static": 0.5, RUB + "v_stribeck": 0.5}
-    curve = engine.simulate(PENDULUM, 0.8, 0.02, rtol=1e-9, overrides=own, outputs=["pivot.q[1]"])["pivot.q[1]"]
-    curve = curve + 1e-3 * np.random.default_rng(3).normal(size=len(curve))
-    first = {RUB + "mu_static": 0.3, RUB + "v_stribeck": 0.5}
+    """Two laws on a block whose friction at rest is half as much again as when it slides fast."""
+    scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.2}}}}
+    own = {RUB + "law": "stribeck", RUB + "mu": 1.0, RUB + "mu_static": 1.5, RUB + "v_stribeck": 0.5}
+    run = engine.simulate(scene, 0.8, 0.02, rtol=1e-9, overrides=own, outputs=[X])
+    curve = run[X] + 1e-3 * np.random.default_rng(3).normal(size=len(run))
+    first = {RUB + "mu_static": 1.4, RUB + "v_stribeck": 0.5}
     candidates = {"coulomb": (), "stribeck": engine.Candidate([RUB + "mu_static"], "stribeck", first)}
-    time = np.linspace(0.0, 0.8, len(curve))
-    return engine.compare(PENDULUM, candidates, [RUB + "mu"], time, {"pivot.q[1]": curve}, intervals=False)
+    return engine.compare(scene, candidates, [RUB + "mu"], run.time, {X: curve}, intervals=False)
 
 
 def test_the_law_that_made_the_data_is_found(stribeck: engine.Evidence) -> None:
@@ -56,7 +55,7 @@ def test_the_law_that_made_the_data_is_found(stribeck: engine.Evidence) -> None:
     assert other.worse_by_bic > 10
     assert best.weight > 0.99
     assert best.fit is not None
-    assert best.fit.values[RUB + "mu_static"] == pytest.approx(0.5, abs=4 * best.fit.deviation[RUB + "mu_static"])
+    assert best.fit.values[RUB + "mu_static"] == pytest.approx(1.5, abs=4 * best.fit.deviation[RUB + "mu_static"])
 
 
 def test_laws_that_do_the_same_are_told_to_be_alike() -> None:

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 import engine
-from tests.fits.known_answers import FORCE, GLIDER, LINE, QD, SLIDER, TIME, Q, X, noisy, regression, slid
+from tests.fits.known_answers import FORCE, GLIDER, LINE, QD, SLIDER, TIME, Q, X, noisy, regression, slid, slid_slopes
 
 WIDTH = 3e-3
 """Relative: ends are found to a thousandth of the threshold on either side, and √rise is linear here."""
@@ -85,17 +85,24 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
 
 
 def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
-    """What a block on a slope that never stops says of friction at rest: nothing; of the two it may be as low as the sliding one."""
-    slope = {**SLIDER, "gravity": [5.0, 0, -8.0]}
-    law = {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 0.5, "mu_static": 0.6}}
-    time = np.linspace(0.0, 1.0, 9)
-    data = 1.0 * time + 0.5 * (5.0 - 1.0) * time**2 + 0.01 * np.random.default_rng(8).normal(size=9)
+    """Data of one coefficient, fitted by a law that has two: the static one is found at the sliding one, where it has to end."""
     mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"
-    scene = {**slope, "joints": {"rail": law}}
-    with pytest.raises(engine.SceneError, match="mu_static changes none"):
-        engine.fit(scene, [mu, static], time, {X: data}, noise=0.01)
-    found = engine.fit(scene, [mu], time, {X: data}, noise=0.01)  # held below 0.6, which is not fitted
-    assert found.intervals[mu].high == pytest.approx(0.5 + 0.5 * (found.intervals[mu].high - found.intervals[mu].low), abs=0.02)
+    rub = {"force": "2 N", "law": "stribeck", "mu": 0.9, "mu_static": 1.1, "v_stribeck": 0.4}
+    time = np.linspace(0.0, 1.0, 21)
+    data = slid(2.0, 1.0, time) + 3e-3 * np.random.default_rng(1).normal(size=21)
+    scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": rub}}}
+    found = engine.fit(scene, [mu, static], time, {X: data})
+    assert found.converged
+    i = found.intervals[static]
+    assert (i.low, i.low_end) == (pytest.approx(found.values[mu]), "bound")
+    assert i.low <= found.values[static] < i.high
+
+
+def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> None:
+    """Sliding friction of a hundredth less than static friction: it is differenced downward."""
+    static = {**SLIDER["joints"]["rail"], "friction": {"force": "4 N", "mu": 0.5, "mu_static": 0.5}}
+    s = engine.sensitivity({**SLIDER, "joints": {"rail": static}}, ["joints.rail.friction.mu"], [X], until=0.8, every=0.1)
+    assert s.d(X, "joints.rail.friction.mu") == pytest.approx(4.0 * slid_slopes(2.0, 1.0, s.time)[:, 0], abs=1e-7)
 
 
 @pytest.mark.parametrize(
