@@ -51,7 +51,8 @@ def test_several_runs_are_told_and_drawn(files: Path, capsys: Said) -> None:
     runs = ("--data", "a.csv", "--data", f"b.csv; {Q}=-0.1 m")
     assert main(asked(*runs, "--to", QD, "--own", Q, "--plot", "fit.png", "--try", f"{QD}=1; until=4 s", "--level", "0.9")) == 0
     told = capsys.readouterr().out
-    assert all(x in told for x in (f"{Q} @ a", f"{Q} @ b", "90 % interval", "gain, bits", "not used: a.csv: spare", "wrote fit.png"))
+    for words in (f"{Q} @ a", f"{Q} @ b", "90 % interval", "gain, bits", "not used: a.csv: spare", "wrote fit.png"):
+        assert words in told, words
     assert (files / "fit.png").stat().st_size > 20_000
 
 

@@ -128,6 +128,8 @@ def test_mistakes_in_runs_are_told_together() -> None:
     runs = [engine.Measured(TIME, {X: TIME[1:]}), engine.Measured(TIME**2, {"rail.q": TIME}, noise=1.0)]
     with pytest.raises(engine.SceneError) as told:
         engine.fit(GLIDER, [Q], runs=runs)
+    with pytest.raises(engine.SceneError, match="each run has its own"):
+        engine.fit(GLIDER, [Q], runs=runs, noise=0.1)
     text = str(told.value)
     assert all(x in text for x in ("run 1", "8 values for 9", "run 2, time", "rail.q is no column", "for some runs only"))
 
