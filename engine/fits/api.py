@@ -119,7 +119,7 @@ def fit(
     if (time is None) == (not runs):
         raise SceneError([Problem("runs", "either time and measured, or runs", "give one of them")])
     if runs and noise is not None:
-        raise SceneError([Problem("noise", "is given beside runs", "each run has its own: Measured(time, curves, overrides, noise)")])
+        raise SceneError([Problem("noise", "is given beside runs", "each run has its own: Measured(…, noise=…)")])
     given = list(runs) if time is None else [Measured(time, measured or {}, {}, noise)]
     objective = prepared(loaded, names_given(parameters), names_given(own), given, rtol, bounds, priors)
     return solved(loaded, objective, level, intervals)
