@@ -188,7 +188,7 @@ def _told(
     misfit = profiles.r[:n] * objective.noise
     runs = _followed(objective, misfit)
     at_bound = [f"{x} is at its bound {v:g}: its local deviation does not hold" for x, v in _at_bounds(objective, u)]
-    told = [*_failed(objective.failed), *notes, *profiles.notes, *at_bound, *(a.told() for a in named), *coloured(runs)]
+    told = [*_failed(objective.failed), *notes, *at_bound, *(a.told() for a in named), *coloured(runs)]
     units = {p.path: p.unit for p in list_parameters(solution.scene)}
     return Fit(
         dict(zip(names, (u * unit).tolist(), strict=True)), dict(zip(names, (deviations * unit).tolist(), strict=True)),

@@ -82,7 +82,6 @@ class Profiles:
         self.objective, self.u, self.t = objective, u, t
         self.r, self.J = objective.slopes(u)
         self.least = float(self.r @ self.r)
-        self.notes: list[str] = []
 
     def relaxed(self, k: int, u: np.ndarray, J: Rows) -> tuple[np.ndarray, Rows, float]:
         """(u, J, rise) of the best fit with parameter k held where u has it, from u on; J follows by Broyden's update. Better when
