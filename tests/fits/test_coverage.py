@@ -52,10 +52,11 @@ def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> No
 
 
 @pytest.mark.slow
-def test_1000_sets_of_four_mechanisms_are_covered_to_two_percent() -> None:
-    """``python -m tests.benchmarks.coverage`` prints the same: 95 % intervals of fits by the engine's own runs and slopes."""
-    tallies = covered(1000)
-    both = tallies["all"]
-    assert both.sets == 1000
+def test_intervals_of_the_engines_own_fits_hold_the_truth() -> None:
+    """200 of the sets of ``python -m tests.benchmarks.coverage``, by the engine's runs and slopes: 93 to 97 % of 95 % intervals,
+    and two standard errors more, since they are no thousand."""
+    both = covered(200)["all"]
     for count in (both.local, both.profile):
-        assert 0.93 <= count / both.intervals <= 0.97
+        share = count / both.intervals
+        error = 2.0 * np.sqrt(0.95 * 0.05 / both.intervals)
+        assert 0.93 - error <= share <= 0.97 + error
