@@ -106,27 +106,31 @@ def _scene(case: Case) -> engine.Scene:
 
 @dataclass
 class Tally:
-    """Counts of a case, or of all: intervals looked at, how many hold the truth, local and by profile, and ends that are none."""
+    """Counts of a case, or of all: intervals looked at, how many hold the truth, local and by profile, and ends that are none;
+    shares: local and by profile, of each set's intervals."""
 
     sets: int = 0
     intervals: int = 0
     local: int = 0
     profile: int = 0
     ends: int = 0
+    shares: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, found: engine.Fit, truth: np.ndarray) -> None:
         """Count one fit."""
         self.sets += 1
+        before = self.local, self.profile
         for value, i in zip(truth, found.intervals.values(), strict=True):
             self.intervals += 1
             self.local += i.local[0] <= value <= i.local[1]
             self.profile += (i.low <= value or i.low_end != "found") and (value <= i.high or i.high_end != "found")
             self.ends += (i.low_end != "found") + (i.high_end != "found")
+        self.shares.append(((self.local - before[0]) / len(truth), (self.profile - before[1]) / len(truth)))
 
     def line(self, name: str) -> str:
-        """The counts in words."""
+        """The counts in words. Errors are those of the sets' shares: the intervals of one set are right or wrong together."""
         shares = [100.0 * x / max(self.intervals, 1) for x in (self.local, self.profile)]
-        errors = [np.sqrt(s * (100.0 - s) / max(self.intervals, 1)) for s in shares]
+        errors = 100.0 * np.std(self.shares, axis=0) / np.sqrt(max(self.sets, 1))
         told = "   ".join(f"{s:5.1f} ± {e:.1f}" for s, e in zip(shares, errors, strict=True))
         return f"{name:20s} {self.sets:5d} {self.intervals:6d}   {told}   {self.ends:5d}"
 
