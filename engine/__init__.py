@@ -3,7 +3,8 @@
 ``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``;
 ``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table;
 ``optimise(scene, bounds, minimise=…)`` → the best numbers; ``refine(scene, bounds, of=…)`` → where results jump or outcomes change;
-``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)``;
+``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)`` →
+parameters and how sure they are, ``compare`` (laws), ``propose`` (experiments);
 ``hold(scene, bounds=True)`` → what a mechanism at rest can hold; ``equilibrium(scene)`` → where it rests; ``modes(scene)`` → how it
 swings about that; ``inverse(scene, time, motion)`` → what a motion takes; ``wear(result)`` → what it takes off; ``knocks(result,
 clearance)`` → where pins would hit their bearings.
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from engine.basics.problems import Problem, SceneError, SimulationError
     from engine.batch.sweeping import Sweep, sweep
     from engine.bounds.api import hold
+    from engine.fits import Candidate, Evidence, Fit, Interval, Measured, Trial, compare, fit, propose
     from engine.questions.equilibrium import Equilibrium, equilibrium
     from engine.questions.inverse import inverse
     from engine.questions.kinematics import kinematics
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from engine.questions.modes import Modes, modes
     from engine.questions.wear import Wear, wear
     from engine.scene import Scene, load_scene, models_dir
-    from engine.sensitivities import Fit, Sensitivity, fit, sensitivity
+    from engine.sensitivities import Sensitivity, sensitivity
     from engine.simulation.event import Event
     from engine.simulation.linearize import Linearization, linearize
     from engine.simulation.result import Result
@@ -40,9 +42,10 @@ _HOMES = {
     "Scene": "engine.scene",
     "load_scene": "engine.scene",
     "models_dir": "engine.scene",
-    "Fit": "engine.sensitivities",
+    **dict.fromkeys(
+        ("Candidate", "Evidence", "Fit", "Interval", "Measured", "Trial", "compare", "fit", "propose"), "engine.fits"
+    ),
     "Sensitivity": "engine.sensitivities",
-    "fit": "engine.sensitivities",
     "sensitivity": "engine.sensitivities",
     "Event": "engine.simulation.event",
     "Result": "engine.simulation.result",
@@ -67,9 +70,10 @@ _HOMES = {
     "sweep": "engine.batch.sweeping",
 }
 __all__ = [
-    "Equilibrium", "Event", "Fit", "Knock", "Linearization", "Modes", "Problem", "Result", "Scene", "SceneError", "Sensitivity",
-    "SimulationError", "Studied", "Sweep", "Wear", "equilibrium", "fit", "hold", "inverse", "kinematics", "knocks", "linearize",
-    "load_scene", "models_dir", "modes", "optimise", "refine", "sensitivity", "simulate", "sweep", "wear",
+    "Candidate", "Equilibrium", "Event", "Evidence", "Fit", "Interval", "Knock", "Linearization", "Measured", "Modes", "Problem",
+    "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Studied", "Sweep", "Trial", "Wear", "compare",
+    "equilibrium", "fit", "hold", "inverse", "kinematics", "knocks", "linearize", "load_scene", "models_dir", "modes", "optimise",
+    "propose", "refine", "sensitivity", "simulate", "sweep", "wear",
 ]  # fmt: skip
 
 

@@ -9,8 +9,8 @@ import typer
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.cli import extensions
+from engine.cli.finding import app
 from engine.cli.running import DONE, FAILED, failure_end, problems_end
-from engine.cli.studies import app
 
 INTERRUPTED = 130
 """What newer versions of typer return for a command that Ctrl-C ended; older ones raise Abort."""

@@ -15,8 +15,6 @@ from engine.basics.problems import Problem, SceneError
 if TYPE_CHECKING:
     from typer import Context
 
-    from engine.scene.model import Scene
-
 T = TypeVar("T")
 ASK = "columns are chosen with --outputs"
 
@@ -167,9 +165,3 @@ def laws() -> tuple[str, ...]:
     from engine.friction import REGISTRY
 
     return tuple(REGISTRY)
-
-
-def law_changes(scene: Scene, law: str) -> dict[str, str]:
-    """The changes that give every frictional joint this law."""
-    own = [n for n, j in scene.joints.items() if j.friction is not None and j.friction.law is not None]
-    return {"friction.law": law, **{f"joints.{n}.friction.law": law for n in own}}

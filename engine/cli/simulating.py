@@ -118,6 +118,7 @@ def _prescribed(scene: Scene) -> Scene:
 
 def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: Findings, massless: bool = False) -> Scene | None:
     """The scene with its changes; None when there are problems, which are kept."""
+    from engine.scene.laws import law_changes
     from engine.scene.load import load_scene
     from engine.scene.overrides import apply
 
@@ -127,7 +128,7 @@ def loaded(source: str | None, changes: dict[str, Any], law: str | None, found: 
     if scene is None:
         return None
     if law is not None:
-        scene = found.attempt(partial(apply, scene, options.law_changes(scene, law)), "--law") or scene
+        scene = found.attempt(partial(apply, scene, law_changes(scene, law)), "--law") or scene
     if changes:
         scene = found.attempt(partial(apply, scene, changes), "--set") or scene
     return scene

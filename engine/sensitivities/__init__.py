@@ -1,6 +1,5 @@
-"""Derivatives of outputs by parameters through a run, across events: ``sensitivity``; parameters from measured curves: ``fit``."""
+"""Derivatives of outputs by parameters through a run, across events: ``sensitivity``."""
 
 from engine.sensitivities.api import Sensitivity, sensitivity
-from engine.sensitivities.fit import Fit, fit
 
-__all__ = ["Fit", "Sensitivity", "fit", "sensitivity"]
+__all__ = ["Sensitivity", "sensitivity"]

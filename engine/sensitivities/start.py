@@ -7,6 +7,7 @@ hundredth are exact to about 1e-12; the trajectory itself is never differenced.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +28,9 @@ from engine.system.build import Built, build
 STEP = 1e-2
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
-"""(place, weight) of differences of order six for first derivatives at unit spacing; FORWARD for numbers that cannot go lower."""
+BACKWARD = tuple((-k, -w) for k, w in FORWARD)
+"""(place, weight) of differences of order six for first derivatives at unit spacing; FORWARD for numbers that cannot go lower,
+BACKWARD for those that cannot go higher."""
 
 
 @dataclass(frozen=True)
@@ -114,10 +117,10 @@ def _size(value: float) -> float:
 
 
 def _column(model: Model, line: _Line) -> tuple[np.ndarray, ...]:
-    try:
-        return _differences(model, line, STEP * line.size, CENTRAL)
-    except SceneError:
-        return _differences(model, line, STEP * line.size, FORWARD)
+    for weights in (CENTRAL, FORWARD):
+        with suppress(SceneError):
+            return _differences(model, line, STEP * line.size, weights)
+    return _differences(model, line, STEP * line.size, BACKWARD)
 
 
 def _differences(model: Model, line: _Line, h: float, weights) -> tuple[np.ndarray, ...]:

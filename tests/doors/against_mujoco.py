@@ -112,7 +112,9 @@ def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) ->
     mujoco.mj_forward(m, d)
     ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
     mine, want = accelerations(scene, ours, rates), np.concatenate(list(theirs.values()))
-    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / (np.abs(want).max() or 1.0))
+    size, of_rates = np.abs(want).max(), np.square(qd).max()
+    unit = size if size > 1e-12 * of_rates else of_rates  # where nothing is accelerated: of what turning gives
+    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / unit)
 
 
 def _given(m: Any, bodies: Bodies) -> float:

@@ -77,7 +77,7 @@ def test_a_bound_that_the_data_point_beyond_is_where_the_search_ends() -> None:
 
 
 def test_a_trial_that_cannot_be_run_shortens_the_step_and_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = importlib.import_module("engine.sensitivities.fit")
+    module = importlib.import_module("engine.fits.curves")
     time, curves = measured(0.23)
     whole, tried = module.sensitivity, []
 
