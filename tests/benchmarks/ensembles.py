@@ -37,7 +37,7 @@ def arm() -> dict[str, Any]:
             "axis": axis,
             "inboard": last,
             "outboard": f"link{i}",
-            "damping": 0.5,
+            "damping": 0.01,
             "start": start,
         }
         last = f"link{i}.end"
