@@ -30,7 +30,7 @@ from engine.system.curves import Curve, Outside
 from engine.system.numbers import turning
 
 MANY = 48
-"""New values of a group above which they are put into their entries without building each."""
+"""When a group has had so many new values, they are put into their entries without building each."""
 MOST_KEPT = 20_000
 """Built values kept for later chunks, each a few hundred bytes."""
 
@@ -76,6 +76,7 @@ class Preparer:
         owners = [owner(p) for p in paths]
         self.groups = [[i for i, o in enumerate(owners) if o == own] for own in dict.fromkeys(owners)]
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
+        self.met = [0] * len(self.groups)
         named = [tuple(self.paths[i] for i in group) for group in self.groups]
         self.placing = [Placing(self.start, self.base, self.mass, p, partial(self._entry, g)) for g, p in enumerate(named)]
         sizes = (o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p or ".at[" in p)
@@ -115,7 +116,8 @@ class Preparer:
         distinct, inverse = np.unique(values, axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
-        if new > MANY and (placed := self.placing[g].of(distinct)):
+        self.met[g] += new
+        if self.met[g] > MANY and (placed := self.placing[g].of(distinct)):
             place, numbers = placed
             flat[:, place] = numbers[inverse]
             alone |= (values == 0.0).any(axis=1)

@@ -113,6 +113,19 @@ def test_what_follows_a_formula_has_the_bits_of_scenes_without_building_them(whi
             assert getattr(rows, name)[i].tobytes() == getattr(alone, name)[0].tobytes(), name
 
 
+def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chunks of dear cases are small; what their numbers act on is learnt from the first of them."""
+    scene = load_scene("spherical_pendulum")
+    cases = sampled(scene, {"bodies.pendulum.density": (900.0, 8000.0)}, 40 * 20, seed=2)
+    built = []
+    monkeypatch.setattr(preparing, "build", lambda s: built.append(s) or build(s))
+    preparer = Preparer(scene, cases.paths, Run())
+    for start in range(0, cases.count, 20):
+        (rows,), _ = preparer.rows(cases.values(start, start + 20))
+        assert rows.p.shape[0] == 20
+    assert len(built) < 1 + preparing.MANY + 20 + 12 * (TRIED + 1), "a few records of the largest and least value are tried"
+
+
 def test_values_the_scene_refuses_are_told_case_by_case() -> None:
     scene = load_scene("spherical_pendulum")
     values = np.column_stack([np.linspace(-0.1, 0.5, 61), np.linspace(0.01, 0.02, 61)])
