@@ -16,7 +16,7 @@ from tests.reference.random_scenes import random_loop, random_tree
 
 DIGITS = 1e-9
 """Of the largest value of its kind over all bodies: what a third of a second makes of sums rounded in another order, at equal steps
-(measured over 120 mechanisms: 4e-11 at most, of loops near the end of their reach; 5e-13 of trees)."""
+(measured, column by column: 5e-13 in trees, 3e-11 in loops)."""
 CASES = 21
 KEPT = ("final:*.position[*]", "max:*.acceleration[*]")
 
