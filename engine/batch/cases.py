@@ -97,7 +97,7 @@ def sampled(
     _end(problems, ranges, where)
 
     def values(start: int, stop: int) -> np.ndarray:
-        unit = points(count, len(spreads), seed, method)[start:stop]
+        unit = points(count, len(spreads), seed, method, start, stop)
         return np.column_stack([inverse(unit[:, k]) for k, inverse in enumerate(spreads) if inverse is not None])
 
     return Cases(tuple(ranges), tuple(units), count * width(method, len(spreads)), values, method)

@@ -15,17 +15,18 @@ from engine.abi.batches import BATCH, CASE, REDUCED
 from engine.abi.choices import Ended
 from engine.basics.interrupts import Unwanted
 from engine.batch.ensemble import ensemble_of
+from engine.batch.judging import ends_of
 from engine.batch.preparing import Rows
 from engine.batch.reductions import EVENT_NUMBERS, OF_COLUMNS, OF_DECISIONS, Reduction, wanted_columns
 from engine.batch.series import Series
 from engine.batch.watch import CALL_SECONDS, Tick, Watch
 from engine.kernel.library import Kernel
 from engine.simulation import block as bl
-from engine.simulation.audit import Audit, audit_of, judged
+from engine.simulation.audit import Audit
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.gaps import open_loop
 from engine.simulation.library import library
-from engine.simulation.outcome import DONE, Outcome
+from engine.simulation.outcome import Outcome
 from engine.simulation.run import Model
 from engine.simulation.settings import Run
 
@@ -33,6 +34,8 @@ CAPACITY = 256
 """How many output rows the buffer holds before they are reduced."""
 KEPT_BUFFERS = 8
 """Of rows that are kept: how many buffers they wait in until they are taken out."""
+
+
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
     lib = library()
@@ -173,10 +176,7 @@ class Loop:
 
     def _reduced(self, index: np.ndarray, out: np.ndarray, failed: dict[int, Outcome], kept: np.ndarray | None) -> Reduced:
         """The outcome of cases from what the C loop wrote of them; failed: those that have one of their own, by place."""
-        joints = [j.name for j in self.model.system.frictional]
-        audits = [audit_of(c["audit"], joints) if c["rows"] else Audit() for c in out["case"]]
-        ends = [failed.get(i) or Outcome(DONE, float(t)) for i, t in enumerate(out["case"]["time"])]
-        outcomes = [judged(o, a) for o, a in zip(ends, audits, strict=True)]
+        outcomes, audits = ends_of(out["case"], failed, [j.name for j in self.model.system.frictional])
         return Reduced(index, self._numbers(out), outcomes, audits, out["case"]["steps"].astype(np.int64), self.seconds, kept)
 
     def _take_kept(self) -> None:

@@ -1,7 +1,8 @@
 """Numbers of many cases, the same to the last bit as building each case's scene by itself, at a fraction of the cost.
 
 Paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. The table of parameters says of many numbers that
-they are an entry and nothing else (friction, springs, dampers, drives, …): those are put there. The values of any other group are
+they are an entry and nothing else (friction, springs, dampers, drives, …): those are put there, as are those that are copied or
+follow a formula (``placing``). The values of any other group are
 built once each, alone, through the scene like any other run (so derived values follow the same rules), and the entries they change
 are put side by side. Where groups meet in an entry, and where a case is not of the same structure, every case is built by itself.
 """
@@ -10,14 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from functools import partial
 
 import numpy as np
 
 from engine.abi.batches import CASE_SETTINGS
 from engine.basics.interrupts import heed
 from engine.basics.problems import SceneError
+from engine.batch.derived import total_mass
 from engine.batch.followers import Followers
+from engine.batch.placing import Placing
 from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
@@ -27,9 +30,7 @@ from engine.system.curves import Curve, Outside
 from engine.system.numbers import turning
 
 MANY = 48
-"""New values of a group above which they are put into their entries without building each."""
-MOST_CORNERS = 64
-"""Corners of the box of a group's values at which the scene is checked; above, every value is built."""
+"""When a group has had so many new values, they are put into their entries without building each."""
 MOST_KEPT = 20_000
 """Built values kept for later chunks, each a few hundred bytes."""
 
@@ -71,9 +72,13 @@ class Preparer:
         self.scene, self.paths, self.run = scene, tuple(paths), run
         self.start = build(scene)
         self.base = self._flat(self.start)
+        self.mass = len(self.base) - 3
         owners = [owner(p) for p in paths]
         self.groups = [[i for i, o in enumerate(owners) if o == own] for own in dict.fromkeys(owners)]
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
+        self.met = [0] * len(self.groups)
+        named = [tuple(self.paths[i] for i in group) for group in self.groups]
+        self.placing = [Placing(self.start, self.base, self.mass, p, partial(self._entry, g)) for g, p in enumerate(named)]
         sizes = (o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p or ".at[" in p)
         self.sizing = len(set(sizes))
 
@@ -97,6 +102,7 @@ class Preparer:
         for g, columns in enumerate(self.groups):
             self._group(g, values[:, columns], flat, alone, touched, wrong)
         size = len(self.base) - 2
+        flat[:, self.mass], touched[self.mass] = total_mass(self.start, flat), 0
         if (touched[:size] > 1).any() or touched[size] > 1 or (touched[size] and self.sizing > 1):
             alone[:] = True
         out = [self._together(np.flatnonzero(~alone), flat[~alone])] if not alone.all() else []
@@ -110,13 +116,11 @@ class Preparer:
         distinct, inverse = np.unique(values, axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
-        place = self._placed(g, distinct) if new > MANY else None
-        if place is None and new > MANY and len(self.groups[g]) == 1:
-            place = self._copied(g, distinct)
-        if place is not None:
-            odd = (values == 0.0).any(axis=1)
-            flat[:, place] = values
-            alone |= odd
+        self.met[g] += new
+        if self.met[g] > MANY and (placed := self.placing[g].of(distinct)):
+            place, numbers = placed
+            flat[:, place] = numbers[inverse]
+            alone |= (values == 0.0).any(axis=1)
             touched[place] += 1
             return
         entries = [self._built(g, v) for v in distinct]
@@ -137,32 +141,10 @@ class Preparer:
             kept[key] = self._made({self.paths[i]: float(v) for i, v in zip(self.groups[g], values, strict=True)})
         return kept[key]
 
-    def _placed(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
-        """The entries of ``flat`` that the group's numbers are, where the table of parameters knows them all and the scene
-        takes the values: bounds and comparisons of numbers are linear, so they hold for all values when they hold at the
-        corners of their box. None otherwise."""
-        paths = [self.paths[i] for i in self.groups[g]]
-        place = [self.start.parameters.place(p) for p in paths]
-        if None in place or 2 ** len(paths) > MOST_CORNERS:
-            return None
-        try:
-            for corner in product(*zip(distinct.min(axis=0), distinct.max(axis=0), strict=True)):
-                apply(self.scene, dict(zip(paths, map(float, corner), strict=True)))
-        except SceneError:
-            return None
-        return np.array(place)
-
-    def _copied(self, g: int, distinct: np.ndarray) -> np.ndarray | None:
-        """The entries of ``flat`` that are the path's number itself, for numbers the table does not place (start values,
-        points): the number is tried at the ends of its values and in between. None when it acts in another way."""
-        tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, 5).astype(int))]
-        tried = tried[tried[:, 0] != 0.0]
-        entries = [self._built(g, v) for v in tried]
-        if not all(isinstance(e, _Entry) and e.built is None for e in entries):
-            return None
-        rows = np.array([e.flat for e in entries])  # type: ignore[union-attr]
-        differs = np.flatnonzero((rows != self.base).any(axis=0))
-        return differs if len(differs) and (rows[:, differs] == tried).all() else None
+    def _entry(self, g: int, values: np.ndarray) -> np.ndarray | None:
+        """The flat numbers of the scene with one group's values; None where it is refused or of another structure."""
+        entry = self._built(g, values)
+        return entry.flat if isinstance(entry, _Entry) and entry.built is None else None
 
     # -- entries ------------------------------------------------------------------------------------------------------------
 

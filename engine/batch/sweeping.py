@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from engine.basics.extras import brought
 from engine.basics.interrupts import Held, Unwanted, held, watched
+from engine.batch.gathered import Gathered
 from engine.batch.plan import Plan, Runner, Stopped, plan
 from engine.batch.swept import Sweep, trajectory
 from engine.scene.given import Amount, Names, names_given
@@ -116,8 +117,7 @@ class _Work:
         self.plan, self.progress = of, progress
         self.lock = threading.Lock()
         self.next = self.done = 0
-        self.tables: dict[int, Any] = {}
-        self.rows: dict[int, Any] = {}
+        self.tables, self.rows = Gathered(), Gathered()
         self.runners: list[Runner] = []
         self.stopped = self.interrupted = False
         self.told = time.perf_counter()
@@ -156,8 +156,9 @@ class _Work:
 
     def _finished(self, start: int, got: Any, rows: Any) -> None:
         with self.lock:
-            self.tables[start] = got
-            self.rows[start] = rows
+            self.tables.add(start, got)
+            if rows is not None:
+                self.rows.add(start, rows)
             self.done += got.num_rows
             if self.progress and (time.perf_counter() - self.told > 0.1 or self.done == self.plan.cases.count):
                 self.told = time.perf_counter()
@@ -166,10 +167,9 @@ class _Work:
     def result(self, wall: float) -> Sweep:
         """The sweep, with all tables put together; when it was interrupted, the table's metadata say how many of the cases it
         has."""
-        import pyarrow as pa
         import pyarrow.compute as pc
 
-        table = pa.concat_tables([self.tables[k] for k in sorted(self.tables)])
+        table = self.tables.whole()
         stopped = table.num_rows < self.plan.cases.count
         if stopped:
             told = {"stopped": f"{table.num_rows} of {self.plan.cases.count} cases finished"}
@@ -177,7 +177,7 @@ class _Work:
         counts = {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}
         seconds = sum(r.seconds for r in self.runners)
         build = max((r.build_seconds for r in self.runners), default=0.0)
-        kept = pa.concat_tables([self.rows[k] for k in sorted(self.rows)]) if self.plan.series is not None else None
+        kept = self.rows.whole() if self.plan.series is not None else None
         return Sweep(self.plan, table, wall, seconds, build, counts, stopped, kept)
 
 

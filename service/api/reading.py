@@ -115,7 +115,7 @@ def rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[A
 def _tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[Piece, int, int], Any]) -> Iterator[Any]:
     """What is read of each part that is there."""
     digest = known(s, job).digest
-    todo, repairs = deque(c for c in s.store.finished(job) if c.start < stop and c.stop > first), 0
+    todo, repairs = deque(s.store.finished(job, first, stop)), 0
     while todo:
         chunk = todo.popleft()
         try:
@@ -139,7 +139,7 @@ def _again(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
     end = time.monotonic() + s.settings.limits.answer_seconds
     while True:
         now = s.store.job(chunk.job)
-        there = [c for c in s.store.finished(chunk.job) if c.start < chunk.stop and c.stop > chunk.start]
+        there = s.store.finished(chunk.job, chunk.start, chunk.stop)
         if sum(c.stop - c.start for c in there) == chunk.stop - chunk.start or now is None or now.state in ENDED:
             return there
         if time.monotonic() > end:

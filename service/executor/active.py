@@ -7,10 +7,12 @@ from math import inf
 from typing import Any
 
 from engine.studies.following import Follow
+from service.executor.sizing import Handing
 from service.store.rows import Chunk, Job
 
 FIRST_CHUNK = 8
-LARGEST_CHUNK = 50_000
+LARGEST_CHUNK = 100_000
+"""Cases of a piece: a worker has some 2 kB for each while it runs."""
 SHORTEST = 0.1
 """Seconds of stepping below which handing a chunk out costs too large a share."""
 PIECES = 30
@@ -78,12 +80,15 @@ class Active:
         self.granted.pop(start, None)
         self.spent += seconds
 
-    def size(self, longest: float, slots: int) -> int:
+    def size(self, longest: float, slots: int, handing: Handing) -> int:
         """Number of cases for the next chunk. What is left is cut into PIECES chunks for each slot, so that a small job spreads,
-        but into none shorter than SHORTEST or longer than ``longest`` seconds; chunks shrink towards the end."""
+        but into none longer than ``longest`` seconds, or shorter than SHORTEST and than what handing out more of them is worth;
+        chunks shrink towards the end."""
         if self.cost <= 0.0:
             return FIRST_CHUNK
         left = max(1, self.known - self.planned)
         share = max(SHORTEST, self.left / (4 * slots))
-        seconds = min(longest, share, max(SHORTEST, left * self.cost / (slots * PIECES)))
-        return int(min(max(1, seconds / self.cost), LARGEST_CHUNK, max(1, left // (2 * slots))))
+        least = handing.shortest(left * self.cost, slots)
+        seconds = min(longest, share, max(SHORTEST, least, left * self.cost / (slots * PIECES)))
+        spread = max(1, left // (2 * slots), int(min(longest, least) / self.cost))
+        return int(min(max(1, seconds / self.cost), LARGEST_CHUNK, spread))

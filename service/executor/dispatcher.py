@@ -16,6 +16,7 @@ from service.executor.cluster import Cluster, NoCluster
 from service.executor.held import HeldJobs
 from service.executor.parts import Parts
 from service.executor.sealed import Piece, Spoiled, document_bytes
+from service.executor.sizing import Handing, look_pause
 from service.executor.work import Cancelled, OutOfTime, run_chunk
 from service.metrics import Metrics
 from service.settings import Settings
@@ -40,6 +41,7 @@ class Dispatcher(HeldJobs):
         self.thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self.woken, self.stopping = threading.Event(), threading.Event()
         self.trouble = ""
+        self.handing, self.moved = Handing(), 0
 
     def start(self) -> None:
         """Start the thread."""
@@ -87,6 +89,7 @@ class Dispatcher(HeldJobs):
 
     def _turn(self) -> bool:
         """One turn: take results that came back, renew leases, send off more chunks. True when something was done."""
+        began, self.moved = time.perf_counter(), 0
         busy = self._take_landed()
         if time.monotonic() - self.claimed > self.settings.lease / 3:
             self._claim()
@@ -96,7 +99,9 @@ class Dispatcher(HeldJobs):
             except LeaseLost:
                 self._forget(active)
         self.cluster.slots()
-        return self._send() or busy
+        busy = self._send() or busy
+        self.handing.turned(self.moved, time.perf_counter() - began)
+        return busy
 
     # -- landing ------------------------------------------------------------------------------------------------------------
 
@@ -133,6 +138,7 @@ class Dispatcher(HeldJobs):
             active.landed(start, 0.0)
             self._lost(chunk, future)
         active.flying.pop(start, None)
+        self.moved += 1
         if active.planned >= active.known and not active.flying:
             self._end_if_over(active)
 
@@ -203,9 +209,11 @@ class Dispatcher(HeldJobs):
             if not active.flying:
                 self._stop_job(active, "failed", [OUT_OF_TIME])
             return False
-        slots, longest = max(1, self.cluster.counted), self.settings.chunk_seconds
+        slots = max(1, self.cluster.counted)
+        longest = self.handing.longest(self.settings.chunk_seconds, slots)
+        size = active.size(longest, slots, self.handing)
         try:
-            chunk = self.store.cut(self.name, active.job.id, active.size(longest, slots), self._delay(self.settings.attempts) + 1.0)
+            chunk = self.store.cut(self.name, active.job.id, size, self._delay(self.settings.attempts) + 1.0)
         except LeaseLost:
             self._forget(active)
             return False
@@ -220,11 +228,12 @@ class Dispatcher(HeldJobs):
         try:
             piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
             values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
-            future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant, values)
+            future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant, values, look_pause(slots))
         except NoCluster:
             self.store.chunk_lost(self.name, chunk.job, chunk.start, "no cluster", self.settings.attempts, 0.5, blame=False)
             raise
         active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), grant[0]
+        self.moved += 1
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._came(job, start, f))
         return True
 

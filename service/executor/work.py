@@ -45,12 +45,15 @@ class Cancelled(RuntimeError):
     """Raised in a worker whose job was stopped."""
 
 
-def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None) -> dict[str, Any]:
+def run_chunk(
+    url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
+) -> dict[str, Any]:
     """Run the cases of a piece and write their part; what the store wants to know of it (``Done``).
 
     url: where parts and the job's document are. seconds: most this chunk may build and step; longest: most it may step. A chunk
     that overruns leaves off at once: its part has the cases that were finished before. A part that is there already, and fits, is
-    taken as it is. values: the numbers of the cases, where those follow from results.
+    taken as it is. values: the numbers of the cases, where those follow from results; pause: s between two looks whether the job
+    was stopped, at least.
     """
     parts = Parts(url)
     start, stop = piece.start, piece.stop
@@ -59,7 +62,7 @@ def run_chunk(url: str, piece: Piece, seconds: float, longest: float = inf, valu
         return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _name()}
     runner = _runner(parts, piece.job, piece.document)
     built, stepped, began = runner.build_seconds, runner.seconds, time.thread_time()
-    watch = Watch(parts, piece.job, seconds, longest)
+    watch = Watch(parts, piece.job, seconds, longest, pause)
     if values is not None and isinstance(runner.plan.cases.values, Told):
         runner.plan.cases.values.tell(start, values)
     with watched(watch.look), staged(parts, piece.job, wanted=start == 0) as watch.tell:
@@ -94,12 +97,12 @@ class Watch:
     """Called every few hundredths of a second while it builds and steps; ends the chunk when it is out of time, keeping the cases
     it has finished, and by an exception when it was cancelled, or is out of time while it builds."""
 
-    def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf):
+    def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf, pause: float = 0.0):
         self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest
         self.stepping = inf
         self.tell: Tell = lambda stage: None
         self.marker, self.looked = parts.marker(job), time.monotonic()
-        self.pause = MARKER_SECONDS
+        self.least = self.pause = max(MARKER_SECONDS, pause)
 
     def __call__(self, done: int) -> bool:
         now = time.monotonic()
@@ -121,7 +124,7 @@ class Watch:
         if now - self.looked > self.pause:
             stopped = self.parts.exists(self.marker)
             self.looked = time.monotonic()
-            self.pause = max(MARKER_SECONDS, (self.looked - now) / LOOKS_PART)
+            self.pause = max(self.least, (self.looked - now) / LOOKS_PART)
             if stopped:
                 raise Cancelled("the job was stopped")
 

@@ -101,11 +101,18 @@ class WorkStore(LandingStore):
         with transaction(self.engine) as c:
             return [chunk_of(row) for row in c.execute(select(chunks).where(here).order_by(chunks.c.start)).mappings()]
 
-    def finished(self, job: str) -> list[Chunk]:
-        """Chunks whose parts are there, in order of their cases."""
-        query = select(chunks).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
+    def finished(self, job: str, first: int = 0, stop: int | None = None) -> list[Chunk]:
+        """Chunks whose parts are there, in order of their cases: of all, or those with some of the cases first … stop − 1."""
+        query = select(chunks).where(chunks.c.job == job, chunks.c.state == "done", chunks.c.stop > first).order_by(chunks.c.start)
         with transaction(self.engine) as c:
-            return [chunk_of(row) for row in c.execute(query).mappings()]
+            found = c.execute(query if stop is None else query.where(chunks.c.start < stop)).mappings()
+            return [chunk_of(row) for row in found]
+
+    def ends(self, job: str) -> list[int]:
+        """Where the chunks end whose parts are there, in order."""
+        query = select(chunks.c.stop).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
+        with transaction(self.engine) as c:
+            return [int(stop) for stop in c.execute(query).scalars()]
 
     def ask(self, server: str, job: str, known: int, over: bool) -> None:
         """So many cases of a study are known now; ``over``: there will be no more."""

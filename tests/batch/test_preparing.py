@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
 
 from engine.basics.problems import SceneError
 from engine.batch import preparing
 from engine.batch.cases import sampled
+from engine.batch.placing import TRIED
 from engine.batch.preparing import Preparer, Run
 from engine.scene import Scene, load_scene, model_names
+from engine.scene.load import scene_from_dict
 from engine.scene.overrides import apply
 from engine.system.build import build
 from tests.reference.random_scenes import random_tree
@@ -71,6 +74,56 @@ def test_two_numbers_of_a_joint_are_prepared_without_building_scenes(monkeypatch
         k = rows.index.tolist().index(i)
         assert rows.p[k].tobytes() == np.array(one.parameters.values).tobytes()
         assert rows.y[k].tobytes() == np.concatenate([one.numbers.q, one.numbers.v]).tobytes()
+
+
+SHAPES = """
+schema: 1
+gravity: [0.1, -0.2, -9.81]
+bodies:
+  post: {cylinder: {radius: 0.03, length: 0.5}, density: 2700, center: [0, 0, 0.2], points: {end: [0, 0, 0.5]}}
+  bob: {sphere: 0.07, mass: 1.3, center: [0.1, 0, 0], points: {end: [0.2, 0, 0]}}
+  odd: {mass: 0.7, inertia: [0.01, 0.02, 0.015, 0.001, 0, 0], center: [0, 0.05, 0]}
+joints:
+  ball: {type: spherical, inboard: ground, outboard: post, start: {q: {axis: [1, 2, 0], angle: 0.4}}}
+  hinge: {type: revolute, axis: y, inboard: post.end, outboard: bob}
+  slide: {type: prismatic, axis: x, inboard: bob.end, outboard: odd}
+"""
+FOLLOW: dict[str, dict[str, tuple[float, float]]] = {
+    "density": {"bodies.post.density": (900.0, 8000.0)},
+    "masses": {"bodies.bob.mass": (0.3, 3.0), "bodies.odd.mass": (0.5, 1.0), "bodies.post.density": (900.0, 8000.0)},
+    "gravity": {"gravity[1]": (-3.0, 3.0), "gravity[3]": (-12.0, -2.0)},
+    "angle": {"joints.ball.start.q.angle": (-3.0, 3.0), "gravity[2]": (-1.0, -0.1)},
+}
+
+
+@pytest.mark.parametrize("which", FOLLOW)
+def test_what_follows_a_formula_has_the_bits_of_scenes_without_building_them(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_from_dict(yaml.safe_load(SHAPES))
+    cases = sampled(scene, FOLLOW[which], 300, seed=2)
+    built = []
+    monkeypatch.setattr(preparing, "build", lambda s: built.append(s) or build(s))
+    preparer = Preparer(scene, cases.paths, Run())
+    (rows,), wrong = preparer.rows(cases.values(0, 300))
+    assert not wrong
+    assert len(built) <= 1 + TRIED * len(cases.paths)
+    assert rows.index.tolist() == list(range(300))
+    for i in range(0, 300, 23):
+        (alone,), _ = Preparer(apply(scene, cases.changes(i)), (), Run()).rows(np.zeros((1, 0)))
+        for name in ("p", "y", "given", "inputs", "settings"):
+            assert getattr(rows, name)[i].tobytes() == getattr(alone, name)[0].tobytes(), name
+
+
+def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chunks of dear cases are small; what their numbers act on is learnt from the first of them."""
+    scene = load_scene("spherical_pendulum")
+    cases = sampled(scene, {"bodies.pendulum.density": (900.0, 8000.0)}, 40 * 20, seed=2)
+    built = []
+    monkeypatch.setattr(preparing, "build", lambda s: built.append(s) or build(s))
+    preparer = Preparer(scene, cases.paths, Run())
+    for start in range(0, cases.count, 20):
+        (rows,), _ = preparer.rows(cases.values(start, start + 20))
+        assert rows.p.shape[0] == 20
+    assert len(built) < 1 + preparing.MANY + 20 + 12 * (TRIED + 1), "a few records of the largest and least value are tried"
 
 
 def test_values_the_scene_refuses_are_told_case_by_case() -> None:

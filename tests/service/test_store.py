@@ -117,6 +117,17 @@ def test_a_job_is_done_when_all_its_chunks_are_and_its_counts_are_theirs(store: 
     assert [e.kind for e in store.events(job.id)] == ["submitted", "started", "done"]
 
 
+def test_parts_of_some_cases_are_found_without_listing_all(store: WorkStore) -> None:
+    job = taken(store, 100)
+    while chunk := store.cut(ME, job.id, 10):
+        store.chunk_done(ME, job.id, chunk.start, Done({"done": 10}, 0.5, 0.0, 10))
+    assert [c.start for c in store.finished(job.id, 35, 60)] == [30, 40, 50]
+    assert [c.start for c in store.finished(job.id, 40, 41)] == [40]
+    assert store.finished(job.id, 100) == []
+    assert store.finished(job.id) == store.finished(job.id, 0, 100)
+    assert store.ends(job.id) == [c.stop for c in store.finished(job.id)]
+
+
 def test_a_lost_chunk_is_tried_again_and_fails_clearly_in_the_end(store: WorkStore) -> None:
     job = taken(store, 20)
     first, second = store.cut(ME, job.id, 10), store.cut(ME, job.id, 10)

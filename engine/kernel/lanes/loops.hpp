@@ -32,12 +32,12 @@ INLINE void exchange(tr_bits m, V &a, V &b) {
   b = pick(m, a, b), a = t;
 }
 
-/* Pivoted Cholesky of d S d. */
+/* Pivoted Cholesky of d S d, in its lower triangle alone. */
 static void factorise(Lanes &s) {
   V *L = s.factor;
   for (int j = 0; j < ACTIVE; ++j) {
     s.order[j] = tr_bits{} + j;
-    for (int i = 0; i < ACTIVE; ++i) L[i + j * ACTIVE] = s.d[i] * s.d[j] * s.maps[i + j * ACTIVE];
+    for (int i = j; i < ACTIVE; ++i) L[i + j * ACTIVE] = s.d[i] * s.d[j] * s.maps[i + j * ACTIVE];
   }
   for (int k = 0; k < ACTIVE; ++k) {
     V pivot = L[k + k * ACTIVE];
@@ -49,8 +49,10 @@ static void factorise(Lanes &s) {
     s.good &= pivot.v > KEEP_PIVOT;
     for (int i = k + 1; i < ACTIVE; ++i) {
       const tr_bits m = at == i;
-      for (int q = 0; q < ACTIVE; ++q) exchange(m, L[k + q * ACTIVE], L[i + q * ACTIVE]);
-      for (int q = 0; q < ACTIVE; ++q) exchange(m, L[q + k * ACTIVE], L[q + i * ACTIVE]);
+      for (int q = 0; q < k; ++q) exchange(m, L[k + q * ACTIVE], L[i + q * ACTIVE]);
+      for (int q = k + 1; q < i; ++q) exchange(m, L[q + k * ACTIVE], L[i + q * ACTIVE]);
+      for (int q = i + 1; q < ACTIVE; ++q) exchange(m, L[q + k * ACTIVE], L[q + i * ACTIVE]);
+      exchange(m, L[k + k * ACTIVE], L[i + i * ACTIVE]);
       const tr_bits a = s.order[k], b = s.order[i];
       s.order[k] = (m & b) | (~m & a), s.order[i] = (m & a) | (~m & b);
     }

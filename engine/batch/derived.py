@@ -1,0 +1,93 @@
+"""Numbers that become others before a kernel reads them, for many values at once: a body's density or mass, gravity, the angle from
+which a ball starts. Each formula does what building the scene does, operation by operation, and is tried on some of the values:
+where a single bit differs it is not used (``placing``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine.scene.finding import parse_path
+from engine.scene.jointed import AxisAngle
+from engine.scene.mass import solid
+from engine.scene.model import Scene
+from engine.system.build import Built
+from engine.system.numbers import coordinates
+from engine.system.structure import state_coordinates
+
+GYRATION = ("xx", "yy", "zz")
+
+
+@dataclass(frozen=True)
+class Entries:
+    """What values of a group become. parameters: names in the table of parameters; states: places among the start coordinates;
+    pull: whether the size of gravity is the last. numbers: of n values (n × entries, in this order)."""
+
+    numbers: Callable[[np.ndarray], np.ndarray]
+    parameters: tuple[str, ...] = ()
+    states: tuple[int, ...] = ()
+    pull: bool = False
+
+
+def entries_of(built: Built, paths: Sequence[str]) -> Entries | None:
+    """What the values of a group of paths (of one owner) become; None where no formula here says it."""
+    steps = [parse_path(p) or () for p in paths]
+    if all(s[0] == "gravity" and len(s) == 2 for s in steps):
+        return _gravity(built.scene, [int(s[1]) for s in steps])
+    if len(steps) > 1:
+        return None
+    if steps[0][0] == "bodies" and steps[0][2:] in (("density",), ("mass",)):
+        return _mass(built.scene, str(steps[0][1]), str(steps[0][2]))
+    if steps[0][0] == "joints" and steps[0][2:] == ("start", "q", "angle"):
+        return _angle(built, str(steps[0][1]))
+    return None
+
+
+def _gravity(scene: Scene, at: list[int]) -> Entries:
+    def numbers(values: np.ndarray) -> np.ndarray:
+        whole = np.repeat(np.array(scene.gravity, float)[None, :], len(values), axis=0)
+        whole[:, at] = values
+        return np.column_stack([values, [float(np.linalg.norm(g)) for g in whole]])
+
+    return Entries(numbers, tuple(f"gravity[{k + 1}]" for k in at), pull=True)
+
+
+def _mass(scene: Scene, name: str, what: str) -> Entries | None:
+    """The mass of a body, and its inertia by its mass where that follows from its shape."""
+    body = scene.bodies[name]
+    if body.inertia is not None:
+        return Entries(lambda values: values, (f"bodies.{name}.mass",)) if what == "mass" else None
+    if (body.density if what == "mass" else body.mass) is not None:
+        return None
+    volume, gyration = solid(body)
+
+    def numbers(values: np.ndarray) -> np.ndarray:
+        mass = values * volume if what == "density" else values
+        return np.column_stack([mass, *(mass * k / mass for k in gyration)])
+
+    return Entries(numbers, (f"bodies.{name}.mass", *(f"bodies.{name}.gyration.{n}" for n in GYRATION)))
+
+
+def _angle(built: Built, name: str) -> Entries | None:
+    """The start coordinates of a ball that are given as axis and angle."""
+    start = built.scene.joints[name].start
+    found = [j for j in built.system.tree if j.name == name]
+    if not found or start is None or not isinstance(start.q, AxisAngle):
+        return None
+    joint, given = found[0], start.q
+    states = list(state_coordinates(joint))
+
+    def numbers(values: np.ndarray) -> np.ndarray:
+        all_q = [coordinates(replace(given, angle=float(v)), joint.kind.nq, joint.kind.quaternion) for v in values[:, 0]]
+        return np.array(all_q).reshape(len(values), -1)[:, states]
+
+    return Entries(numbers, states=tuple(range(joint.q0, joint.q0 + len(states))))
+
+
+def total_mass(built: Built, flat: np.ndarray) -> np.ndarray:
+    """The mass of all bodies, kg, for each row of numbers that begin with the table of parameters (n × at least its length)."""
+    index = {p: k for k, p in enumerate(built.parameters.paths)}
+    masses = flat[:, [index[f"bodies.{name}.mass"] for name in built.scene.bodies]]
+    return np.array([sum(row) for row in masses.tolist()], float)

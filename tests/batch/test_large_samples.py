@@ -1,0 +1,56 @@
+"""Samples too large to be made whole: any rows of them are had by themselves, and are those of the whole."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from engine.batch import evenly
+from engine.batch.evenly import LARGE, latin, points, strips, width
+
+POINTS = 1000
+
+
+@pytest.mark.parametrize("method", ["random", "sobol", "saltelli"])
+@pytest.mark.parametrize("axes", [1, 3])
+def test_rows_by_themselves_are_those_of_the_whole_sample(method: str, axes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    count = POINTS * width(method, axes)
+    whole = points(POINTS, axes, 7, method, 0, count)
+    monkeypatch.setattr(evenly, "LARGE", 10)
+    for start, stop in ((0, count), (count - 1, count), (17, 18), (333, 777), (100, 101)):
+        assert np.array_equal(points(POINTS, axes, 7, method, start, stop), whole[start:stop])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 64, 65, 1000, 4097])
+def test_strips_of_a_large_latin_sample_are_a_permutation_that_seed_and_axis_decide(count: int) -> None:
+    made = [strips(count, seed, axis, np.arange(count)) for seed, axis in ((1, 0), (1, 1), (2, 0))]
+    for order in made:
+        assert np.array_equal(np.sort(order), np.arange(count))
+    assert count < 60 or len({order.tobytes() for order in made}) == 3
+    assert np.array_equal(strips(count, 1, 0, np.array([count - 1])), made[0][-1:])
+
+
+def test_a_large_latin_sample_spreads_as_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two numbers of a case know nothing of each other, nor of their neighbour's: correlations of n pairs by chance are below
+    4/√n."""
+    n = 1 << 14
+    monkeypatch.setattr(evenly, "LARGE", 10)
+    x, small = points(n, 2, 3, "latin", 0, n), latin(n, 2, 3)
+    for column in x.T:
+        assert np.array_equal(np.sort(np.floor(column * n)), np.arange(n)), "one case in every strip"
+    for a, b in ((x[:, 0], x[:, 1]), (x[:-1, 0], x[1:, 0]), (small[:, 0], small[:, 1])):
+        assert abs(np.corrcoef(a, b)[0, 1]) < 4 / np.sqrt(n)
+    assert np.abs(x.mean(axis=0) - 0.5).max() < 1 / n
+
+
+@pytest.mark.parametrize("method", ["latin", "random"])
+def test_a_piece_of_a_thousand_million_cases_takes_the_memory_of_its_rows(method: str) -> None:
+    tracemalloc.start()
+    rows = points(10**9, 2, 1, method, 987_654_000, 987_655_000)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert rows.shape == (1000, 2)
+    assert ((rows > 0) & (rows < 1)).all()
+    assert peak < 100 * rows.nbytes < 8 * LARGE

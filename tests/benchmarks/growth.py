@@ -1,0 +1,220 @@
+"""What a job costs beside its stepping, and what that makes of 10⁹ cases on 10⁴ workers (service/GROWTH.md).
+
+``python -m tests.benchmarks.growth [-o FIGURE.png]`` measures on this machine, in seconds: a piece handed out and recorded by the
+store (SQLite; PostgreSQL where there is one), a lease renewed, a part written, read and counted, rows of a table of pieces read.
+``--real`` lets the real dispatcher with its real store hand out pieces to workers that only wait, some hundred of them.
+Then a model with these constants: one dispatcher that takes back and hands out one piece after the other, workers with a piece at
+work and one waiting, pieces as large as ``Active.size`` says; its only inputs are the constants and the cost of a case.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from service.executor.active import Active
+from service.executor.dispatcher import AHEAD
+from service.executor.parts import Parts
+from service.executor.sealed import Piece
+from service.executor.sizing import Handing
+from service.store.landing import Done
+from service.store.rows import Job
+from service.store.work import WorkStore
+
+CHUNK_SECONDS = 2.0
+
+
+# -- the model -----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """workers; case: s to step one; cut, land: s of the dispatcher to hand out a piece and to take it back; part: s of a worker to
+    write a part, for each piece."""
+
+    workers: int
+    case: float = 1e-3
+    cut: float = 2.5e-3
+    land: float = 2.5e-3
+    part: float = 0.05
+
+
+@dataclass(frozen=True)
+class End:
+    """seconds until all is recorded; pieces; share: of the workers' time that was stepping; busy: of the dispatcher's."""
+
+    seconds: float
+    pieces: int
+    share: float
+    busy: float
+
+
+def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
+    """A job of so many cases. learns: whether sizes of pieces follow from what handing them out costs."""
+    job = Job("", 0.0, None, None, "", "", "", "", "running", cases, 0, 0, 0, {}, 0.0, 0.0, 0, inf, [])
+    active, handing = Active(job, cost=fleet.case, warm=True), Handing(fleet.cut + fleet.land if learns else 0.0)
+    longest = handing.longest(CHUNK_SECONDS, fleet.workers)
+    free, landing = [0.0] * fleet.workers, list[float]()
+    now, busy, flying, pieces = 0.0, 0.0, 0, 0
+    while active.planned < cases or flying:
+        if landing and landing[0] <= now:
+            heapq.heappop(landing)
+            now, busy, flying = now + fleet.land, busy + fleet.land, flying - 1
+        elif active.planned < cases and flying < fleet.workers * (1 + AHEAD):
+            n = min(active.size(longest, fleet.workers, handing), cases - active.planned)
+            now, busy, flying, pieces = now + fleet.cut, busy + fleet.cut, flying + 1, pieces + 1
+            active.planned += n
+            over = max(heapq.heappop(free), now) + n * fleet.case + fleet.part
+            heapq.heappush(free, over)
+            heapq.heappush(landing, over)
+        else:
+            now = landing[0]
+    return End(now, pieces, cases * fleet.case / (now * fleet.workers), busy / now)
+
+
+# -- constants -----------------------------------------------------------------------------------------------------------------
+
+
+def timed(f: Callable[[], Any], times: int) -> float:
+    """Median s of a call."""
+    took = []
+    for _ in range(times):
+        began = time.perf_counter()
+        f()
+        took.append(time.perf_counter() - began)
+    return statistics.median(took)
+
+
+@contextmanager
+def stores() -> Iterator[dict[str, WorkStore]]:
+    """A store on SQLite, and one on PostgreSQL where that can be had."""
+    from tests.service.databases import DatabaseMissing, installed, packaged
+
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        found = {"SQLite": WorkStore(f"sqlite:///{folder / 'jobs.db'}")}
+        for way in (packaged, installed):
+            try:
+                (folder / way.__name__).mkdir()
+                found["PostgreSQL"] = WorkStore(stack.enter_context(way(folder / way.__name__)))
+                break
+            except (DatabaseMissing, ImportError):
+                continue
+        for store in found.values():
+            store.upgrade()
+            stack.callback(store.close)
+        yield found
+
+
+def of_store(store: WorkStore, pieces: int) -> dict[str, float]:
+    """s of each thing a store does, with so many pieces in its table."""
+    job, _ = store.submit("me", "d", "scene", "", "{}", 10**9, 1e9)
+    store.claim("server", 1e9)
+    store.begin("server", job.id)
+    cuts, lands = [], []
+    for _ in range(pieces):
+        began = time.perf_counter()
+        chunk = store.cut("server", job.id, 1000)
+        cuts.append(time.perf_counter() - began)
+        assert chunk is not None
+        began = time.perf_counter()
+        store.chunk_done("server", job.id, chunk.start, Done({"done": 1000}, 1.0, 0.0, 25_000, "worker"))
+        lands.append(time.perf_counter() - began)
+    return {
+        "cut": statistics.median(cuts[pieces // 2 :]),
+        "land": statistics.median(lands[pieces // 2 :]),
+        "lease": timed(lambda: store.claim("server", 1e9), 20),
+        "rows of all pieces, each": timed(lambda: store.finished(job.id), 5) / pieces,
+        "one piece of all": timed(lambda: store.finished(job.id, 5000, 6000), 20),
+        "ends of all pieces, each": timed(lambda: store.ends(job.id), 5) / pieces,
+    }
+
+
+def of_parts(cases: int) -> dict[str, float]:
+    """s of what is done with a part of so many cases of 8.1 in a folder, and its bytes a case."""
+    from engine.batch.plan import Runner, plan
+    from engine.scene.overrides import scene_given
+    from engine.simulation.settings import Run
+    from tests.benchmarks.million import KEEP, SAMPLE
+
+    of = plan(scene_given("spherical_pendulum"), sample=SAMPLE, count=cases, keep=KEEP, run=Run(until=0.05, every=0.05))
+    table = Runner(of).chunk(0, cases)
+    with tempfile.TemporaryDirectory() as folder:
+        parts, piece = Parts(folder), Piece("job", "digest", 0, cases)
+        size = parts.write_part(piece, table)
+        return {
+            "part written": timed(lambda: parts.write_part(piece, table), 9),
+            "part read": timed(lambda: parts.read_part(piece), 9),
+            "part counted": timed(lambda: parts.counted(piece), 9),
+            "look for the mark of a stopped job": timed(lambda: parts.exists(parts.marker("job")), 99),
+            "bytes a case": size / cases,
+        }
+
+
+def constants(pieces: int) -> dict[str, dict[str, float]]:
+    """All that is measured, printed."""
+    found = {"parts of 1,000 cases": of_parts(1000), "parts of 50,000": of_parts(50_000)}
+    with stores() as there:
+        found |= {f"{name}, {pieces} pieces": of_store(store, pieces) for name, store in there.items()}
+    for what, numbers in found.items():
+        said = (f"{k} {v:.1f}" if "bytes" in k else f"{k} {1e3 * v:.3f} ms" for k, v in numbers.items())
+        print(f"{what}: {', '.join(said)}", flush=True)
+    return found
+
+
+def compared(case: float, cases: int = 200_000, workers: int = 300) -> None:
+    """The real dispatcher before workers that wait, and what the model says of it, whose pieces cost what they cost a dispatcher
+    that does nothing else; printed."""
+    from tests.benchmarks.growth_real import real
+
+    least = cases * case / workers
+    print(f"{cases} cases of {1e3 * case:.1f} ms on {workers} workers that wait: {least:.1f} s if nothing else took time")
+    cost = 0.0
+    for learns in (False, True):
+        seconds, pieces, _ = real(cases, workers, case, learns)
+        cost = cost or seconds / pieces
+        end = simulated(cases, Fleet(workers, case, cost / 2, cost / 2, 0.0), learns)
+        said = f"{seconds:.1f} s, {pieces} pieces; model with {1e3 * cost:.1f} ms a piece: {end.seconds:.1f} s, {end.pieces}"
+        print(f"  sized by {'cost' if learns else 'time'}: {said}", flush=True)
+
+
+def main() -> None:
+    """Print the figures."""
+    ask = argparse.ArgumentParser(description=__doc__)
+    ask.add_argument("-o", "--figure", type=Path)
+    ask.add_argument("--pieces", type=int, default=2000)
+    ask.add_argument("--case", type=float, default=0.9e-3, help="s of one case")
+    ask.add_argument("--real", action="store_true")
+    asked = ask.parse_args()
+    found = constants(asked.pieces)
+    if asked.real:
+        compared(2 * asked.case)
+    store = next(v for k, v in reversed(found.items()))
+    base = {"case": asked.case, "cut": store["cut"], "land": store["land"], "part": found["parts of 50,000"]["part written"]}
+    told = [told_of(10**9, Fleet(workers=w, **base), learns) for w in (10, 100, 1000, 10_000) for learns in (False, True)]
+    print(f"{'workers':>8s} {'pieces':>9s} {'sized by':>9s} {'seconds':>10s} {'of bare':>8s} {'dispatcher':>10s}")
+    for w, learns, end in told:
+        by = "cost" if learns else "time"
+        print(f"{w:8d} {end.pieces:9d} {by:>9s} {end.seconds:10.0f} {end.share:8.3f} {end.busy:10.3f}")
+    if asked.figure:
+        from tests.benchmarks.growth_figure import draw
+
+        draw(asked.figure, base)
+
+
+def told_of(cases: int, fleet: Fleet, learns: bool) -> tuple[int, bool, End]:
+    """A simulated job with what it was."""
+    return fleet.workers, learns, simulated(cases, fleet, learns)
+
+
+if __name__ == "__main__":
+    main()
