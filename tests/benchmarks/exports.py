@@ -1,9 +1,9 @@
 """How long an FMU of a new mechanism takes to be written, for this platform and for all, on a warm machine.
 
-Run it with ``python -m tests.benchmarks.exports`` (``--kernel parts``, ``--fmi 3``, ``--count N``, ``--platform host``). Each mechanism is
-a random tree of one to three bodies that rub (``tests.reference``), of a structure not met before: a seed that nobody gives is that of
-the moment. An export of another is made first, so that what all FMUs share is compiled. Printed are seconds by the clock and of the
-processor, those of the compiler included; on a machine that others use, the latter are what counts.
+Run it with ``python -m tests.benchmarks.exports`` (``--kernel parts``, ``--fmi 3``, ``--count N``, ``--platform host``). Each
+mechanism is a random tree of one to three bodies that rub (``tests.reference``), of a structure not met before: a seed that nobody
+gives is that of the moment. An export of another is made first, so that what all FMUs share is compiled. Printed are seconds by the
+clock and of the processor, those of the compiler included; on a machine that others use, the latter are what counts.
 """
 
 from __future__ import annotations
