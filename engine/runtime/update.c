@@ -16,7 +16,7 @@ static int tr_due(const tr_sim *s) {
   for (int i = 0; i < tr_watched(s); ++i) {
     const int pair = i < s->k->nsliders;
     const double least = pair ? fmin(z[2 * i], z[2 * i + 1]) : z[s->k->nsliders + i];
-    if (least > 0.0 || handled[i] >= ROUNDS) continue;
+    if ((least > 0.0 && !(pair && tr_cone_left(s, i) <= DUE_CONE)) || handled[i] >= ROUNDS) continue;
     if (found < 0 || (pair && !tr_is_stuck(s, i) && found < s->k->nsliders && tr_is_stuck(s, found))) found = i;
   }
   return found;
