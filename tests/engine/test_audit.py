@@ -94,7 +94,7 @@ def test_a_driven_joint_that_starts_from_rest_is_no_error() -> None:
 @pytest.mark.parametrize("mu", [0.0, 1e-300])
 def test_friction_that_is_none_is_beyond_no_law(mu: float) -> None:
     """What is left of its equations is round-off, however it compares with nothing."""
-    run = engine.simulate("spherical_pendulum", until=1.0, every=0.1, overrides={"joints.ball.friction.mu": mu})
+    run = simulate("spherical_pendulum", until=1.0, every=0.1, overrides={"joints.ball.friction.mu": mu})
     assert run.audit.verdict == "within"
     assert run.audit.notes == ()
 
