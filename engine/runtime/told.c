@@ -8,8 +8,6 @@
 
 #define SHIFT_SPEED 1e-10  /* of the pair's own speed unit: one that has just started may be so much slower than not at all */
 #define SHIFT_RATIO 1e-10  /* of the friction ratio (as TOL_RELEASE) */
-#define SHIFT_CONE 2e-9    /* of s²/|ω|², which is known to 5e-10 there: its law has lost half of its digits */
-#define DUE_CONE 1e-9      /* of that number: with less left a ball is at its cone, or it may be found beyond where the importer goes on */
 #define SHIFT_KINK 1e-9    /* of the kink speed (as TOL_KINK) */
 #define SHIFT_STOP 1e-11   /* of the length, or rad */
 #define ENDS_SPEED 1e-8    /* of that unit: sliding of several components ends when it is slower (as CAPTURE_SPEED) */
@@ -71,13 +69,6 @@ static double tr_keeps_way(const tr_sim *s, int i) {
   if (!(speed > ENDS_SPEED * unit)) return 1.0;
   const double along = tr_speed_along(s, i) / speed;
   return LINE_LEFT * LINE_LEFT - fmax(0.0, 1.0 - along * along);
-}
-
-/* How far a ball is from its cone; 1 of other pairs. */
-static double tr_cone_left(const tr_sim *s, int i) {
-  const double cone = tr_sliding_of(s, i)->cone;
-  if (!tr_is_set(s, i) || tr_is_stuck(s, i) || !tr_pair_of(s, i)->cone || !tr_moving_ball(s, i)) return 1.0;
-  return SHIFT_CONE + (tr_flag(tr_mode_of(s, i)) == TR_CONE ? -cone : cone);
 }
 
 /* The two numbers of pair i with a set-valued law. */

@@ -8,8 +8,9 @@
 #define LAST_GROWS 1.1     /* else by so much more, */
 #define LAST_FOUND 1e-6    /* until it turns by no more than this */
 #define ROUNDS 4           /* events of each pair and stop at one time */
+#define DUE_CONE 1e-9      /* of that number: with less left a ball is at its cone, or it may be found beyond where the importer goes on */
 #define NEAR_CONE 1e-3     /* of s²/|ω|²: a ball nearer to its cone is looked at */
-#define AHEAD 1e-9         /* of the time in which the motion changes: so far ahead */
+#define LOOKED 1e-9        /* of the time in which the motion changes: so far ahead */
 
 /* Which pair or stop is at the end of its mode, sliding first, for it changes what others carry; -1: none. */
 static int tr_due(const tr_sim *s) {
@@ -27,7 +28,7 @@ static int tr_due(const tr_sim *s) {
 /* The same of a ball whose friction jumps across its cone just ahead: no root is found of that, so that an importer stops before it. What is
  * told is then what it tells here. */
 static int tr_due_ahead(tr_sim *s) {
-  const double ahead = AHEAD / s->set.rate, t = s->clock.t;
+  const double ahead = LOOKED / s->set.rate, t = s->clock.t;
   const int n = tr_width(s), numbers = 2 * s->k->nsliders + s->k->nstops + 1;
   double *y = TR_A(s, y), here[n], told[numbers];
   int balls = 0;
