@@ -124,6 +124,7 @@ def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> li
 def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
     """The model compiled, by platform."""
     libraries: dict[str, bytes] = {}
+    platforms.prepare(names, made.sources, made.standard)
     for i, name in enumerate(names):
         tell(f"compiling for {name}", 1 + i, 2 + len(names))
         libraries[name] = platforms.library(name, made.identifier, made.sources, made.standard)

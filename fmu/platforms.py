@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import platform
 import shutil
 import struct
@@ -13,6 +14,7 @@ from pathlib import Path
 from engine.basics.problems import Problem, SceneError
 from engine.kernel import cache, compiler
 from engine.kernel.library import RUNTIME, runtime_key, write_headers
+from engine.kernel.programs import awaited, side_by_side
 from engine.parts.store import FOLDER, MACHINE
 
 NATIVE = Path(__file__).resolve().parent / "native"
@@ -91,6 +93,21 @@ def library(name: str, identifier: str, sources: dict[str, str], standard: str =
     return parts[0] if len(parts) == 1 else fat(parts)
 
 
+def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0") -> None:
+    """Compile side by side, for platforms whose libraries are wanted next, what those are linked of. What is in the cache costs
+    nothing; Ctrl-C ends all compilers."""
+    targets = list(dict.fromkeys(t for n in names for t in PLATFORMS[n].targets))
+    files = [f for f in sources if f != "model"]
+    with side_by_side(os.cpu_count() or 1) as submit:
+        for job in [submit(_constant, *t) for t in targets]:
+            awaited(job)
+        jobs = [submit(_object, *t, f, sources[f]) for f in sorted(files, key=lambda f: -len(sources[f])) for t in targets]
+        jobs += [submit(_shell, *t, standard) for t in targets]
+        jobs += [submit(_machine, *t) for t in targets if "parts" in sources]
+        for job in jobs:
+            awaited(job)
+
+
 def shell_key() -> str:
     """Digest of the constant C sources of the shell and the runtime."""
     return cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.glob("*.[ch]"))), *FLAGS)
@@ -105,12 +122,10 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
     def make(folder: Path) -> None:
         constant, shell = _constant(target, cpu), _shell(target, cpu, standard)
         for file, text in sources.items():
-            if file in PARTS:
-                shutil.copyfile(_parts(target, cpu, file, text), folder / f"{file}.o")
-            elif file == "model":
+            if file == "model":
                 _unit(target, cpu, folder, file, text, flags[file])
             else:
-                shutil.copyfile(_kept(target, cpu, file, text, flags[file]), folder / f"{file}.o")
+                shutil.copyfile(_object(target, cpu, file, text), folder / f"{file}.o")
         machine = [] if "parts" not in sources else sorted(_machine(target, cpu).glob("*.o"))
         objects = [*sorted(constant.glob("*.o")), *shell.glob("*.o"), *machine, *(folder / f"{file}.o" for file in sources)]
         link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
@@ -120,6 +135,13 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
     folder, _ = cache.entry(f"fmu-{key}", make)
     return (folder / f"library{suffix}").read_bytes()
+
+
+def _object(target: str, cpu: str, file: str, text: str) -> Path:
+    """The object of a generated file but for the model's tables, compiled where it is not there yet."""
+    if file in PARTS:
+        return _parts(target, cpu, file, text)
+    return _kept(target, cpu, file, text, compiler.optimised_flags(file, text))
 
 
 def _unit(target: str, cpu: str, folder: Path, file: str, text: str, flags: Sequence[str]) -> None:

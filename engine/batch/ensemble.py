@@ -108,7 +108,7 @@ class Ensemble:
 
 
 def ensemble_of(loop: Loop) -> Ensemble | None:
-    """The ensemble of a loop; None where its scene, the columns it keeps, or the processor has none."""
-    if loop.series is not None or not stands_for(loop.model.kernel) or not loop.lib.tr_ensemble_there():
+    """The ensemble of a loop; None where its scene, bounded steps, the columns it keeps, or the processor has none."""
+    if loop.series is not None or loop.step_events or not stands_for(loop.model.kernel) or not loop.lib.tr_ensemble_there():
         return None
     return Ensemble(loop)

@@ -23,6 +23,7 @@ from engine.batch.watch import CALL_SECONDS, Tick, Watch
 from engine.kernel.library import Kernel
 from engine.simulation import block as bl
 from engine.simulation.audit import Audit
+from engine.simulation.bounded import bounds_of
 from engine.simulation.diagnosis import diagnose
 from engine.simulation.gaps import open_loop
 from engine.simulation.library import library
@@ -81,10 +82,11 @@ class Loop:
         self.memory: list[object] = []
         self.blocks: list[bl.Block] = []
         self.watch = Watch(run.patience)
+        scene = rows.built.scene
+        bounds, through = bounds_of(scene), scene.simulation.jams == "impact"
+        self.step_events = 1 + bounds["events"] if bounds else 0
         self._variant(self.model.kernel)
-        sim = rows.built.scene.simulation
-        through = sim.jams == "impact"
-        settings = bl.Settings(method=run.method or sim.method, max_steps=int(run.steps or 0), through_jams=through)
+        settings = bl.Settings(method=run.method_of(scene), max_steps=int(run.steps or 0), through_jams=through, **bounds)
         self.batch.settings = settings.record(length=1.0, rate=1.0, energy=0.0)
         self.width = self.blocks[0].width
         self.layout = np.dtype([("case", CASE.dtype), ("columns", REDUCED.dtype, (self.width,))])
@@ -113,7 +115,7 @@ class Loop:
     def _variant(self, made: Kernel) -> None:
         """Add the blocks of a kernel, the plain one or its redundant variant."""
         s = made.sizes
-        events = 64 + 4 * (s["nsliders"] + s["nstops"])
+        events = 64 + 4 * (s["nsliders"] + s["nstops"]) + 2 * self.step_events * (1 + s["nsliders"] + s["nstops"])
         numbers, table = self.model.built.numbers, self.model.built.parameters
         block = bl.Block(made, numbers, np.array(table.values), events)
         v = self.batch.variant[len(self.blocks)]

@@ -25,6 +25,7 @@ from engine.scene.model import Scene
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
 from engine.simulation.audit import Audit
+from engine.simulation.bounded import bounds_of
 from engine.simulation.choosing import kernel_for
 from engine.simulation.outcome import Outcome
 from engine.simulation.settings import Run
@@ -124,7 +125,7 @@ def check_run(scene: Scene, run: Run) -> None:
     ]
     if unlimited:
         raise SceneError(unlimited)
-    check_settings(until, every, bl.Settings(rtol=rtol, method=run.method_of(scene)), scene)
+    check_settings(until, every, bl.Settings(rtol=rtol, method=run.method_of(scene), **bounds_of(scene)), scene)
 
 
 class Stopped(Exception):
@@ -215,6 +216,7 @@ def fits(loop: Loop | CertainLoop, rows: Rows) -> bool:
         and a.numbers.breaks == b.numbers.breaks
         and same_tables(a.numbers.tables, b.numbers.tables)
         and a.scene.simulation.method == b.scene.simulation.method
+        and bounds_of(a.scene) == bounds_of(b.scene)
     )
 
 

@@ -24,6 +24,8 @@ from engine.batch.placing import Placing
 from engine.scene.mass import mass_properties
 from engine.scene.model import Scene
 from engine.scene.overrides import apply
+from engine.simulation.bounded import bounds_of
+from engine.simulation.bounded import problems as bounded
 from engine.simulation.settings import Run
 from engine.system.build import Built, build
 from engine.system.curves import Curve, Outside
@@ -73,6 +75,7 @@ class Preparer:
         self.start = build(scene)
         self.base = self._flat(self.start)
         self.mass = len(self.base) - 3
+        self.bounded = scene.simulation.realtime is not None
         owners = [owner(p) for p in paths]
         self.groups = [[i for i, o in enumerate(owners) if o == own] for own in dict.fromkeys(owners)]
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
@@ -117,7 +120,8 @@ class Preparer:
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
         self.met[g] += new
-        if self.met[g] > MANY and (placed := self.placing[g].of(distinct)):
+        bounded = self.bounded and owner(self.paths[self.groups[g][0]]) == ("simulation",)
+        if self.met[g] > MANY and not bounded and (placed := self.placing[g].of(distinct)):
             place, numbers = placed
             flat[:, place] = numbers[inverse]
             alone |= (values == 0.0).any(axis=1)
@@ -151,7 +155,10 @@ class Preparer:
     def _made(self, changes: dict[str, float]) -> _Entry | SceneError:
         heed()
         try:
-            built = build(apply(self.scene, changes))
+            scene = apply(self.scene, changes)
+            if wrong := list(bounded(scene, self.run.method_of(scene), self.run.of(scene)[1], 0.0)):
+                return SceneError(wrong)
+            built = build(scene)
         except SceneError as e:
             return e
         return _Entry(None if self._alike(built) else built, self._flat(built))
@@ -173,6 +180,7 @@ class Preparer:
             and a.breaks == b.breaks
             and all(np.array_equal(x, y) for x, y in ((a.q_given_by_rate, b.q_given_by_rate), (a.v_given, b.v_given)))
             and same_tables(a.tables, b.tables)
+            and bounds_of(built.scene) == bounds_of(self.scene)
         )
 
     # -- rows ---------------------------------------------------------------------------------------------------------------

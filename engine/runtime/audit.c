@@ -13,6 +13,7 @@
 #define LAW_LEAST 1e-6   /* of a law's unit: smaller figures are no news, */
 #define LAW_PART 10.0    /* × the tolerance: nor are these */
 #define FAINT_LOAD 1e-9  /* of the largest friction: what loads a pair less has no ratio worth looking at */
+#define LEAST_LOAD 1e-15 /* of energy over length: less is no friction, in whichever pair, but round-off, as with μ = 0 */
 
 /* What the run is measured by. */
 static double tr_audit_tolerance(const tr_sim *s) {
@@ -53,7 +54,7 @@ static double tr_audit_power(const tr_sim *s, int i) {
 static void tr_audit_friction(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_audit *a = &s->audit;
-  double load = 0.0;
+  double load = LEAST_LOAD * s->set.energy / s->set.length;
   if (k->sets && !(s->friction.still && s->step.watch)) tr_holding(s); /* else the watch has just asked */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {

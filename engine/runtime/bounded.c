@@ -235,7 +235,8 @@ static int tr_advance_bounded(tr_sim *s, double target, long max_steps, double *
     if (s->set.max_steps > 0 && s->bound.index >= s->set.max_steps) return s->clock.status = TR_FAIL_MAX_STEPS;
     int code = tr_step_bounded(s, fmin(target, s->clock.start + (s->bound.index + 1) * s->set.hfixed));
     if (code == TR_OK && s->clock.row_next <= s->clock.t + tr_row_slack(s->clock.t)) {
-      code = tr_row_bounded(s, rows + s->clock.width * (*count)++);
+      code = tr_row_bounded(s, rows + s->clock.width * *count);
+      *count += code == TR_OK;
       s->clock.row_index++, s->clock.row_next = s->clock.start + s->clock.row_index * s->clock.every;
     }
     tr_note_work(s, evaluations, iterations);

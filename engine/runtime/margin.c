@@ -10,6 +10,7 @@
 #define LET_GO_WITH 1e-6 /* of the friction ratio: pairs that carry the same share as the one that is let go go with it, not by chance */
 #define ENOUGH 0.01      /* of the friction ratio: an estimate of a margin that is larger will do */
 #define LEAST_STRETCH 1e-3 /* of the step: over less of it no slope is measured */
+#define SHIFT_CONE 2e-9 /* of s²/|ω|², in model exchange: it is known to 5e-10 at a ball's cone, whose law has lost half of its digits there */
 
 /* What the run's states may be off by, relative to their units. */
 static double tr_own_error(const tr_sim *s) { return OWN_ERROR * tr_audit_tolerance(s); }
@@ -131,4 +132,11 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
 /* What is told next hangs on this as well: on the least of all margins of its instant. */
 static void tr_hangs_on(tr_sim *s, double margin) {
   s->events.margin = fmin(s->events.margin, margin), s->events.unsure |= margin < tr_own_error(s);
+}
+
+/* How far a ball is from its cone, in model exchange; 1 of other pairs. */
+static double tr_cone_left(const tr_sim *s, int i) {
+  const double cone = tr_sliding_of(s, i)->cone;
+  if (!tr_is_set(s, i) || tr_is_stuck(s, i) || !tr_pair_of(s, i)->cone || !tr_moving_ball(s, i)) return 1.0;
+  return SHIFT_CONE + (tr_flag(tr_mode_of(s, i)) == TR_CONE ? -cone : cone);
 }

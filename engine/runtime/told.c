@@ -7,7 +7,7 @@
 #include "modes.h"
 
 #define SHIFT_SPEED 1e-10  /* of the pair's own speed unit: one that has just started may be so much slower than not at all */
-#define SHIFT_RATIO 1e-10  /* of the friction ratio (as TOL_RELEASE); of s²/|ω|² (as TOL_CONE) */
+#define SHIFT_RATIO 1e-10  /* of the friction ratio (as TOL_RELEASE) */
 #define SHIFT_KINK 1e-9    /* of the kink speed (as TOL_KINK) */
 #define SHIFT_STOP 1e-11   /* of the length, or rad */
 #define ENDS_SPEED 1e-8    /* of that unit: sliding of several components ends when it is slower (as CAPTURE_SPEED) */
@@ -73,7 +73,6 @@ static double tr_keeps_way(const tr_sim *s, int i) {
 
 /* The two numbers of pair i with a set-valued law. */
 static void tr_tell_set(tr_sim *s, int i, double *z) {
-  const tr_sliding *v = tr_sliding_of(s, i);
   const int flag = tr_flag(tr_mode_of(s, i));
   z[1] = 1.0;
   if (flag == TR_STUCK) {
@@ -83,7 +82,7 @@ static void tr_tell_set(tr_sim *s, int i, double *z) {
   }
   z[0] = (tr_speed_in_mode(s, i) - TR_A(s, slow)[i]) / tr_own_speed(s, i);
   if (tr_pair_of(s, i)->nrates > 1) z[1] = tr_keeps_way(s, i);
-  if (tr_pair_of(s, i)->cone && tr_moving_ball(s, i)) z[1] = fmin(z[1], SHIFT_RATIO + (flag == TR_CONE ? -v->cone : v->cone));
+  z[1] = fmin(z[1], tr_cone_left(s, i));
 }
 
 /* The same with a law that has a kink at a speed: the other side of that, and where the sliding turns round in between. */

@@ -8,6 +8,9 @@
 #define LAST_GROWS 1.1     /* else by so much more, */
 #define LAST_FOUND 1e-6    /* until it turns by no more than this */
 #define ROUNDS 4           /* events of each pair and stop at one time */
+#define DUE_CONE 1e-9      /* of that number: with less left a ball is at its cone, or it may be found beyond where the importer goes on */
+#define NEAR_CONE 1e-3     /* of s²/|ω|²: a ball nearer to its cone is looked at */
+#define LOOKED 1e-9        /* of the time in which the motion changes: so far ahead */
 
 /* Which pair or stop is at the end of its mode, sliding first, for it changes what others carry; -1: none. */
 static int tr_due(const tr_sim *s) {
@@ -16,10 +19,29 @@ static int tr_due(const tr_sim *s) {
   for (int i = 0; i < tr_watched(s); ++i) {
     const int pair = i < s->k->nsliders;
     const double least = pair ? fmin(z[2 * i], z[2 * i + 1]) : z[s->k->nsliders + i];
-    if (least > 0.0 || handled[i] >= ROUNDS) continue;
+    if ((least > 0.0 && !(pair && tr_cone_left(s, i) <= DUE_CONE)) || handled[i] >= ROUNDS) continue;
     if (found < 0 || (pair && !tr_is_stuck(s, i) && found < s->k->nsliders && tr_is_stuck(s, found))) found = i;
   }
   return found;
+}
+
+/* The same of a ball whose friction jumps across its cone just ahead: no root is found of that, so that an importer stops before it. What is
+ * told is then what it tells here. */
+static int tr_due_ahead(tr_sim *s) {
+  const double ahead = LOOKED / s->set.rate, t = s->clock.t;
+  const int n = tr_width(s), numbers = 2 * s->k->nsliders + s->k->nstops + 1;
+  double *y = TR_A(s, y), here[n], told[numbers];
+  int balls = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) balls += tr_cone_left(s, i) < NEAR_CONE;
+  if (!balls) return -1;
+  tr_copy(n, y, here), tr_copy(numbers, TR_A(s, told), told);
+  for (int i = 0; i < s->ny; ++i) y[i] += ahead * TR_A(s, dy)[i];
+  s->clock.t += ahead;
+  if (tr_rhs_in_modes(s)) tr_tell(s);
+  const int due = tr_due(s), at_cone = due >= 0 && due < s->k->nsliders && tr_cone_left(s, due) <= DUE_CONE;
+  s->clock.t = t;
+  tr_copy(n, here, y), tr_copy(numbers, told, TR_A(s, told));
+  return tr_rhs_in_modes(s) && at_cone ? due : -1;
 }
 
 /* Pair i, of several components, is slow or has turned: whether it stops here. */
@@ -182,12 +204,13 @@ int tr_update(tr_sim *s, int jumped, int *changed) {
   tr_copy(tr_width(s), y, TR_A(s, kstep));
   tr_moment_between_breaks(s);
   if (!tr_project(s, s->clock.t, y)) return tr_end(s, TR_FAIL_CLOSURE);
-  int tried = 0, code = tr_rhs_in_modes(s) ? TR_OK : TR_FAIL_MULTIPLIERS;
+  int looked = 0, tried = 0, code = tr_rhs_in_modes(s) ? TR_OK : TR_FAIL_MULTIPLIERS;
   if (code == TR_OK && jumped && s->friction.still) code = tr_settle_here(s, -1);
   for (;;) {
     if (code == TR_OK) {
       tr_tell(s);
-      const int i = tr_due(s);
+      int i = tr_due(s);
+      if (i < 0 && !looked) i = tr_due_ahead(s), looked = 1;
       if (i < 0) break;
       code = tr_ends_mode(s, i);
       if (code == TR_OK) tr_keep_answer(s);

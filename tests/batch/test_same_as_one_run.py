@@ -21,9 +21,11 @@ TURNED = {"joints.ball.start.q": {"axis": [0, 1, 0], "angle": 0.0}}
 
 @cache
 def scene(name: str) -> Scene:
-    """The pendulum with a start angle, a redundant four-bar, or a bundled model."""
+    """The pendulum with a start angle (in bounded steps), a redundant four-bar, or a bundled model."""
     if name == "four_bar":
         return four_bar()
+    if name == "bounded":
+        return apply(load_scene("spherical_pendulum"), TURNED | {"simulation.realtime": {"step": 1e-3}})
     return apply(load_scene(name), TURNED) if name == "spherical_pendulum" else load_scene(name)
 
 
@@ -57,6 +59,12 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str], Run]] = {
         Run(0.1),
     ),
     "a jam": ("double_pendulum", {"joints.guide.friction.half_length": [0.1, 0.15, 0.3]}, ["*.q[1]"], Run(0.2)),
+    "bounded steps": (
+        "bounded",
+        {MU: [0.2, 0.6], "simulation.realtime.step": [1e-3, 2e-3]},
+        ["ball.qd[2]", "realtime.overruns"],
+        Run(1.0, 0.02),
+    ),
     "settings of the scene": (
         "spherical_pendulum",
         {"simulation.until": [0.5, 1.0], "simulation.rtol": [1e-4, 1e-8]},
@@ -102,6 +110,19 @@ def test_every_number_of_a_case_is_that_of_a_single_run(name: str) -> None:
     p = made(name)
     for row in Runner(p).chunk(0, p.cases.count).to_pylist():
         assert row == expected(p, row["case"])
+
+
+def test_bounded_steps_differ_and_rows_between_them_are_refused_case_by_case() -> None:
+    """The claim above would hold if all cases ignored what they ask for."""
+    free = plan(scene("spherical_pendulum"), {MU: [0.2]}, keep=["final:ball.qd[2]"], run=Run(1.0, 0.02, 1e-4))
+    steps = [r["steps"] for r in Runner(made("bounded steps")).chunk(0, 4).to_pylist()]
+    assert min(steps[::2]) >= 1000  # an event divides one
+    assert 1000 > min(steps[1::2]) >= 500 > Runner(free).chunk(0, 1).to_pylist()[0]["steps"]
+    spacings = [0.02 * k for k in range(1, 51)] + [0.0205]
+    p = plan(scene("bounded"), {"simulation.every": spacings}, keep=["final:ball.qd[2]"], run=Run(0.1))
+    rows = Runner(p).chunk(0, 51).to_pylist()
+    assert [r["outcome"] for r in rows] == 50 * ["done"] + ["invalid"]
+    assert "no whole number of steps of 0.001 s" in rows[-1]["outcome.advice"]
 
 
 def test_a_run_that_jams_is_a_row_with_its_diagnosis_beside_good_ones() -> None:

@@ -95,6 +95,14 @@ def test_a_driven_joint_that_starts_from_rest_is_no_error() -> None:
     assert simulate("robot_arm", until=0.01).audit.notes == ()
 
 
+@pytest.mark.parametrize("mu", [0.0, 1e-300])
+def test_friction_that_is_none_is_beyond_no_law(mu: float) -> None:
+    """What is left of its equations is round-off, however it compares with nothing."""
+    run = simulate("spherical_pendulum", until=1.0, every=0.1, overrides={"joints.ball.friction.mu": mu})
+    assert run.audit.verdict == "within"
+    assert run.audit.notes == ()
+
+
 def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
     bristles = {"joints.ball.friction.bristle_stiffness": 1e3, "joints.ball.friction.bristle_damping": 0.03}
     for law in ({"friction.law": "regularized"}, {"friction.law": "lugre", **bristles}):

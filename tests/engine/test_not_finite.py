@@ -27,9 +27,25 @@ def test_forces_out_of_the_range_of_numbers_end_the_run_by_name(mass: float) -> 
     assert np.isfinite(r.data).all()
 
 
+def pushed(force: float) -> dict[str, Any]:
+    """That body, pushed by a force that grows to this in a second."""
+    push = {"type": "force", "on": "b", "force": [{"ramp": {"start": 0, "end": force, "duration": 1, "begin": 0.01}}, 0, 0]}
+    return swing(1.0, forces={"push": push})
+
+
+@pytest.mark.parametrize("bounds", [{}, {"evaluations": 1, "iterations": 1, "events": 0}], ids=["exact", "relaxed"])
+@pytest.mark.parametrize("force", [1e100, 1e200])
+def test_so_do_bounded_steps_and_a_row_that_is_none_is_not_kept(force: float, bounds: dict[str, int]) -> None:
+    """Whether a step is exact or its friction comes from sweeps; what is within the range of numbers runs on."""
+    asked = {"simulation.realtime": {"step": 1e-3, **bounds}}
+    r = engine.simulate(pushed(force), until=0.1, every=0.001, overrides=asked, kernel="parts")
+    assert r.outcome.name == ("not_finite" if bounds or force > 1e150 else "done")
+    assert len(r.time) > 10
+    assert np.isfinite(r.data).all()
+
+
 def test_what_was_computed_before_numbers_run_out_is_kept() -> None:
-    push = {"type": "force", "on": "b", "force": [{"ramp": {"start": 0, "end": 1e200, "duration": 1, "begin": 0.01}}, 0, 0]}
-    scene = swing(1.0, forces={"push": push})
+    scene = pushed(1e200)
     r = engine.simulate(scene, until=0.1, every=0.001, outputs=["j.contact*", "j.q*"], max_steps=20_000)
     assert not r.outcome.ok
     assert len(r.time) > 5

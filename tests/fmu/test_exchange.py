@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 
 import engine
 from engine.basics.problems import SceneError
-from engine.scene import model_names
+from engine.scene import model_names, scene_from_dict
 from fmu.export import Made, export, started
 
 from .exchanging import EVERY, Importer, engine_run, exchange, run_me, run_scipy, scene_of
@@ -62,6 +62,38 @@ def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> 
 def test_a_loop_closed_by_the_drift_that_is_allowed_has_the_motion_and_the_events_of_the_engine() -> None:
     """The coordinates of 8.2 that close its loop are states: outputs are of the loop closed."""
     claim_is_the_engine("crank_slider", 2.0, 2)
+
+
+def three_balls() -> engine.Scene:
+    """Two balls and a cross between them, all rubbing: the lower ball comes to its cone, where its friction jumps."""
+    sizes = [(0.564, 0.026), (0.631, 0.041), (0.463, 0.028)]
+    bodies = {f"b{k}": {"box": [length, 0.06, 0.05], "density": 7800, "points": {"a": [-0.15, 0, 0], "e": [0.15, up, 0]}}
+              for k, (length, up) in enumerate(sizes)}
+    cross = {"mu": 0.122, "radius": 0.024, "mu_static": 0.159, "half_length": 0.231}
+    return scene_from_dict({
+        "name": "three_balls", "gravity": [0, 0, -9.81], "bodies": bodies,
+        "joints": {
+            "j0": {"type": "spherical", "inboard": "ground", "outboard": "b0.a", "friction": {"mu": 0.285, "radius": 0.018},
+                   "start": {"q": [1, 0, 0, 0], "qd": [1.479, 0.091, -0.788]}},
+            "j1": {"type": "universal", "axis": "y", "reference": "z", "inboard": "b0.e", "outboard": "b1.a", "friction": cross,
+                   "start": {"q": [0, 0], "qd": [1.284, -0.349]}},
+            "j2": {"type": "spherical", "inboard": "b1.e", "outboard": "b2.a", "friction": {"mu": 0.333, "radius": 0.031},
+                   "start": {"q": [1, 0, 0, 0], "qd": [0.206, 1.317, 1.588]}},
+        },
+        "simulation": {"until": 2, "every": EVERY},
+    })  # fmt: skip
+
+
+def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
+    """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: the number that tells was negative from where it went on."""
+    scene, file = three_balls(), FOLDER / "three-balls.fmu"
+    export(scene, file, kind="me", kernel="parts")
+    made = engine.simulate(scene, until=1.0, every=EVERY, rtol=1e-11, kernel="parts")
+    for until, tolerance, far in ((0.6, 1e-8, MOTION), (1.0, 1e-10, 0.1 * MOTION)):
+        names = [f"j{k}.q[{i}]" for k, i in ((0, 1), (0, 2), (1, 1), (1, 2), (2, 1), (2, 2))]
+        got, _, complaints = run_me(file, until, names, relative_tolerance=tolerance)
+        assert complaints == []
+        assert max(np.abs(got[n] - made[n][: len(got[n])]).max() for n in names) <= far
 
 
 def test_latches_fall_catch_and_let_go_at_the_engines_instants() -> None:

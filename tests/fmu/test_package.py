@@ -18,7 +18,7 @@ from engine.basics.problems import SceneError, SimulationError
 from engine.kernel import compiler
 from fmu.cli import app
 from fmu.export import export
-from fmu.platforms import chosen, fat, library
+from fmu.platforms import chosen, fat, library, prepare
 
 from .hosting import arm, exported
 
@@ -137,6 +137,25 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
     made = library(chosen(["host"])[0], tmp_path.name, {"model": f"/* {tmp_path} */ int one(void) {{ return 1; }}\n"})
     assert compiled == ["model.c"]
     assert b"fmi2DoStep" in made
+
+
+def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Each unit once; then its tables alone."""
+    compiled: list[str] = []
+    run = compiler.run
+
+    def watched(arguments: Sequence[str], folder: Path) -> None:
+        compiled.extend(Path(a).name for a in arguments if a.endswith(".c"))
+        run(arguments, folder)
+
+    exported("arm")
+    monkeypatch.setattr(compiler, "run", watched)
+    names, units = chosen(["host"]), ("kernel", "outputs", "jacobian", "model")
+    sources = {unit: f"/* {tmp_path} */ int {unit}_one(void) {{ return 1; }}\n" for unit in units}
+    prepare(names, sources)
+    assert sorted(compiled) == ["jacobian.c", "kernel.c", "outputs.c"]
+    library(names[0], tmp_path.name, sources)
+    assert compiled[3:] == ["model.c"]
 
 
 def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
