@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.basics.extras import brought
 from engine.basics.problems import Problem, SceneError
 from engine.joints import REGISTRY, JointKind
-from engine.questions.wear import DEGREE
 from engine.scene import model as sm
 from engine.simulation.evaluate import evaluate
 from engine.simulation.result import Result
@@ -38,6 +38,9 @@ ACROSS = 1.0
 """Of the clearance: the shortest way that is a crossing, a sixth of the way round."""
 FINE = 1e-9
 """Relative tolerance of the motion along a bearing."""
+DEGREE = 5
+"""Of the splines through what drives a pin."""
+USE = "what follows pins through their clearance"
 LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "stops", "latch", "motor", "wear", "start")
 """Of joints: what does not change how a force moves the mechanism."""
 
@@ -147,8 +150,8 @@ def _crossing(
 ) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
     """Of a pin that lies at ``begin`` where it is driven, critically damped along its bearing: when it leaves that, how long it
     flies and how fast it hits along the normal, and its places then (3 each, m); None where it does not cross."""
-    from scipy.integrate import solve_ivp
-    from scipy.interpolate import make_interp_spline
+    solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
+    make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline
 
     a = make_interp_spline(time, driven, k=min(DEGREE, len(time) - 1))
     start = np.asarray(a(begin))
@@ -183,7 +186,7 @@ def _crossing(
 
 def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tuple[float, float, np.ndarray]:
     """(how long, how fast along the normal there, where) a point goes from s0 with v0 to the circle through it, driven by a(t)."""
-    from scipy.optimize import brentq
+    brentq = brought("scipy.optimize", "analysis", USE).brentq
 
     rate, way = a.antiderivative(1), a.antiderivative(2)
 
