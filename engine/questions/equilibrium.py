@@ -60,7 +60,8 @@ class Equilibrium:
 
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
     """The pose of rest that the mechanism comes to from its start, friction left out, drives held and loads as at t = 0; along:
-    joints of whose freedoms the bands of rest with friction are wanted (default: those that rub in the tree; () for none).
+    joints of whose freedoms the bands of rest with friction are wanted (default: those that rub in the tree, all where none of
+    them does; () for none).
     SceneError for wrong input, SimulationError when it has no rest (it falls, or its loops cannot be closed)."""
     loaded = scene_given(scene, overrides)
     wanted = (along,) if isinstance(along, str) else along
@@ -68,8 +69,12 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
         raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])
     still = settled(ideal(loaded))
     q = coordinates(still)
-    bands = []
+    bands, moving = [], [j.name for j in still.system.tree]
+    if cut := [n for n in wanted or () if n not in moving]:
+        what, hint = "closes a loop or couples others: it has no coordinate of its own", f"ask for the band of: {', '.join(moving)}"
+        raise SceneError([Problem(f"along {n}", what, hint) for n in cut])
     rubbing = [j for j in still.system.tree if loaded.joints[j.name].friction is not None]
+    rubbing = rubbing or [j for j in still.system.tree if any(k in j.free for k in range(j.kind.nv))]  # a cut joint's, teeth
     chosen = rubbing if wanted is None else [j for j in still.system.tree if j.name in wanted]
     if chosen and any(j.friction is not None for j in loaded.joints.values()):
         hold = _Holding(loaded, still)

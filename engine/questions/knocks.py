@@ -71,7 +71,8 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Knock
     missing."""
     able = {n: j for n, j in result.scene.joints.items() if _freed(j)}
     asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
-    wrong = [Problem(n, "is no hinge or ball", f"of this scene are: {', '.join(able)}") for n in asked if n not in able]
+    hint = f"hinges and balls of this scene are: {', '.join(able)}" if able else "this scene has neither hinges nor balls"
+    wrong = [Problem(n, _why_not(result.scene.joints.get(n)), hint) for n in asked if n not in able]
     wrong += [Problem(n, f"its clearance must be positive (it is {c:g} m)") for n, c in asked.items() if not c > 0.0]
     needed = [f"{n}.{c}" for n in asked if n in able for c in ("reaction.force[1]", "reaction.force[3]", "q[1]")]
     hint = "run with all outputs of joints"
@@ -80,6 +81,16 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Knock
         raise SceneError(wrong)
     found = [k for name, c in asked.items() for k in _of_joint(result, name, c)]
     return sorted(found, key=lambda k: k.time)
+
+
+def _why_not(j: sm.Joint | None) -> str:
+    """Why no clearance of a joint can be asked about: none of its kind lets its point go and keeps its other freedoms."""
+    if j is None:
+        return "is no joint of this scene"
+    kind = REGISTRY[j.type]
+    if not kind.friction:
+        return f"has no contacts ({j.type} joints have none), and so no clearance"
+    return f"is a {j.type} joint, not a hinge or a ball: how its pin crosses a clearance is not followed"
 
 
 def _freed(j: sm.Joint) -> JointKind | None:
