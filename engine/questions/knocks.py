@@ -24,6 +24,8 @@ from engine.simulation.run import Model
 
 FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
 """Which freedoms turn of the joint that has a hinge's or ball's turns and lets its point go across the pin, by how many turn."""
+PLANES = {1: (2, 1), 3: (0, 2)}
+"""Axes along which the cosine and the sine of a contact's angle are, of a hinge and of a ball, by how many turn."""
 REVERSES = 0.0
 """Cosine between what drives a pin before and after a dip below which it may cross: to the other half of its bearing."""
 NEAR = 0.2
@@ -49,7 +51,8 @@ LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "stops", "latch",
 class Knock:
     """A pin that crosses its bearing. time: when it leaves its side, s; turn: how far around the bearing it comes, rad; way: it
     crosses, m; flight: how long, s; speed: at which it hits the other side, along the normal there, m/s; mass: effective, kg;
-    energy: of that speed, J."""
+    energy: of that speed, J; normal: outward on the pin where it hits (3, inboard joint frame), to which that of the ideal joint's
+    contact goes as the clearance does to nothing; angle: of it, as those of contacts are, there, rad."""
 
     joint: str
     time: float
@@ -59,6 +62,8 @@ class Knock:
     speed: float
     mass: float
     energy: float
+    normal: tuple[float, float, float]
+    angle: float
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
@@ -124,7 +129,10 @@ def _of_joint(r: Result, name: str, c: float) -> list[Knock]:
             way, n = float(np.linalg.norm(s1 - s0)), s1 / c
             mass = 1.0 / float(n @ W @ n)
             turn = 2 * math.asin(min(way / (2 * c), 1.0))
-            out.append(Knock(name, at, turn, way, flight, speed, mass, 0.5 * mass * speed**2))
+            normal = -n if r.scene.joints[name].pin == "inboard" else n
+            cos, sin = (normal[k] for k in PLANES[len(r.matching(f"{name}.qd[*]"))])
+            energy, hits = 0.5 * mass * speed**2, (float(normal[0]), float(normal[1]), float(normal[2]))
+            out.append(Knock(name, at, turn, way, flight, speed, mass, energy, hits, math.atan2(sin, cos)))
     return out
 
 
