@@ -142,7 +142,8 @@ const int *row_kind : rows: TR_CONSTRAINS_…
 const int *qkind : nq: TR_COORDINATE_…
 const int *vkind : nv: TR_COORDINATE_…
 const int *quat : nquat: offsets in q of quaternions
-const int *down : nlatches: whether a latch begins down, wherever it is
+const int *down : nlatches: on which tooth a latch begins down, wherever it is (0: up)
+const int *presses : nlatches: which stop says whether it is pressed
 const int *fill_order : active: rows of λ in the order of their pivots (engine/system/coupling.py)
 const int *fill_start : active + 1: where the entries below each pivot begin
 const int *fill_below : nfill: their places in that order

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from engine.cli.summary import table
 if TYPE_CHECKING:
     from engine.questions.knocks import Knock
 
-COLUMNS = ("joint", "time, s", "way, µm", "flight, ms", "hits at, mm/s", "mass, kg", "energy, µJ")
+COLUMNS = ("joint", "time, s", "way, µm", "flight, ms", "hits at, mm/s", "at, deg", "mass, kg", "energy, µJ")
 
 
 @dataclass(frozen=True)
@@ -76,5 +77,5 @@ def _clearance(texts: Sequence[str]) -> dict[str, float] | float:
 
 
 def _row(k: Knock) -> list[str]:
-    numbers = (k.way * 1e6, k.flight * 1e3, k.speed * 1e3, k.mass, k.energy * 1e6)
+    numbers = (k.way * 1e6, k.flight * 1e3, k.speed * 1e3, math.degrees(k.angle), k.mass, k.energy * 1e6)
     return [k.joint, f"{k.time:.6g}", *(f"{x:.4g}" for x in numbers)]

@@ -104,11 +104,15 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"{DIM}{line(head)}{PLAIN}", *map(line, rows)]
 
 
+def _ending(kind: str) -> str:
+    """That of several events of a kind."""
+    return "" if "_" in kind else "es" if kind.endswith("ch") else "s"
+
+
 def event_lines(result: Result) -> list[str]:
     """Lines that say how many events there were and describe the first of them."""
-    counts = ", ".join(
-        f"{n} {kind.replace('_', ' ')}{'s' if n > 1 and '_' not in kind else ''}" for kind, n in counted(result.events).items()
-    )
+    each = counted(result.events).items()
+    counts = ", ".join(f"{n} {kind.replace('_', ' ')}{_ending(kind) if n > 1 else ''}" for kind, n in each)
     rows = []
     errors = result.certainty.event_errors if result.certainty is not None else ()
     for i, e in enumerate(result.events[:FIRST_EVENTS]):

@@ -57,7 +57,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     """|m| ≤ r F sin(atan μ) across the force, nothing along it: a point contact holds no torque about the force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = ca.sqrt(dot(u, u) + TINY) / g["radius"]
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # none of no torque: a ball without load holds that
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 

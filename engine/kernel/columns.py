@@ -112,7 +112,8 @@ def _devices(j: Joint) -> Iterator[Column]:
                 yield Column(f"{own}[{k + 1}]", _unit(j.kind, k)[1], f"force or torque {text}", ("device", j.name, k, field))
                 yield Column(f"{j.name}.{word}.power[{k + 1}]", "W", f"power {text}", ("power", j.name, k, field))
         if d.latch is not None:
-            yield Column(f"{j.name}.latch.state[{k + 1}]", "1", f"1: the latch of {j.name} is down", ("latched", j.name, k))
+            text = f"the tooth that the latch of {j.name} is on, 0: up"
+            yield Column(f"{j.name}.latch.state[{k + 1}]", "1", text, ("latched", j.name, k))
 
 
 def _springs(system: System) -> Iterator[Column]:

@@ -103,7 +103,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "c_pressed": "K_C_PRESSED",
     }  # fmt: skip
     tables = {"active_rows": z.active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
-    tables["down"] = system.down
+    tables |= {"down": system.down, "presses": system.presses}
     tables |= tables_of(filled)
     named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot")
     functions = {n: f"k_{n}" for n in named}

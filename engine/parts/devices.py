@@ -19,6 +19,9 @@ from engine.system.structure import Device, Latch, Motor, Signal, Stop
 DEVICE = 7
 """Numbers of a device: stiffness and rest of its spring, damping, stiffness and damping of its stops, lower and upper end."""
 
+LATCH = 6
+"""Numbers of a latch: where it is, its side, stiffness, damping, what it holds, pitch of its teeth."""
+
 
 @cache
 def device(what: str) -> Part:
@@ -41,11 +44,11 @@ def device(what: str) -> Part:
 
 @cache
 def latch(what: str) -> Part:
-    """Of a latch: numbers (at, side, stiffness, damping, holds), flags (hook, pressed), coordinate, rate → ``force``, ``power`` of
+    """Of a latch: numbers (``LATCH``), flags (hook, pressed), coordinate, rate → ``force``, ``power`` of
     its damping or ``potential`` energy, added; or from hook, coordinate and release its ``depths`` (2)."""
-    sym, flags, q, rate, release = PartSymbols(5), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
-    n = Numbers().some(5)
-    x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0)  # type: ignore[arg-type]
+    sym, flags, q, rate, release = PartSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
+    n = Numbers().some(LATCH)
+    x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]
     ins = {"numbers": sym.p, "flags": flags, "q": q}
     if what == "depths":
         found = latches.depths(sym, x, flags[0], q, release)

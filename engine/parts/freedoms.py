@@ -55,7 +55,7 @@ class Freedoms(Tables):
         flags = tape.scratch_block(2)
         for at, flag in enumerate((self.system.hook(x.hook), x.pressed)):
             tape.copy(Block(Space.X, self.system.external.stop(flag), 1), flags.part(at, 1))
-        return {"numbers": self.numbers([x.at, x.side, x.stiffness, x.damping, x.holds]), "flags": flags}
+        return {"numbers": self.numbers([x.at, x.side, x.stiffness, x.damping, x.holds, x.pitch]), "flags": flags}
 
     def motor(self, tape: Tape, d: Device, rate: Block, out: Block) -> None:
         """Add the effort of a freedom's motor, if it has one."""

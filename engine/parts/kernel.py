@@ -134,7 +134,7 @@ def _kernel_unit(
     }  # fmt: skip
     names = [*FUNCTIONS, *(RECURSIVE if rubbed else ()), *(COUPLING if rubbed and system.cuts else ())]
     integers = {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
-    integers["down"] = system.down
+    integers |= {"down": system.down, "presses": system.presses}
     integers |= tables_of(filled)
     rows = {"element": (ELEMENT, elements), "pair": (PAIR, sliders), "pace": (PACE, paces)}
     return Unit(KERNEL, Derived(s), sizes, {n: n for n in names}, integers, rows), m

@@ -28,7 +28,6 @@ SETTLED = 1e-4
 FIRST, GROWS, FAR = 1e-4, 2.0, 2.0 * math.pi
 """First step outward when looking for the end of a band (rad, or of the scene's length), its growth, how far it is looked for."""
 EXACT = 1e-14
-HALF = 0.5
 NEUTRAL = 1e-9
 """Of the largest stiffness: below it a direction has none (round-off leaves 1e-13)."""
 
@@ -61,7 +60,8 @@ class Equilibrium:
 
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
     """The pose of rest that the mechanism comes to from its start, friction left out, drives held and loads as at t = 0; along:
-    joints of whose freedoms the bands of rest with friction are wanted (default: those that rub in the tree; () for none).
+    joints of whose freedoms the bands of rest with friction are wanted (default: those that rub in the tree, all where none of
+    them does; () for none).
     SceneError for wrong input, SimulationError when it has no rest (it falls, or its loops cannot be closed)."""
     loaded = scene_given(scene, overrides)
     wanted = (along,) if isinstance(along, str) else along
@@ -69,8 +69,12 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
         raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])
     still = settled(ideal(loaded))
     q = coordinates(still)
-    bands = []
+    bands, moving = [], [j.name for j in still.system.tree]
+    if cut := [n for n in wanted or () if n not in moving]:
+        what, hint = "closes a loop or couples others: it has no coordinate of its own", f"ask for the band of: {', '.join(moving)}"
+        raise SceneError([Problem(f"along {n}", what, hint) for n in cut])
     rubbing = [j for j in still.system.tree if loaded.joints[j.name].friction is not None]
+    rubbing = rubbing or [j for j in still.system.tree if any(k in j.free for k in range(j.kind.nv))]  # a cut joint's, teeth
     chosen = rubbing if wanted is None else [j for j in still.system.tree if j.name in wanted]
     if chosen and any(j.friction is not None for j in loaded.joints.values()):
         hold = _Holding(loaded, still)
@@ -98,7 +102,7 @@ def settled(scene: sm.Scene) -> Still:
     still = Still(scene)
     numbers = still.model.built.numbers
     if np.abs(still.accelerations()).max(initial=0.0) > EXACT * numbers.rate**2:
-        watched = ("energy.kinetic", "*.q[*]", *(["*.latch.state[*]"] if any(map(len, caught(scene).values())) else []))
+        watched = ("energy.kinetic", "*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
         ended = any(x is not None for j in scene.joints.values() for x in (j.stops, j.latch))  # pressed for less than a row lasts
         for _ in range(SWINGS):
             spell = 1.0 / numbers.rate
@@ -141,27 +145,32 @@ def started(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
 
 
 def hooked(scene: sm.Scene, down: Mapping[str, np.ndarray]) -> sm.Scene:
-    """The scene with the hooks of latches that are down (1) down from its start on. down: for each latch of a joint, by its
-    name."""
+    """The scene with the hooks of latches that are down from its start on, each on its tooth. down: for each latch of a joint
+    which one (from 1; 0: up), by its name."""
     joints = {}
     for name, j in scene.joints.items():
         states, latches = iter(down.get(name, ())), j.latch if isinstance(j.latch, tuple) else (j.latch,)
-        put = tuple(None if x is None else replace(x, down=bool(next(states, 0.0) > HALF)) for x in latches)
+        put = tuple(None if x is None else _down(x, round(next(states, 0.0))) for x in latches)
         joints[name] = replace(j, latch=put if isinstance(j.latch, tuple) else put[0])
     return replace(scene, joints=joints)
 
 
-def caught(scene: sm.Scene) -> dict[str, np.ndarray]:
-    """Which hooks of a scene are down from its start on."""
-    each = {n: j.latch if isinstance(j.latch, tuple) else (j.latch,) for n, j in scene.joints.items()}
-    return {n: np.array([float(x.down) for x in latches if x is not None]) for n, latches in each.items()}
+def _down(x: sm.Latch, tooth: int) -> sm.Latch:
+    """A latch that is down from the start on a tooth (from 1; 0: up), which then is its first."""
+    further = (x.pitch or 0.0) * max(tooth - 1, 0)
+    return replace(x, at=x.at + (further if x.keeps == "above" else -further), down=tooth > 0)
+
+
+def caught(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
+    """The scene with its hooks on the teeth on which those of ``still`` are."""
+    return replace(scene, joints={n: replace(j, latch=still.joints[n].latch) for n, j in scene.joints.items()})
 
 
 class _Holding:
     """What holds with friction near an equilibrium, pose by pose."""
 
     def __init__(self, scene: sm.Scene, still: Still):
-        held = hooked(resting(scene)[0], caught(still.scene))
+        held = caught(resting(scene)[0], still.scene)
         self.model, self.at = Model(held, ("energy.kinetic",)), still.block.y[: still.system.nq].copy()
         self.built, self.moves = self.model.built, ""
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.basics.extras import brought
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.joints import REGISTRY
 from engine.scene import model as sm
@@ -101,7 +102,7 @@ def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[F
 def _completed(t: np.ndarray, have: Mapping[str, np.ndarray]) -> np.ndarray:
     if len(have) == len(ORDERS):
         return np.array([have[order] for order in ORDERS])
-    from scipy.interpolate import make_interp_spline
+    make_interp_spline = brought("scipy.interpolate", "analysis", "what is given as coordinates alone").make_interp_spline
 
     out = [have["q"]]
     for order in ORDERS[1:]:

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.basics.extras import brought
 from engine.basics.problems import Problem, SceneError
 from engine.joints import REGISTRY, JointKind
-from engine.questions.wear import DEGREE
 from engine.scene import model as sm
 from engine.simulation.evaluate import evaluate
 from engine.simulation.result import Result
@@ -24,6 +24,8 @@ from engine.simulation.run import Model
 
 FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
 """Which freedoms turn of the joint that has a hinge's or ball's turns and lets its point go across the pin, by how many turn."""
+PLANES = {1: (2, 1), 3: (0, 2)}
+"""Axes along which the cosine and the sine of a contact's angle are, of a hinge and of a ball, by how many turn."""
 REVERSES = 0.0
 """Cosine between what drives a pin before and after a dip below which it may cross: to the other half of its bearing."""
 NEAR = 0.2
@@ -38,6 +40,9 @@ ACROSS = 1.0
 """Of the clearance: the shortest way that is a crossing, a sixth of the way round."""
 FINE = 1e-9
 """Relative tolerance of the motion along a bearing."""
+DEGREE = 5
+"""Of the splines through what drives a pin."""
+USE = "what follows pins through their clearance"
 LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "stops", "latch", "motor", "wear", "start")
 """Of joints: what does not change how a force moves the mechanism."""
 
@@ -46,7 +51,8 @@ LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "stops", "latch",
 class Knock:
     """A pin that crosses its bearing. time: when it leaves its side, s; turn: how far around the bearing it comes, rad; way: it
     crosses, m; flight: how long, s; speed: at which it hits the other side, along the normal there, m/s; mass: effective, kg;
-    energy: of that speed, J."""
+    energy: of that speed, J; normal: outward on the pin where it hits (3, inboard joint frame), to which that of the ideal joint's
+    contact goes as the clearance does to nothing; angle: of it, as those of contacts are, there, rad."""
 
     joint: str
     time: float
@@ -56,6 +62,8 @@ class Knock:
     speed: float
     mass: float
     energy: float
+    normal: tuple[float, float, float]
+    angle: float
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
@@ -68,7 +76,8 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Knock
     missing."""
     able = {n: j for n, j in result.scene.joints.items() if _freed(j)}
     asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
-    wrong = [Problem(n, "is no hinge or ball", f"of this scene are: {', '.join(able)}") for n in asked if n not in able]
+    hint = f"hinges and balls of this scene are: {', '.join(able)}" if able else "this scene has neither hinges nor balls"
+    wrong = [Problem(n, _why_not(result.scene.joints.get(n)), hint) for n in asked if n not in able]
     wrong += [Problem(n, f"its clearance must be positive (it is {c:g} m)") for n, c in asked.items() if not c > 0.0]
     needed = [f"{n}.{c}" for n in asked if n in able for c in ("reaction.force[1]", "reaction.force[3]", "q[1]")]
     hint = "run with all outputs of joints"
@@ -77,6 +86,16 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Knock
         raise SceneError(wrong)
     found = [k for name, c in asked.items() for k in _of_joint(result, name, c)]
     return sorted(found, key=lambda k: k.time)
+
+
+def _why_not(j: sm.Joint | None) -> str:
+    """Why no clearance of a joint can be asked about: none of its kind lets its point go and keeps its other freedoms."""
+    if j is None:
+        return "is no joint of this scene"
+    kind = REGISTRY[j.type]
+    if not kind.friction:
+        return f"has no contacts ({j.type} joints have none), and so no clearance"
+    return f"is a {j.type} joint, not a hinge or a ball: how its pin crosses a clearance is not followed"
 
 
 def _freed(j: sm.Joint) -> JointKind | None:
@@ -110,7 +129,10 @@ def _of_joint(r: Result, name: str, c: float) -> list[Knock]:
             way, n = float(np.linalg.norm(s1 - s0)), s1 / c
             mass = 1.0 / float(n @ W @ n)
             turn = 2 * math.asin(min(way / (2 * c), 1.0))
-            out.append(Knock(name, at, turn, way, flight, speed, mass, 0.5 * mass * speed**2))
+            normal = -n if r.scene.joints[name].pin == "inboard" else n
+            cos, sin = (normal[k] for k in PLANES[len(r.matching(f"{name}.qd[*]"))])
+            energy, hits = 0.5 * mass * speed**2, (float(normal[0]), float(normal[1]), float(normal[2]))
+            out.append(Knock(name, at, turn, way, flight, speed, mass, energy, hits, math.atan2(sin, cos)))
     return out
 
 
@@ -147,8 +169,8 @@ def _crossing(
 ) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
     """Of a pin that lies at ``begin`` where it is driven, critically damped along its bearing: when it leaves that, how long it
     flies and how fast it hits along the normal, and its places then (3 each, m); None where it does not cross."""
-    from scipy.integrate import solve_ivp
-    from scipy.interpolate import make_interp_spline
+    solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
+    make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline
 
     a = make_interp_spline(time, driven, k=min(DEGREE, len(time) - 1))
     start = np.asarray(a(begin))
@@ -183,7 +205,7 @@ def _crossing(
 
 def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tuple[float, float, np.ndarray]:
     """(how long, how fast along the normal there, where) a point goes from s0 with v0 to the circle through it, driven by a(t)."""
-    from scipy.optimize import brentq
+    brentq = brought("scipy.optimize", "analysis", USE).brentq
 
     rate, way = a.antiderivative(1), a.antiderivative(2)
 

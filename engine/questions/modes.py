@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from engine.basics.problems import SimulationError
-from engine.questions.equilibrium import caught, coordinates, hooked, settled, started
+from engine.questions.equilibrium import caught, coordinates, settled, started
 from engine.questions.still import Still, ideal
 from engine.scene import model as sm
 from engine.scene.overrides import Given, scene_given
@@ -76,7 +76,7 @@ def modes(scene: Given, stick: bool = False, at_start: bool = False, overrides: 
         idle += creeps
         if value.imag >= 0.0 and not (creeps and idle % 2 == 0):
             found.append(_mode(value, basis @ vector[:n], still.freedoms, fastest))
-    rest = hooked(started(loaded, {k: np.array(v) for k, v in coordinates(still).items()}), caught(still.scene))
+    rest = caught(started(loaded, {k: np.array(v) for k, v in coordinates(still).items()}), still.scene)
     return Modes(coordinates(still), tuple(found), held, rest)
 
 

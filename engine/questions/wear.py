@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,10 +15,9 @@ from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.scene.toothed import sizes as wheel_sizes
 from engine.scene.touching import sizes_given, touching
+from engine.simulation.library import library
 from engine.simulation.result import Result
 
-DEGREE = 5
-"""Of the splines through rows between two events: integrals are right to the sixth power of the spacing."""
 BINS = 72
 """Directions around a pin in which wear is told: 5° each."""
 
@@ -85,14 +83,14 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     if lacking:
         hint = "run with all outputs of the joint"
         raise SceneError([Problem("outputs", f"wear needs the column {c}", hint) for c in lacking[:8]])
-    pieces, contacts, columns = _pieces(result), [], {}
+    contacts, columns = [], {}
     for name, j in joints.items():
         element = touching(j)
         if element is None or not element.count:
             continue
         own = k.get(name) if isinstance(k, Mapping) else k
         own = own if own is not None else (j.wear.k if j.wear else None)
-        for i, found, grown in _joint(result, name, j, element, own, pieces):
+        for i, found, grown in _joint(result, name, j, element, own):
             contacts.append(found)
             columns[f"{name}.wear.{'volume' if own is not None else 'load'}[{i}]"] = grown
     return Wear(tuple(contacts), result.time, columns)
@@ -105,11 +103,10 @@ def _needed(name: str, j: sm.Joint) -> list[str]:
     return [*forces, *(f"qd[{i + 1}]" for i in range(kind.nv if count else 0))]
 
 
-Piece = tuple[float, float, slice]
 Found = list[tuple[int, ContactWear, np.ndarray]]
 
 
-def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, pieces: list[Piece]) -> Found:
+def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None) -> Found:
     """Each contact's number, what it suffers, and its volume (without k its load) in every row."""
     assert j.friction is not None
     sizes = sizes_given(j.friction, element) | {"pitch": float(j.pitch or 0.0)}
@@ -118,18 +115,18 @@ def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float 
     places, speeds = element.places(sizes), _speeds(r, name, element, sizes)
     pairs = [i * len(element.pairs) // element.count for i in range(element.count)]
     forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]
-    rubbed = np.column_stack([f * speeds[p] for f, p in zip(forces, pairs, strict=True)])
-    grown = integral(r.time, np.column_stack([rubbed, *speeds]), pieces)
+    rubbed = np.array([f * speeds[p] for f, p in zip(forces, pairs, strict=True)])
+    grown = integral(r.time, np.array([*rubbed, *speeds]), (e.time for e in r.events))
     mu = j.friction.mu if isinstance(j.friction.mu, float) else math.nan
     out = []
     for i in range(element.count):
         place = places[i] if i < len(places) else Place("pin", 0, 0.0, 0.0)
-        load, way = grown[:, i], float(grown[-1, element.count + pairs[i]])
+        load, way = grown[i], float(grown[element.count + pairs[i], -1])
         volume = load * (math.nan if k is None else k)
         area = place.area or math.nan
-        around = _around(r, name, i + 1, np.diff(volume), place) if place.arc and element.anywhere else (np.zeros(0),) * 3
+        around = _around(r, name, i + 1, volume, place) if place.arc and element.anywhere else (np.zeros(0),) * 3
         depth = tuple(float(x.max()) if len(x) else float(volume[-1] / area) for x in around[1:])
-        pressed, energy = float(rubbed[:, i].max() / area), mu * float(load[-1]) / area
+        pressed, energy = float(rubbed[i].max() / area), mu * float(load[-1]) / area
         found = ContactWear(
             name, i + 1, way, float(load[-1]), float(volume[-1]), (depth[0], depth[1]), pressed, energy, *around
         )  # fmt: skip
@@ -147,57 +144,27 @@ def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, floa
     return [np.sqrt(sum(np.asarray(x, float) ** 2 for x in pair)) for pair in pairs]
 
 
-def _around(r: Result, name: str, i: int, worn: np.ndarray, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(middles of directions, depth on the pin, depth on the bearing) around a pin; worn: volume between rows, m³."""
-    edges = np.linspace(-np.pi, np.pi, BINS + 1)
+def _around(r: Result, name: str, i: int, volume: np.ndarray, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(middles of directions, depth on the pin, depth on the bearing) around a pin; volume: up to each row, m³."""
     joint = r.scene.joints[name]
     kind = REGISTRY[joint.type]
     spin = next(x for x in range(kind.nv) if kind.turns(x)) if kind.second_axis < 0 else (i - 1) // 2
-    angle, turned = np.unwrap(r[f"{name}.contact[{i}].angle"]), r[f"{name}.q[{spin + 1}]"]
+    angle, turned = (r[f"{name}.{c}"] for c in (f"contact[{i}].angle", f"q[{spin + 1}]"))
     sense = (1.0 if joint.pin == "inboard" else -1.0) * (1.0 if spin == 0 or kind.second_axis < 0 else -1.0)
-    area = place.arc * (edges[1] - edges[0])
-    on_pin, on_bearing = (_spread(a, worn, edges) / area for a in (angle, angle + sense * turned))
-    return (edges[1:] + edges[:-1]) / 2, on_pin, on_bearing
+    around = np.zeros((2, BINS))
+    for on, turns in zip(around, (0.0, sense), strict=True):
+        library().tr_around(len(r), angle.strides[0] // angle.itemsize, angle.ctypes.data, turned.ctypes.data, turns,
+                            volume.ctypes.data, BINS, on.ctypes.data)  # fmt: skip
+    middles = (np.arange(BINS) + 0.5) * 2 * np.pi / BINS - np.pi
+    return middles, *around / (place.arc * 2 * np.pi / BINS)
 
 
-def _spread(angle: np.ndarray, worn: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """What falls into each direction while the contact goes from row to row, spread evenly over the angle between."""
-    width, steps = edges[1] - edges[0], np.diff(angle)
-    count = np.maximum(1, (np.abs(steps) / (0.25 * width)).astype(int))
-    row = np.repeat(np.arange(len(steps)), count)
-    within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-    at = angle[row] + steps[row] * (within + 0.5) / count[row]
-    bins = np.floor(np.mod(at + np.pi, 2 * np.pi) / width).astype(int) % (len(edges) - 1)
-    return np.bincount(bins, worn[row] / count[row], len(edges) - 1)
-
-
-def _pieces(r: Result) -> list[Piece]:
-    """Spans of time between events, each with the rows inside it."""
-    ends = sorted({float(r.time[0]), float(r.time[-1]), *(e.time for e in r.events if r.time[0] < e.time < r.time[-1])})
-    out = []
-    for a, b in pairwise(ends):
-        first = np.searchsorted(r.time, a, "left" if a == r.time[0] else "right")
-        last = np.searchsorted(r.time, b, "right" if b == r.time[-1] else "left")
-        out.append((a, b, slice(int(first), int(last))))
-    return out
-
-
-def integral(time: np.ndarray, values: np.ndarray, pieces: list[Piece]) -> np.ndarray:
-    """∫ values dt up to each row (rows × columns): between events by splines of degree 5 through the rows there, carried on to the
-    events."""
-    from scipy.interpolate import make_interp_spline
-
-    out, total = np.zeros_like(values), np.zeros(values.shape[1])
-    for a, b, rows in pieces:
-        t, y = time[rows], values[rows]
-        if not len(t):  # no row between two events: what is nearest before counts
-            total = total + values[max(0, rows.start - 1)] * (b - a)
-        elif len(t) == 1:
-            out[rows] = total + y * (t - a)[:, None]
-            total = total + y[0] * (b - a)
-        else:
-            grown = make_interp_spline(t, y, k=min(DEGREE, len(t) - 1)).antiderivative()
-            out[rows] = total + grown(t) - grown(a)
-            total = total + grown(b) - grown(a)
-    out[-1] = total
+def integral(time: np.ndarray, values: np.ndarray, events: Iterable[float]) -> np.ndarray:
+    """∫ values dt up to each row (columns × rows, as values): by the polynomial of degree 5 through the rows nearest by, of those
+    alone that lie between the same two events, carried on to these. time (rows), s, rising."""
+    time, values = np.ascontiguousarray(time), np.ascontiguousarray(values)
+    ends = np.array(sorted({float(time[0]), float(time[-1]), *(e for e in events if time[0] < e < time[-1])}))
+    out, total = np.zeros_like(values), np.zeros(len(values))
+    library().tr_integral(len(time), time.ctypes.data, len(values), values.ctypes.data, len(ends), ends.ctypes.data,
+                          total.ctypes.data, out.ctypes.data)  # fmt: skip
     return out

@@ -235,6 +235,7 @@ void tr_configure(tr_sim *s, const tr_settings *set) { s->set = *set; }
 #include "told.c"
 #include "slopes.c"
 #include "update.c"
+#include "worn.c"
 TR_OFTEN
 #include "batch.c"
 #include "ensemble.c"

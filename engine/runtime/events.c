@@ -95,7 +95,12 @@ static int tr_stop_event(const tr_sim *s, int stop, int pressed) {
   return pressed ? TR_EV_STOP_ON : TR_EV_STOP_OFF;
 }
 
-/* How deep each stop is pressed at y, m or rad. */
+/* The flag of a stop that was open and is pressed: of a hook the tooth that it falls on. depth: with it open. */
+static double tr_flag_pressed(const tr_sim *s, int stop, const double *depth) {
+  return tr_is_hook(s, stop) ? -depth[tr_pressed_by(s, stop)] : TR_STOP_PRESSED;
+}
+
+/* How deep each stop is pressed at y, m or rad (hooks: ``recursion/latches.py``). */
 static void tr_depths(tr_sim *s, const double *y, double *depth) {
   if (s->k->nstops) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, depth);
 }

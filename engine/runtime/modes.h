@@ -85,7 +85,11 @@ static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr
 /* Whether a stop is the hook of a latch: what it does at its end is another event. */
 static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->nstops - s->k->nlatches; }
 
-static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) == TR_STOP_PRESSED; }
+/* Whether a stop is pressed, or the hook of a latch is down: of a ratchet its flag says on which tooth, from 1. */
+static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
+
+/* Which stop says whether the latch with this hook is pressed. */
+static inline int tr_pressed_by(const tr_sim *s, int hook) { return s->k->presses[hook - (s->k->nstops - s->k->nlatches)]; }
 static inline int tr_flag(const tr_mode *m) { return (int)m->flag; }
 /* Not stuck, or (a law with a kink) saturated. */
 static inline int tr_slides(const tr_sim *s, int i) { return tr_flag(tr_mode_of(s, i)) != TR_STUCK; }

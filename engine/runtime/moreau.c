@@ -89,7 +89,7 @@ static void tr_moreau_stops(tr_sim *s, double t, const double *y) {
   tr_depths(s, y, depth);
   for (int i = 0; i < s->k->nstops; ++i) {
     if (tr_pressed(s, i) == (depth[i] > 0.0)) continue;
-    *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
+    *tr_stop_flag(s, i) = depth[i] > 0.0 ? tr_flag_pressed(s, i, depth) : TR_STOP_OPEN;
     tr_log(s, t, tr_stop_event(s, i, depth[i] > 0.0), i, 0, 0, 0);
     s->stats.events++;
   }

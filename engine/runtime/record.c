@@ -144,6 +144,32 @@ static double tr_stored(const tr_sim *s, const double *y) {
   return both[1];
 }
 
+/* A stop is reached or left. A hook that lifts may fall again at once: on the next tooth, which has passed it, or on the last, where what it
+ * was on was too much for it. What it was pressed in by goes with it. */
+static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y) {
+  const int was = (int)*tr_stop_flag(s, stop), hook = tr_is_hook(s, stop);
+  const double before = tr_stored(s, y);
+  double depth[s->k->nstops + 1];
+  *tr_stop_flag(s, stop) = TR_STOP_OPEN;
+  tr_depths(s, y, depth);
+  const int now = !was || (hook && depth[stop] > 0.0) ? (int)tr_flag_pressed(s, stop, depth) : TR_STOP_OPEN;
+  if (was && now && tr_pressed(s, tr_pressed_by(s, stop))) {
+    *tr_stop_flag(s, tr_pressed_by(s, stop)) = TR_STOP_OPEN;
+    tr_log(s, t, TR_EV_STOP_OFF, tr_pressed_by(s, stop), 0, 0, 0);
+    s->stats.events++;
+  }
+  *tr_stop_flag(s, stop) = now;
+  if (hook && was) {
+    const double lost = before - tr_stored(s, y);
+    s->audit.begin -= lost, s->audit.energy0 -= lost;
+  }
+  if (was && now <= was) {
+    tr_log(s, t, tr_stop_event(s, stop, 0), stop, 0, 0, 0);
+    s->stats.events += now > 0;
+  }
+  if (now) tr_log(s, t, tr_stop_event(s, stop, 1), stop, 0, 0, 0);
+}
+
 /* Switch the mode of `which` at the state (t, y), which has just been evaluated. */
 static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
@@ -153,14 +179,7 @@ static void tr_switch(tr_sim *s, int which, double t, const double *y) {
   }
   s->stats.events++;
   if (which >= k->nsliders) {
-    int stop = which - k->nsliders, pressed = !tr_pressed(s, stop);
-    const double before = tr_stored(s, y);
-    *tr_stop_flag(s, stop) = pressed ? TR_STOP_PRESSED : TR_STOP_OPEN;
-    if (tr_is_hook(s, stop) && !pressed) { /* what it was pressed in by goes with it */
-      const double lost = before - tr_stored(s, y);
-      s->audit.begin -= lost, s->audit.energy0 -= lost;
-    }
-    tr_log(s, t, tr_stop_event(s, stop, pressed), stop, 0, 0, 0);
+    tr_switch_stop(s, which - k->nsliders, t, y);
     return;
   }
   tr_mode *m = tr_mode_of(s, which);

@@ -29,12 +29,18 @@ static int tr_start_modes(tr_sim *s) {
   memset(none, 0, sizeof none);
   tr_set_time(s, s->clock.t);
   for (int i = 0; i < k->nstops; ++i) { /* a latch that is down stays so where parameters change in the middle of a run */
-    const int hook = tr_is_hook(s, i);
-    const int down = hook && k->down[i - (k->nstops - k->nlatches)];
-    if (!(hook && s->stats.steps)) *tr_stop_flag(s, i) = down ? TR_STOP_PRESSED : TR_STOP_OPEN;
+    if (!tr_is_hook(s, i)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
+    else if (!s->stats.steps) *tr_stop_flag(s, i) = k->down[i - (k->nstops - k->nlatches)];
   }
   tr_depths(s, y, depth);
-  for (int i = 0; i < k->nstops; ++i) *tr_stop_flag(s, i) = depth[i] > 0.0 ? TR_STOP_PRESSED : TR_STOP_OPEN;
+  int again = 0;
+  for (int i = k->nstops - k->nlatches; i < k->nstops; ++i) /* or has gone on to another tooth */
+    if (tr_pressed(s, i) && !(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN, again = 1;
+  if (again) tr_depths(s, y, depth);
+  for (int i = 0; i < k->nstops; ++i) {
+    if (!(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
+    else if (!tr_pressed(s, i)) *tr_stop_flag(s, i) = tr_flag_pressed(s, i, depth);
+  }
   s->friction = (tr_friction){.pace = s->friction.pace, .anywhere = s->friction.anywhere, .searched = NAN, .folded = -INFINITY, .resumed_t = NAN,
                               .capture = -1, .missed = -1, .freed = -1, .failed = -1, .past_t = {NAN, NAN, NAN, NAN}};
   s->step.aside = 0;

@@ -30,7 +30,7 @@ class Usual:
 
 
 USUAL = (
-    Usual(("joints.*.start.q*", "joints.*.stops*", "joints.*.spring*.rest", "joints.*.latch*.at",
+    Usual(("joints.*.start.q*", "joints.*.stops*", "joints.*.spring*.rest", "joints.*.latch*.at", "joints.*.latch*.pitch",
            "joints.*.drive*.start", "joints.*.drive*.origin",
            "joints.*.drive*.phase", "joints.*.drive*.amplitude"), "rad", 0.0, 2 * math.pi,
           "an angle of more than one turn", "deg"),

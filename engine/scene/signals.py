@@ -204,5 +204,8 @@ class Latch:
     """Lifted while this is above 0.5: an input or a signal."""
     holds: Positive | None = None
     """Force or torque at which it lets go; left out, it holds anything."""
+    pitch: Positive | None = None
+    """Distance of the teeth of a ratchet, m or rad: it falls behind each that passes, the first being where it is said to be."""
     down: Annotated[bool, Strict()] = False
-    """Whether it is down from the start, also where what it keeps presses it in there; else it is where that is behind it."""
+    """Whether it is down from the start, also where what it keeps presses it in there (of a ratchet on its first tooth); else it is
+    where that is behind it."""

@@ -48,7 +48,7 @@ joints:
     # rotor_inertia: 0.01           # kg*m^2 of a motor's rotor, as the joint feels it (times the ratio squared)
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # stops: {{stiffness: 1e4, upper: 120 deg}}
-    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # not back below 90 deg; also holds: 300 N*m, down: true
+    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # also holds: 300 N*m, pitch: 15 deg (teeth), down: true
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
     # motor: {{stall: 5 N*m, no_load: 300 rpm, signal: 1}}   # torque falls with speed; the signal may be an input
     # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used); also move: from rest to rest

@@ -3,13 +3,14 @@ that follows another."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Strict
+from pydantic import BeforeValidator, Strict
 from pydantic.dataclasses import dataclass
 
 from engine.basics.numbers import Bound
 from engine.scene.quantities import Angle, AnyUnit, Extent, Length, Number
+from engine.scene.units import UnitError
 from engine.scene.values import STRICT
 
 
@@ -25,12 +26,20 @@ class Profile:
     """One distance for each angle."""
 
 
+def _planar(point: Any) -> Any:
+    """The point as it is; one with three numbers is told what curves are."""
+    if isinstance(point, list | tuple) and len(point) == 3:
+        hint = "give two numbers, along e2 and e3 (axis: e1); for a straight line in space there is point_on_line"
+        raise UnitError("a curve lies in the plane across e1 of its joint: curves in space are not built", hint)
+    return point
+
+
 @dataclass(frozen=True, config=STRICT)
 class Curve:
     """A curve in a plane of the inboard part: the cubic spline through points, by the lengths of the straight lines between them.
     It may not cross itself. Two points are a straight slot; an open curve goes straight on beyond its ends (stops hold there)."""
 
-    points: tuple[tuple[Length, Length], ...]
+    points: tuple[Annotated[tuple[Length, Length], BeforeValidator(_planar)], ...]
     """Points along e2 and e3 of the inboard frame, from the inboard point: two at least, of a closed curve three."""
     closed: Annotated[bool, Strict()] = False
     """Whether it goes on from the last point to the first."""

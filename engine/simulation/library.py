@@ -41,5 +41,7 @@ def library() -> ctypes.CDLL:
     lib.tr_ask.argtypes, lib.tr_ask.restype = [p, p], None
     lib.tr_time.argtypes, lib.tr_time.restype = [p], d
     lib.tr_statistics.argtypes, lib.tr_statistics.restype = [p], p
+    lib.tr_integral.argtypes, lib.tr_integral.restype = [i, p, i, p, i, p, p, p], None
+    lib.tr_around.argtypes, lib.tr_around.restype = [i, long, p, p, d, p, i, p], None
     lib.tr_events_take.argtypes, lib.tr_events_take.restype = [p], i
     return lib

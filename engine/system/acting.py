@@ -45,7 +45,7 @@ class Motor:
 class Latch:
     """A hook that falls behind what has passed it, and does not let it back: ``at``, side (1: it keeps above, −1: below),
     stiffness, damping, what it holds; release: lifted while this is above a half. pressed, hook: its flags among those of stops
-    and of hooks; down: whether it begins down, wherever that is."""
+    and of hooks; down: on which tooth it begins down, wherever that is (0: up); pitch: of its teeth, 0 where it has but one."""
 
     at: Leaf
     side: float
@@ -55,7 +55,8 @@ class Latch:
     release: Signal
     pressed: int
     hook: int
-    down: bool = False
+    down: int = 0
+    pitch: Leaf = 0.0
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ class Builder:
         return Latch(
             s(f"{path}.at", x.at, u), 1.0 if x.keeps == "above" else -1.0, s(f"{path}.stiffness", x.stiffness, f"{f}/{u}"),
             s(f"{path}.damping", x.damping, f"s/{u}"), holds, self.load(f"{path}.release", x.release, "1"),
-            self.stops - 1, self.hooks - 1, x.down,
+            self.stops - 1, self.hooks - 1, int(x.down), 0.0 if x.pitch is None else s(f"{path}.pitch", x.pitch, u),
         )  # fmt: skip
 
     def load(self, path: str, value: sm.Load, unit: str) -> Signal:

@@ -167,9 +167,18 @@ class System:
 
     @property
     def down(self) -> tuple[int, ...]:
-        """For each latch whether it begins down."""
-        found = {d.latch.hook: d.latch.down for j in self.joints for d in j.devices if d.latch is not None}
-        return tuple(int(found[i]) for i in range(self.latches))
+        """For each latch on which tooth it begins down, 0: up."""
+        return tuple(x.down for x in self._hooks)
+
+    @property
+    def presses(self) -> tuple[int, ...]:
+        """For each latch which stop says whether it is pressed."""
+        return tuple(x.pressed for x in self._hooks)
+
+    @property
+    def _hooks(self) -> list[Latch]:
+        found = [d.latch for j in self.joints for d in j.devices if d.latch is not None]
+        return sorted(found, key=lambda x: x.hook)
 
     def hook(self, latch: int) -> int:
         """Which stop says whether a latch is down: hooks are the last of the stops."""

@@ -20,7 +20,7 @@ SHELLS = {"2.0": "fmi2.c", "3.0": "fmi3.c", "library": "library.c"}
 """The shell of each kind of export: the functions of a standard, or those of a C library."""
 LEFT = ("fmi2Functions.h", "fmi3Functions.h")
 """What compilers of an FMU's sources bring (FMI 2.0, 2.3; 3.0, 2.5.1.2), and what is written for each model."""
-UNUSED = ("batch.c", "ensemble.c", "hold.c")
+UNUSED = ("batch.c", "ensemble.c", "hold.c", "worn.c")
 """Files of the runtime that no host of an exported model calls."""
 EXPORT = re.compile(r"^#if defined _WIN32\n#define FMU_EXPORT .*?^#endif\n", re.MULTILINE | re.DOTALL)
 TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)

@@ -10,6 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 from engine import hold
+from engine.contact.registry import REGISTRY as CONTACTS
+from engine.joints import REGISTRY
 from engine.scene import model as sm
 from engine.scene.check import problems
 from engine.simulation.result import Result
@@ -144,6 +146,19 @@ def test_check_hold_knows_it() -> None:
     assert hold(make(edge * 1.1)).holds
     assert not hold(make(edge * 0.9)).holds
     assert hold(seal("prismatic", PRESS * 1.1, MU), bounds=True).holds
+
+
+@pytest.mark.parametrize("kind", [k.name for k in REGISTRY.values() if k.friction])
+def test_every_joint_that_rubs_has_a_preload_or_says_that_it_has_none_and_which_have(kind: str) -> None:
+    able = {k.name for k in REGISTRY.values() if k.friction and "preload" in {s.name for s in CONTACTS[k.friction].sizes}}
+    assert able == {"revolute", "cylindrical", "prismatic", "universal", "screw"}
+    joint = sm.Joint(kind, "ground", "b", friction=sm.Friction(mu=0.1, preload=5.0))
+    scene = sm.Scene({"b": sm.Body(sphere=0.1, mass=1.0)}, {"j": joint}, "b")
+    said = [p for p in problems(scene) if p.where.endswith("friction.preload")]
+    assert bool(said) == (kind not in able)
+    for p in said:
+        assert p.what == f"friction of a {kind} joint has no preload"
+        assert all(n in p.hint for n in able)
 
 
 def test_what_does_not_go_together_is_said() -> None:

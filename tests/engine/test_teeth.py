@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import sensitivity
+from engine import equilibrium, sensitivity
 from engine.basics.problems import SceneError
 from engine.questions.wear import wear
 from engine.scene import model as sm
@@ -190,3 +190,14 @@ def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
     way = ARM * 30 * (1 + 20 / 40) * 2.0
     assert found.distance == pytest.approx(way, rel=1e-9)
     assert found.volume == pytest.approx(1e-15 * force * way, rel=1e-9)
+
+
+def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -> None:
+    """``equilibrium`` finds it: the spring on one wheel may turn from where the load on the other would just be lowered to where
+    it would just be raised."""
+    stiffness, load = 20.0, 5.0
+    found = equilibrium(pair(f"spring: {{stiffness: {stiffness}}}, damping: 0.5", f"effort: {load}"))
+    bands = {b.coordinate: sorted((abs(b.low), abs(b.high))) for b in found.bands}
+    edges = sorted(load / stiffness * x for x in ((R1 - ROLL) / (R2 + ROLL), (R1 + ROLL) / (R2 - ROLL)))
+    assert bands["on_a.q[1]"] == pytest.approx(edges, rel=1e-8)
+    assert bands["on_b.q[1]"] == pytest.approx([x * R1 / R2 for x in edges], rel=1e-8)

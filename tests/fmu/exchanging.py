@@ -49,7 +49,7 @@ def swing() -> engine.Scene:
 
 
 def thrown() -> engine.Scene:
-    """Two blocks thrown up a rail past their latches: one is let go by a signal, the other is too strong for its hook."""
+    """Two blocks thrown up a rail past their latches: one is let go by a signal, the other slips on the teeth of its ratchet."""
     body = {"mass": 2, "inertia": [1, 1, 1]}
     hook, rail = {"at": 0.3, "stiffness": 4e4}, {"type": "prismatic", "axis": "x", "inboard": "ground"}
     rail |= {"effort": -6, "start": {"qd": 3}}
@@ -58,7 +58,7 @@ def thrown() -> engine.Scene:
         "name": "thrown", "gravity": [0, 0, 0], "bodies": {"one": body, "two": body},
         "joints": {
             "held": {**rail, "outboard": "one", "latch": {**hook, "damping": 5, "release": release}},
-            "breaks": {**rail, "outboard": "two", "latch": {**hook, "holds": 300}},
+            "breaks": {**rail, "outboard": "two", "latch": {**hook, "holds": 200, "pitch": 0.4}},
         },
         "simulation": {"until": 4, "every": EVERY},
     })  # fmt: skip

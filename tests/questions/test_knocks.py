@@ -44,6 +44,23 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str) -> None:
         assert k.energy == pytest.approx(0.5 * MASS * k.speed**2)
 
 
+@pytest.mark.parametrize("pin", ["inboard", "outboard"])
+@pytest.mark.parametrize("kind", ["revolute", "spherical"])
+def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str) -> None:
+    """Its normal is that of the ideal joint's contact as soon as the force has turned round, and so is its angle."""
+    rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
+    axis = "y" if kind == "revolute" else None
+    joint = sm.Joint(kind, "ground", "hub", axis=axis, pin=pin, friction=rub)
+    push = sm.Force("force", "hub", (WAVE, 0.0, 0.0))
+    scene = sm.Scene({"hub": BODY}, {"pin": joint}, "shaken", gravity=(0.0, 0.0, 0.0), forces={"push": push})
+    r = simulate(scene, until=0.3, every=1e-3)
+    first = knocks(r, CLEARANCE)[0]
+    row = int(np.searchsorted(r.time, first.time + first.flight))
+    assert first.normal == pytest.approx([r[f"pin.contact[1].normal[{k}]"][row] for k in (1, 2, 3)], abs=1e-9)
+    apart = first.angle - r["pin.contact[1].angle"][row]
+    assert np.exp(1j * apart) == pytest.approx(1.0, abs=1e-9)
+
+
 def test_it_is_what_a_gap_does_that_is_simulated() -> None:
     """The same hub on a rail between two hard stops, at rest on one of them until the force turns round."""
     stops = sm.Stops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
@@ -90,7 +107,7 @@ def test_pins_of_a_loop_are_told_too() -> None:
 
 def test_what_cannot_be_told_is_said() -> None:
     r = simulate(shaken(), until=0.1, every=1e-3)
-    with pytest.raises(SceneError, match="is no hinge or ball"):
+    with pytest.raises(SceneError, match="is no joint of this scene"):
         knocks(r, {"rail": 1e-5})
     with pytest.raises(SceneError, match="must be positive"):
         knocks(r, {"pin": -1e-5})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 
 from engine import SceneError, load_scene, simulate, wear
 from engine.cli import main
-from engine.questions.wear import BINS
+from engine.questions.wear import BINS, integral
 from engine.scene import model as sm
 
 K = 1e-15
@@ -83,6 +85,54 @@ def test_a_load_that_stands_still_wears_one_side_of_what_stands_and_all_around_w
         assert np.count_nonzero(standing > 1e-6 * standing.max()) == 1
         assert turning == pytest.approx(np.full(BINS, turning.mean()), rel=0.02)  # bins are 5°, rows 0.36°
         assert c.load == pytest.approx(3.0 * GRAVITY / np.hypot(1.0, 0.2) / 2 * 0.01 * 2 * np.pi * 3.0, rel=1e-9)
+
+
+def pieces(ends: np.ndarray, random: np.random.Generator) -> list[np.polynomial.Polynomial]:
+    """A polynomial of degree 5 of its own for each span between two ends."""
+    return [np.polynomial.Polynomial(random.normal(size=6), domain=(a, b)) for a, b in pairwise(ends)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_digits(seed: int) -> None:
+    """On a grid and off it, with rows at the events themselves, which belong to no span, and events on each other."""
+    random = np.random.default_rng(seed)
+    ends = np.array([0.0, 0.3, 0.71, 1.0])
+    grid = np.arange(0, 101) / 100 if seed % 2 else np.sort(np.concatenate([[0.0, 0.3, 1.0], random.uniform(0, 1, 60)]))
+    each = [pieces(ends, random) for _ in range(3)]
+    span = np.clip(np.searchsorted(ends, grid, "right") - 1, 0, 2)
+    values = np.array([[p[k](t) for k, t in zip(span, grid, strict=True)] for p in each])
+    values[:, np.isin(grid, ends[1:-1])] = np.nan  # what a row at an event says is of neither side
+    whole = [[p.integ(lbnd=a) for p, a in zip(ps, ends, strict=False)] for ps in each]
+    past = [np.cumsum([0.0, *(p(b) for p, b in zip(w, ends[1:], strict=True))]) for w in whole]
+    expected = np.array([[past[c][k] + w[k](t) for k, t in zip(span, grid, strict=True)] for c, w in enumerate(whole)])
+    assert integral(grid, values, [0.71, 0.3, 0.3, 5.0]) == pytest.approx(expected, abs=1e-11)
+
+
+def test_what_has_few_rows_or_none_between_two_events_takes_what_there_is() -> None:
+    time, events = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), [1.5, 1.6, 2.5, 3.5, 3.75]
+    found = integral(time, np.array([[2.0, 4.0, 7.0, 1.0, 5.0]]), events)[0]
+    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0  # a line through two rows; nothing between 1.5 and 1.6: the row before
+    ends = before + 0.9 * 7.0 + 1.0 * 1.0 + 0.25 * 1.0 + 0.25 * 5.0
+    assert found == pytest.approx([0.0, 3.0, before + 0.4 * 7.0, before + 0.9 * 7.0 + 0.5 * 1.0, ends])
+
+
+@pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
+def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
+    """A steady load on a steady turn: the directions that it came by one time more, and parts of the two at its ends."""
+    still = spun("inboard")
+    turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
+    c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]
+    share = c.on_bearing / c.on_bearing.sum() * abs(rate) * 0.7 / (2 * np.pi) * BINS  # passes over each direction
+    most = np.floor(abs(rate) * 0.7 / (2 * np.pi))
+    assert share.sum() == pytest.approx(abs(rate) * 0.7 / (2 * np.pi) * BINS)
+    assert np.all((share > most - 1e-6) & (share < most + 1 + 1e-6))
+    assert np.count_nonzero((share > most + 1e-6) & (share < most + 1 - 1e-6)) <= 2
+
+
+def test_wear_needs_no_package_beside_the_plain_installation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    monkeypatch.setitem(sys.modules, "scipy.interpolate", None)
+    assert wear(simulate(block(), until=0.1), K).contacts
 
 
 def test_coefficients_of_the_scene_count_and_without_one_loads_are_told() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from engine.contact import GIVEN, ContactElement, Size, element_of, sizes
 from engine.contact import REGISTRY as CONTACTS
 from engine.contact.base import FIXED, OVERLAP
+from engine.contact.journal import PRELOAD
 from engine.friction import REGISTRY as LAWS
 from engine.joints import REGISTRY
 from engine.scene.finding import Finding, Path
@@ -68,15 +69,18 @@ def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterat
         if value is None:
             continue
         if name not in own:
-            yield Finding((*path, name), f"{what} of a {j.type} joint has no {name}", _instead(j, own, element))
+            yield Finding((*path, name), f"{what} of a {j.type} joint has no {name}", _instead(j, own, element, name))
         elif isinstance(value, tuple) and len(value) != own[name].count:
             several = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name) == len(value))
             yield Finding((*path, name), f"a {j.type} joint has one {name}", f"{len(value)} are for joints of type {several}")
 
 
-def _instead(j: Joint, own: Iterable[str], element: ContactElement) -> str:
+def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -> str:
     """What a joint may say where it gives a size that its friction does not have."""
     usual = REGISTRY[j.type].friction
+    if element.count and name == PRELOAD.name:
+        able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
+        return f"its friction is that of its load alone; joints with a preload: {able}; it has: {', '.join(own) or 'no sizes'}"
     if element.count or not usual:
         return f"it has: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
