@@ -4,6 +4,7 @@ words."""
 from __future__ import annotations
 
 import asyncio
+import signal
 import socket
 import subprocess
 import sys
@@ -21,7 +22,6 @@ from service.api import door, jobs
 from service.api.security import new_key
 from service.api.service import made
 from service.cli import listener
-from service.desk import clerk
 from service.settings import Limits, Settings
 from service.store.database import alembic_config, transaction
 from service.store.landing import Done
@@ -120,8 +120,7 @@ def test_one_client_cannot_hold_all_streams(server: InProcess, monkeypatch: pyte
     assert server.service.streams["local"] == 0
 
 
-def test_an_fmu_that_takes_too_long_is_given_up_and_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clerk, "STARTING", 0.0)
+def test_an_fmu_that_takes_too_long_is_given_up_and_leaves_nothing_behind(tmp_path: Path) -> None:
     with unstarted(Settings(tmp_path, limits=Limits(answer_seconds=0.2))) as s:
         answer = s.post("/v1/fmus", {"scene": "spherical_pendulum"})
         assert answer.status_code == 422
@@ -202,8 +201,9 @@ def reply(port: int, data: bytes, seconds: float) -> bytes:
         return got
 
 
-def test_heads_and_bodies_have_to_come_in_time(tmp_path: Path) -> None:
+def test_heads_and_bodies_have_to_come_in_time_and_a_server_that_is_told_to_end_ends(tmp_path: Path) -> None:
     hurried = "import service.connections as c, service.api.door as d; c.HEAD_SECONDS = d.BODY_SECONDS = 0.5"
+    hurried += "\nimport time; from service.executor.cluster import Cluster; Cluster.close = lambda self: time.sleep(600)"
     (tmp_path / "sitecustomize.py").write_text(hurried.replace("import", f"import sys; sys.path.append({str(ROOT)!r})\nimport"))
     assert door.BODY_SECONDS >= 10.0
     with Served(tmp_path / "data", "--workers", "1", paths=[str(tmp_path)]) as s:
@@ -212,6 +212,9 @@ def test_heads_and_bodies_have_to_come_in_time(tmp_path: Path) -> None:
         lines = ("POST /v1/scenes/check HTTP/1.1", "Host: 127.0.0.1", "Content-Type: application/json", "Content-Length: 100")
         assert reply(s.port, ("\r\n".join(lines) + "\r\n\r\n{").encode(), 20.0).startswith(b"HTTP/1.1 408")
         assert s.get("/healthz").status_code == 200
+        assert s.process is not None
+        s.process.send_signal(signal.SIGTERM)
+        assert s.process.wait(5) in (0, -signal.SIGTERM)  # s: the promise, whatever does not let go
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="the system does not tell whose a connection is")
