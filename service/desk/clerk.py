@@ -18,7 +18,7 @@ from engine.basics.problems import SceneError, SimulationError
 log = logging.getLogger("trunnion.service")
 ORPHAN_SECONDS = 1.0
 STARTING = 60.0
-"""Seconds that a process may take until it is ready, on a machine however busy: they are not the request's, which is not to blame."""
+"""Seconds that a process may take until it is ready, on a machine however busy: they are not the time of the request."""
 GIVES_WAY = 5
 """How much less of a busy machine it gets than the server, in steps of nice."""
 PASSED_ON = (SceneError, SimulationError, ImportError)
