@@ -23,15 +23,17 @@ from engine.basics.problems import SceneError
 from engine.scene.dump import scene_to_dict
 from engine.scene.library import model_file
 from engine.scene.load import load_scene
+from service.api.bodies import MODELS
 from service.desk import clerk as clerks
 from service.desk.clerk import READY, Clerk, Ended, NotReady, TookTooLong
 from service.desk.desk import Desk
 from service.desk.row import MOST_OF_ONE, Crowded
 from service.request import SceneSource, scene_of
 from service.settings import Limits
-from tests.service.serving import MU, SMALL, Served, eventually, new_keys
+from tests.service.serving import MU, SMALL, InProcess, Served, eventually, new_keys
 
 MEMORY = 4e9
+JSON = {"content-type": "application/json"}
 
 
 def unknown_keys(n: int) -> dict[str, Any]:
@@ -65,6 +67,20 @@ def test_text_and_values_of_a_scene_have_limits() -> None:
         SceneSource.model_validate({"scene_text": " " * 400_000})
     with pytest.raises(SceneError, match="values"):
         scene_of(SceneSource.model_validate({"scene": {"bodies": {f"b{i}": {} for i in range(150_000)}}}), Limits())
+
+
+def test_no_long_body_is_read_by_the_server_itself(server: InProcess) -> None:
+    """A million values where a few tags are expected held up everybody for half a second."""
+    document, alone = server.get("/openapi.json").json(), list[str]()
+    for path, methods in document["paths"].items():
+        for method, operation in methods.items():
+            schema = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema")
+            if schema and schema.get("$ref", "").rpartition("/")[2] not in MODELS:
+                alone.append(path)
+                body = b'{"tags": [' + b"1," * 10_000 + b"1]}"
+                answer = server.client.request(method, path.format(job="0" * 24), content=body, headers=JSON)
+                assert (path, answer.status_code) == (path, 413)
+    assert alone
 
 
 def asked(desk: Desk, *calls: Any) -> list[Any]:
