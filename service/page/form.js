@@ -95,7 +95,7 @@ async function check(signal) {
     facts = await ask("POST", "/v1/scenes/check", { scene_text: editor.text() }, signal);
   } catch (e) {
     if (e.name === "AbortError") throw e;
-    if (e.status === 0) return;
+    if (e.status === 0) return unanswered($("verdict"), $("jobverdict"));
     facts = null;
     const problems = e.problems?.length ? e.problems : [{ where: "scene", what: e.message }];
     editor.tell(problems);
@@ -129,6 +129,15 @@ async function check(signal) {
   await checkRequest(signal);
 }
 
+// What was said of an earlier text is not left standing beside the new one.
+function unanswered(...boxes) {
+  for (const box of boxes) {
+    box.className = "verdict";
+    box.textContent = "Not checked yet: the server does not answer.";
+  }
+  $("count").textContent = "";
+}
+
 const checkJob = later((signal) => (facts ? checkRequest(signal) : Promise.resolve()));
 
 async function checkRequest(signal) {
@@ -145,7 +154,7 @@ async function checkRequest(signal) {
     $("submit").disabled = false;
   } catch (e) {
     if (e.name === "AbortError") throw e;
-    if (e.status === 0) return;
+    if (e.status === 0) return unanswered($("jobverdict"));
     const problems = e.problems?.length ? e.problems : [{ where: "job", what: e.message }];
     asked.tell(problems);
     box.className = "verdict bad";

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from alembic import command
@@ -23,6 +24,7 @@ from service.api.security import new_key
 from service.api.service import made
 from service.cli import listener
 from service.settings import Limits, Settings
+from service.store import work
 from service.store.database import alembic_config, transaction
 from service.store.landing import Done
 from service.store.tables import jobs as table
@@ -54,11 +56,13 @@ def test_a_clock_that_is_set_strands_no_job_after_a_crash(store: WorkStore, monk
 
 
 def test_whoever_renews_keeps_a_lease_whatever_the_clock_says(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
-    job, clock = taken(store), store.now
+    job, clock, steady = taken(store), store.now, [0.0]
+    monkeypatch.setattr(work, "time", SimpleNamespace(monotonic=lambda: steady[0]))
     for shift in (0.0, -HOUR, -2 * HOUR):
         monkeypatch.setattr(store, "now", lambda c, s=shift: clock(c) + s)
-        assert [j.id for j in store.claim(ME, 0.5)] == [job.id]
-        assert store.claim(OTHER, 0.5) == []
+        steady[0] += 40.0  # two of these are longer than a lease
+        assert [j.id for j in store.claim(ME, 60.0)] == [job.id]
+        assert store.claim(OTHER, 60.0) == []
 
 
 def test_a_retry_is_not_put_off_by_a_clock_that_was_set_back(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,14 +76,17 @@ def test_a_retry_is_not_put_off_by_a_clock_that_was_set_back(store: WorkStore, m
 
 def test_a_clock_that_was_set_back_leaves_the_pace_as_it_is(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
     job, clock = taken(store, 30), store.now
+    paces = []
     for shift in (0.0, -HOUR, -HOUR):
         monkeypatch.setattr(store, "now", lambda c, s=shift: clock(c) + s)
         chunk = store.cut(ME, job.id, 10)
         assert chunk is not None
         store.chunk_done(ME, job.id, chunk.start, Done({"done": 10}, 0.1, 0.0, 1))
-    end = store.job(job.id)
-    assert end is not None
-    assert 0.0 <= end.pace < 60.0
+        now = store.job(job.id)
+        assert now is not None
+        paces.append(now.pace)
+    assert paces[0] == paces[1] > 0.0
+    assert 0.0 < paces[2] < 60.0
 
 
 @pytest.fixture(scope="module")
