@@ -56,9 +56,9 @@ def test_while_a_check_takes_long_nothing_of_the_one_before_is_left_standing(pag
     page.locator(".values").first.fill("0.2, 0.4")
     until(page, "document.getElementById('jobverdict').textContent === 'Checking …'")
     assert page.inner_text("#count") == ""
-    page.unroute("**/v1/jobs/check")
     for route in held:
         route.continue_()
+    page.unroute("**/v1/jobs/check")
     until(page, "document.getElementById('count').textContent === '2 cases'")
 
 
