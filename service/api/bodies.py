@@ -13,7 +13,7 @@ from engine.basics.problems import Problem
 from service.api.problems import Refusal
 from service.api.security import Caller
 from service.api.service import Service
-from service.desk.clerk import Ended, TookTooLong
+from service.desk.clerk import Ended, NotReady, TookTooLong
 from service.desk.desk import Desk
 from service.desk.row import Crowded
 
@@ -65,5 +65,7 @@ async def at_desk(desk: Desk, caller: Caller, task: str, *arguments: Any, second
         raise Refusal(503, "the server ends; ask again", headers={"Retry-After": "10"}) from None
     except Crowded as e:
         raise Refusal(429 if e.own else 503, str(e), headers={"Retry-After": "5"}) from None
+    except NotReady as e:
+        raise Refusal(503, str(e), headers={"Retry-After": "10"}) from None
     except (TookTooLong, Ended) as e:
         raise Refusal(422, "", [Problem("body", str(e), "ask for less: a smaller scene, fewer values")]) from None

@@ -15,8 +15,8 @@ from service.settings import is_loopback
 
 BODY_SECONDS = 60.0
 """Time for all of a body to come in."""
-SMALL, SMALL_BODY = ("/v1/keys",), 10_000
-"""Paths whose bodies are read by the server itself, and how long these may be."""
+SMALL, SMALL_BODY = (("POST", "/v1/keys"), ("PATCH", "/v1/jobs/")), 10_000
+"""Methods, and beginnings of paths, whose bodies are read by the server itself, and how long these may be."""
 SAID: dict[bytes, bytes] = {
     b"x-content-type-options": b"nosniff",
     b"referrer-policy": b"no-referrer",
@@ -38,7 +38,8 @@ class Door:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        most = min(self.most, SMALL_BODY) if scope["path"] in SMALL else self.most
+        small = any(scope["method"] == method and scope["path"].startswith(path) for method, path in SMALL)
+        most = min(self.most, SMALL_BODY) if small else self.most
         headers = {k.lower(): v.decode("latin-1") for k, v in scope["headers"]}
         refusal = self._refusal(scope, headers, most)
         answer = guarded(send)

@@ -40,7 +40,7 @@ class Active:
     """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; granted: seconds of the budget that
     each of them may use; spent: seconds used so far; cost: mean stepping seconds for a case so far, 0 before the first chunk;
     planned: cases handed out; document: digest of the job's document; follow: the study, of a job whose cases follow from
-    results."""
+    results; sure: whether every chunk that is recorded as running is flying, which nobody knows after a write that broke off."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -54,6 +54,7 @@ class Active:
     nothing_until: float = 0.0
     looked: float = 0.0
     follow: Follow | None = None
+    sure: bool = False
 
     @property
     def known(self) -> int:

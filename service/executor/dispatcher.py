@@ -64,10 +64,13 @@ class Dispatcher(HeldJobs):
                 busy = self._turn()
                 self.trouble = ""
             except (Unreachable, NoCluster, OSError) as e:
+                if not isinstance(e, NoCluster):
+                    self._doubt()
                 self._in_trouble(e)
                 busy = False
             except Exception:
                 log.exception("dispatcher")
+                self._doubt()
                 self.trouble = "internal error, see the log"
                 self.stopping.wait(1.0)
                 busy = False
@@ -121,7 +124,7 @@ class Dispatcher(HeldJobs):
                 self._landed(active, start, future)
             except LeaseLost:
                 self._forget(active)
-            except Unreachable:
+            except Exception:
                 self.landed.put((job, start, future))  # the part is safe; say so when the database is back
                 raise
 

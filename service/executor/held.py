@@ -56,14 +56,26 @@ class HeldJobs:
         active.patience = document.get("patience") or self.settings.limits.patience
         if job.done and job.seconds:
             active.cost = job.seconds / job.done
-        self.jobs[job.id] = active
-        for chunk in self.store.running(job.id):
-            self._settle(active, chunk)
-        self.store.begin(self.name, job.id)
         study = study_of_document(document)
         if study is not None and job.state != "cancelling":
             active.follow = Follow(study)
-            self._go_on(active)
+        self.jobs[job.id] = active
+        self._take_stock(active)
+
+    def _take_stock(self, active: Active) -> None:
+        """Settle chunks that are recorded as running while nothing here works on them: those of the server before this one, and
+        those whose cutting was recorded although the database was gone before it could say so."""
+        for chunk in self.store.running(active.job.id):
+            if chunk.start not in active.flying:
+                self._settle(active, chunk)
+        self.store.begin(self.name, active.job.id)
+        active.sure = True
+        self._go_on(active)
+
+    def _doubt(self) -> None:
+        """Something broke off: what is recorded may be more than what is known here."""
+        for active in self.jobs.values():
+            active.sure = False
 
     def _settle(self, active: Active, chunk: Chunk) -> None:
         """Decide on a chunk whose future is gone: it is done when its part is there, else it is run again."""
@@ -85,6 +97,8 @@ class HeldJobs:
         if active.job.state == "cancelling":
             self._stop_job(active, "cancelled", [])
             return
+        if not active.sure:
+            self._take_stock(active)
         if time.monotonic() - active.looked < 1.0:
             return
         active.looked = time.monotonic()

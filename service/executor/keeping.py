@@ -59,7 +59,7 @@ class Keeper:
 
     def delete(self, job: Job, who: str, **data: Any) -> bool:
         """Delete a job that has ended, and all it has kept: first from the database, so that nothing reads what is half gone."""
-        if not self.store.delete(job.id, who, owner=job.owner, cases=job.cases, label=job.label, **data):
+        if not self.store.delete(job.id, who, owner=job.owner, cases=job.cases, label=job.label, created=job.created, **data):
             return False
         self.parts.remove(job.id)
         return True

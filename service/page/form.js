@@ -92,10 +92,10 @@ const checkScene = later((signal) => check(signal));
 async function check(signal) {
   const box = $("verdict");
   try {
-    facts = await ask("POST", "/v1/scenes/check", { scene_text: editor.text() }, signal);
+    facts = await awaited(ask("POST", "/v1/scenes/check", { scene_text: editor.text() }, signal), signal, $("verdict"), $("jobverdict"));
   } catch (e) {
     if (e.name === "AbortError") throw e;
-    if (e.status === 0) return;
+    if (e.status === 0) return unanswered(GONE, $("verdict"), $("jobverdict"));
     facts = null;
     const problems = e.problems?.length ? e.problems : [{ where: "scene", what: e.message }];
     editor.tell(problems);
@@ -129,13 +129,29 @@ async function check(signal) {
   await checkRequest(signal);
 }
 
+// What was said of an earlier text is not left standing beside the new one while that is not checked.
+const SLOW = 400, GONE = "Not checked yet: the server does not answer."; // ms
+
+function unanswered(why, ...boxes) {
+  for (const box of boxes) {
+    box.className = "verdict";
+    box.textContent = why;
+  }
+  $("count").textContent = "";
+}
+
+async function awaited(answer, signal, ...boxes) {
+  const slow = setTimeout(() => { if (!signal?.aborted) unanswered("Checking …", ...boxes); }, SLOW);
+  try { return await answer; } finally { clearTimeout(slow); }
+}
+
 const checkJob = later((signal) => (facts ? checkRequest(signal) : Promise.resolve()));
 
 async function checkRequest(signal) {
   const box = $("jobverdict");
   sendKey = crypto.getRandomValues(new Uint32Array(4)).join("-");
   try {
-    const found = await ask("POST", "/v1/jobs/check", asked.request(), signal);
+    const found = await awaited(ask("POST", "/v1/jobs/check", asked.request(), signal), signal, $("jobverdict"));
     asked.tell([]);
     box.className = "verdict good";
     const cases = (["optimise", "refine"].includes(asked.way()) ? "at most " : "") + few(found.cases, "case");
@@ -145,7 +161,7 @@ async function checkRequest(signal) {
     $("submit").disabled = false;
   } catch (e) {
     if (e.name === "AbortError") throw e;
-    if (e.status === 0) return;
+    if (e.status === 0) return unanswered(GONE, $("jobverdict"));
     const problems = e.problems?.length ? e.problems : [{ where: "job", what: e.message }];
     asked.tell(problems);
     box.className = "verdict bad";

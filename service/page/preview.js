@@ -2,6 +2,7 @@
 
 import { $, askText, later, make, problemList } from "./api.js";
 
+const SLOW = 600; // ms, after which the picture of an earlier scene is seen to be that
 const SHOWN = "values=0&bare=1&names=1";
 let front = null, of = "", turn = 0;
 
@@ -12,7 +13,8 @@ export function begin() {
 export const draw = later(async (signal, text, model) => {
   const mine = ++turn;
   $("preview").setAttribute("aria-busy", "true");
-  if (!front) $("previewnote").textContent = "Drawing …";
+  const late = () => { if (mine === turn) { front?.classList.add("stale"); $("previewnote").textContent = "Drawing …"; } };
+  const slow = setTimeout(late, front ? SLOW : 0);
   try {
     const page = await askText("POST", `/v1/scenes/view?shown=${encodeURIComponent(SHOWN)}`, { scene_text: text }, signal);
     if (mine === turn) await show(page, model);
@@ -21,6 +23,7 @@ export const draw = later(async (signal, text, model) => {
     if (e.name === "AbortError") throw e;
     stale(e.problems?.length ? e.problems : [{ where: "picture", what: e.message }]);
   } finally {
+    clearTimeout(slow);
     if (mine === turn) $("preview").setAttribute("aria-busy", "false");
   }
 }, 150);

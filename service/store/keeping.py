@@ -41,13 +41,15 @@ class KeepingStore(Store):
     """What a server that runs for months needs."""
 
     def usage(self, owner: str) -> Usage:
-        """What an owner has now."""
+        """What an owner has now. Cases of jobs that were deleted are of their day all the same."""
         with transaction(self.engine) as c:
             own, now = jobs.c.owner == owner, self.now(c)
             active = c.execute(select(func.count()).select_from(jobs).where(own, jobs.c.state.in_(ACTIVE))).scalar_one()
             kept = c.execute(select(func.coalesce(func.sum(jobs.c.bytes), 0)).where(own)).scalar_one()
             today = c.execute(select(func.coalesce(func.sum(jobs.c.cases), 0)).where(own, jobs.c.created > now - DAY)).scalar_one()
-        return Usage(int(active), int(kept), int(today))
+            gone = c.execute(select(audit.c.data).where(audit.c.what == "deleted", audit.c.time > now - DAY)).scalars()
+            deleted = [d for d in map(json.loads, gone) if d.get("owner") == owner and d.get("created", 0.0) > now - DAY]
+        return Usage(int(active), int(kept), int(today) + sum(d["cases"] for d in deleted))
 
     def delete(self, job: str, who: str, **data: Any) -> bool:
         """Forget a job that has ended, with its chunks and events, and record that; False when it goes on, or there is none."""

@@ -131,7 +131,7 @@ class Store:
     def cancel(self, job: str) -> Job | None:
         """Ask for a job to be cancelled; it becomes ``cancelled`` at once when nobody works on it. None: no such job."""
         with transaction(self.engine, writing=True) as c:
-            now = time.time()
+            now = self.now(c)
             idle = or_(jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
             free = and_(jobs.c.id == job, jobs.c.state.in_(ACTIVE), idle, jobs.c.state == "queued")
             if c.execute(update(jobs).where(free).values(state="cancelled", finished=now)).rowcount:
@@ -156,7 +156,7 @@ class Store:
     # -- events -------------------------------------------------------------------------------------------------------------
 
     def _event(self, c: Any, job: str, kind: str, data: dict[str, Any]) -> None:
-        c.execute(insert(events).values(job=job, time=time.time(), kind=kind, data=json.dumps(data)))
+        c.execute(insert(events).values(job=job, time=self.now(c), kind=kind, data=json.dumps(data)))
 
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """Events of a job with ids above ``after``, in order."""
@@ -186,7 +186,7 @@ class Store:
         """End the use of a key. False when no key with this id is in use."""
         with transaction(self.engine, writing=True) as c:
             found = and_(keys.c.id == key, keys.c.revoked.is_(None))
-            return bool(c.execute(update(keys).where(found).values(revoked=time.time())).rowcount)
+            return bool(c.execute(update(keys).where(found).values(revoked=self.now(c))).rowcount)
 
 
 def _encoded(job: Job) -> str:

@@ -124,6 +124,7 @@ audit = Table(
     Column("what", String(32), nullable=False),
     Column("about", String(64), nullable=False),
     Column("data", Text, nullable=False, default="{}"),
+    Index("ix_audit_time", "time"),
 )
 
 hooks = Table(

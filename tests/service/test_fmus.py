@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+import sys
 import zipfile
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.service.serving import InProcess
+from service.settings import Limits, Settings
+from tests.service.serving import InProcess, unstarted
 
 
 def test_an_fmu_is_exported_and_downloaded(server: InProcess) -> None:
@@ -30,6 +33,14 @@ def test_fmi_3_can_be_asked_for_and_what_it_does_not_have_is_told(server: InProc
     assert refused.status_code == 422
     assert "pythonfmu writes FMI 2.0 only" in refused.text
     assert server.post("/v1/fmus", {"scene": "spherical_pendulum", "fmi": 4}).status_code == 422
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
+def test_an_fmu_that_needs_too_much_memory_is_given_up(tmp_path: Path) -> None:
+    with unstarted(Settings(tmp_path, limits=Limits(memory=1e8))) as s:  # twice as much does not even load the exporter
+        answer = s.post("/v1/fmus", {"scene": "spherical_pendulum"})
+        assert (answer.status_code, answer.json()["problems"][0]["where"]) == (422, "body")
+        assert not any(c.process.is_alive() for c in s.service.exports.clerks if c.process)
 
 
 def test_a_server_without_the_fmu_package_says_so(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:

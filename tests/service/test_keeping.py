@@ -77,6 +77,16 @@ def test_a_key_has_no_more_than_its_share(guarded: tuple[InProcess, dict[str, st
     assert s.post("/v1/jobs", SMALL | {"over": {MU: "0.1:0.6:10"}}, **with_key(keys["admin"])).status_code == 202
 
 
+def test_cases_of_a_day_are_not_given_back_by_deleting_their_job(guarded: tuple[InProcess, dict[str, str]]) -> None:
+    s, keys = guarded
+    before = s.get("/v1/usage", **with_key(keys["mine"])).json()["cases"]
+    job = s.submit(SMALL | {"over": {MU: "0.1:0.6:7"}}, **with_key(keys["mine"]))
+    for how in ("", "?purge=true"):
+        s.client.delete(f"/v1/jobs/{job}{how}", **with_key(keys["mine"]))
+    assert s.get(f"/v1/jobs/{job}", **with_key(keys["mine"])).status_code == 404
+    assert s.get("/v1/usage", **with_key(keys["mine"])).json()["cases"] == before + 7
+
+
 def test_who_did_what_is_known_to_administrators(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     job = s.submit(SMALL | {"over": {MU: [0.1]}}, **with_key(keys["admin"]))

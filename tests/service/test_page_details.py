@@ -49,6 +49,19 @@ def test_marks_of_events_lie_on_the_curve_however_far_apart_its_rows_are(page: A
     assert not set(marks[0]) & set(curve[0])  # between its rows
 
 
+def test_while_a_check_takes_long_nothing_of_the_one_before_is_left_standing(page: Any) -> None:
+    page.wait_for_selector("#jobverdict.good")
+    held: list[Any] = []
+    page.route("**/v1/jobs/check", lambda route: held.append(route))
+    page.locator(".values").first.fill("0.2, 0.4")
+    until(page, "document.getElementById('jobverdict').textContent === 'Checking …'")
+    assert page.inner_text("#count") == ""
+    for route in held:
+        route.continue_()
+    page.unroute("**/v1/jobs/check")
+    until(page, "document.getElementById('count').textContent === '2 cases'")
+
+
 @pytest.mark.parametrize("size", [(1400, 900), (390, 844)])
 def test_a_model_is_chosen_and_run_without_scrolling(page: Any, size: tuple[int, int]) -> None:
     wide = page.viewport_size

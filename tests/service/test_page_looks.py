@@ -194,6 +194,8 @@ def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, ta
     page.context.set_offline(True)
     page.locator(".values").first.fill("0.2, 0.4")
     until(page, "document.getElementById('banner').textContent.includes('has not answered since')")
+    until(page, "document.getElementById('jobverdict').textContent.includes('Not checked yet')")
+    assert page.inner_text("#count") == ""  # nothing of what was asked before is left standing
     picture(page, "gone")
     page.context.set_offline(False)
     until(page, "document.getElementById('banner').hidden")

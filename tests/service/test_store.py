@@ -200,6 +200,19 @@ def test_a_queued_job_is_cancelled_at_once_and_a_running_one_by_its_server(store
     assert store.states()["cancelled"] == 2
 
 
+def test_every_time_that_is_kept_is_by_the_databases_clock(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "now", lambda c: 4e9)
+    queued = submitted(store)
+    store.cancel(queued.id)
+    job = taken(store)
+    store.end(ME, job.id, "failed", [])
+    for i in (queued.id, job.id):
+        found = store.job(i)
+        assert found is not None
+        assert (found.created, found.finished) == (4e9, 4e9)
+        assert {e.time for e in store.events(i)} == {4e9}
+
+
 def test_keys_are_found_until_they_are_revoked(store: WorkStore) -> None:
     key, secret = new_key("me", "submit")
     store.add_key(key)

@@ -1,0 +1,18 @@
+"""What was done of late is found soon."""
+
+from alembic import op
+
+revision = "0006"
+down_revision = "0005"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Add the index."""
+    op.create_index("ix_audit_time", "audit", ["time"])
+
+
+def downgrade() -> None:
+    """Drop it."""
+    op.drop_index("ix_audit_time", "audit")
