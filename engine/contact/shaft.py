@@ -72,7 +72,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     """κ · load(κ) grows with κ along a direction, so that its value at μ_static is the capacity (METHOD, "Rest")."""
     size, ds, dr = _direction(w, u, g)
     most = laws[0].static
-    return [Hold(most * _load(w, most * ds, most * dr, g, adams), size - math.sqrt(TINY))]  # none of none: that it holds without a load
+    return [Hold(most * _load(w, most * ds, most * dr, g, adams), size - math.sqrt(TINY))]  # a shaft without load holds 0
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:

@@ -1,5 +1,5 @@
-"""A joint that rubs and carries nothing holds what asks nothing of it: what rests without a load goes on resting, and begins to move
-with the first load as it would without friction's part of nothing."""
+"""A joint that rubs and carries nothing holds what asks nothing of it: what rests without a load goes on resting, also as a
+load comes that asks no friction of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from engine.simulation.run import simulate
 SIZES = {"radius": 0.01, "flank_angle": 0.26, "half_length": 0.02, "half_width": 0.02, "half_height": 0.02}
 FRICTION = {
     "revolute": ("radius", "half_length"), "cylindrical": ("radius", "half_length"), "spherical": ("radius",),
-    "universal": ("radius", "half_length"), "prismatic": ("half_length", "half_width", "half_height"), "screw": ("radius", "flank_angle"),
+    "universal": ("radius", "half_length"), "prismatic": ("half_length", "half_width", "half_height"),
+    "screw": ("radius", "flank_angle"),
 }  # fmt: skip
 AXES = {"spherical": {}, "universal": {"inboard": sm.Side("ground", axis="x"), "outboard": sm.Side("hub", axis="y")}}
 
