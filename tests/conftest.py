@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -25,3 +26,8 @@ def pytest_configure() -> None:
     os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One more than there are processors: tests of the service wait for servers, workers and browsers a third of their time."""
+    return (os.cpu_count() or 1) + 1

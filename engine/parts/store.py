@@ -157,7 +157,6 @@ def _loaded(library: str) -> ctypes.CDLL:
     return ctypes.CDLL(library)
 
 
-@cache_of
 def _compiled(text: str) -> Path:
     """The library of a part, by its text: compiled once a machine."""
     from engine.kernel.emit import MATH
@@ -170,12 +169,22 @@ def _compiled(text: str) -> Path:
     return _in(cache.entry(f"part-{cache.digest(MATH, text, *flags, *toolchain())}", make)[0])
 
 
+def _there(part: Part) -> bool:
+    """Whether a part's library is where it was when the part was met: what is unused for long is pruned (``cache.prune``)."""
+    if not part.library:
+        return False
+    with suppress(OSError):
+        os.utime(Path(part.library).parent)
+    return Path(part.library).exists()
+
+
 def libraries(parts: Sequence[Part]) -> list[ctypes.CDLL]:
-    """Libraries of parts; those that this machine has not yet are compiled side by side, and then known."""
-    new = [p for p in parts if not p.library]
+    """Libraries of parts; those that this machine has not yet, or no longer, are compiled side by side, and then known."""
+    new = [i for i, p in enumerate(parts) if not _there(p)]
+    texts = {i: parts[i].text or written(*parts[i].made[:2], *parts[i].made[2]).text for i in new}
     with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
-        for job in [submit(_compiled, text) for text in {p.text for p in new}]:
-            awaited(job)
-    for p in new:
-        _keep(p, _compiled(p.text))
-    return [_loaded(p.library or str(_compiled(p.text))) for p in parts]
+        jobs = {text: submit(_compiled, text) for text in set(texts.values())}
+        made = {text: Path(awaited(job)) for text, job in jobs.items()}
+    for i in new:
+        _keep(parts[i], made[texts[i]])
+    return [_loaded(str(made[texts[i]]) if i in texts else p.library) for i, p in enumerate(parts)]

@@ -152,6 +152,25 @@ def test_what_is_kept_of_a_part_is_what_writing_it_anew_gives(folder: Path, list
         assert store.facts(kept) == store.facts(store._known(key) or anew)
 
 
+def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process keeps what it knows of parts as long as it lives; the cache keeps them while they are used."""
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
+    asked = ("small", "signal", "rate", True)
+    store.libraries([store.part(*asked)])
+    met = store.part(*asked)
+    assert met.library.startswith(str(tmp_path))
+    cache.prune(tmp_path, 0)  # too recent
+    assert Path(met.library).exists()
+    for entry in tmp_path.iterdir():
+        os.utime(entry, (0, 0))
+    cache.prune(tmp_path, 0)
+    assert not Path(met.library).exists()
+    (again,) = store.libraries([met])
+    assert getattr(again, met.first)
+    assert Path(met.library).exists()
+    assert store.part(*asked).library == met.library
+
+
 def test_the_build_of_a_wheel_needs_nothing_but_what_it_asks_for() -> None:
     asked = re.search(r"^requires = (\[.*\])$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)
     assert asked is not None
