@@ -121,6 +121,7 @@ class Dispatcher(HeldJobs):
             if active is None or start not in active.flying or active.flying[start][1] is not future:
                 continue
             try:
+                self._renew()
                 self._landed(active, start, future)
             except LeaseLost:
                 self._forget(active)

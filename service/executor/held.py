@@ -25,14 +25,21 @@ from service.store.work import Done, WorkStore
 
 class HeldJobs:
     """Jobs by id, under the leases of one server. name: the server's, in leases; landed: (job, first case, future) of what came
-    back from the cluster and is not recorded yet; claimed: when leases were last renewed, s of the monotonic clock."""
+    back from the cluster and is not recorded yet; claimed: when jobs were last claimed, renewed: when leases were renewed besides,
+    s of the monotonic clock."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
         self.name = secrets.token_hex(8)
         self.jobs: dict[str, Active] = {}
         self.landed: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
-        self.claimed = -1e9
+        self.claimed = self.renewed = -1e9
+
+    def _renew(self) -> None:
+        """Hold on to the jobs held while something takes longer than a lease lasts. What is claimed besides waits for its turn."""
+        if time.monotonic() - max(self.claimed, self.renewed) > self.settings.lease / 3:
+            self.store.claim(self.name, self.settings.lease)
+            self.renewed = time.monotonic()
 
     def _claim(self) -> None:
         """Renew leases; take over what nobody works on; drop what was lost or has ended."""
@@ -66,6 +73,7 @@ class HeldJobs:
         """Settle chunks that are recorded as running while nothing here works on them: those of the server before this one, and
         those whose cutting was recorded although the database was gone before it could say so."""
         for chunk in self.store.running(active.job.id):
+            self._renew()
             if chunk.start not in active.flying:
                 self._settle(active, chunk)
         self.store.begin(self.name, active.job.id)
