@@ -30,6 +30,17 @@ def test_it_finds_nothing(check: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_the_top_level_is_fixed() -> None:
+    """What commands of the pages leave where they are typed was committed once."""
+    told = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if told.returncode:
+        pytest.skip("no git checkout")
+    top = {f.partition("/")[0] for f in told.stdout.splitlines()}
+    shown = {name for name in top if not name.startswith(".")}
+    files = {"pyproject.toml", "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE"}
+    assert shown == {"engine", "fmu", "service", "tests", "models"} | files
+
+
 # -- README ---------------------------------------------------------------------------------------------------------------------
 
 
