@@ -169,18 +169,21 @@ def _compiled(text: str) -> Path:
     return _in(cache.entry(f"part-{cache.digest(MATH, text, *flags, *toolchain())}", make)[0])
 
 
-def _there(part: Part) -> bool:
-    """Whether a part's library is where it was when the part was met: what is unused for long is pruned (``cache.prune``)."""
-    if not part.library:
-        return False
-    with suppress(OSError):
-        os.utime(Path(part.library).parent)
-    return Path(part.library).exists()
+def _gone(libraries: set[str]) -> set[str]:
+    """Which libraries are no longer where they were when their parts were met: what is unused for long is pruned."""
+    out = set()
+    for library in libraries - {"", str(built.path("parts"))}:
+        with suppress(OSError):
+            os.utime(Path(library).parent)
+        if not Path(library).exists():
+            out.add(library)
+    return out
 
 
 def libraries(parts: Sequence[Part]) -> list[ctypes.CDLL]:
     """Libraries of parts; those that this machine has not yet, or no longer, are compiled side by side, and then known."""
-    new = [i for i, p in enumerate(parts) if not _there(p)]
+    gone = _gone({p.library for p in parts})
+    new = [i for i, p in enumerate(parts) if not p.library or p.library in gone]
     texts = {i: parts[i].text or written(*parts[i].made[:2], *parts[i].made[2]).text for i in new}
     with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
         jobs = {text: submit(_compiled, text) for text in set(texts.values())}
