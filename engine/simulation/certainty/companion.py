@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from engine.integrators import AUTO, REGISTRY, RK8, RODAS5P, Impulses
+from engine.integrators import AUTO, REGISTRY, RK5, RK8, RODAS5P, Impulses
 from engine.simulation.block import Block, Settings
 from engine.simulation.model import Model
 
@@ -31,6 +31,12 @@ FEW = (0.5, 4.0)
 """Steps in such a stretch, on average: along many, two runs go apart by themselves."""
 MORE = 0.1
 """Of the first run's steps: no more are added so, the longest stretches first."""
+HIGHER, BEGUN = 3e-6, 20.0
+"""Tolerance up to which a run of order 5 is compared with one of order 8, and how much tighter that begins."""
+NEEDED, APART_AT_LEAST = 1e-4, 3.0
+"""Part of the tolerance below which a tighter run need not go, and by which it is tighter at least."""
+ROUND = 1e-13
+"""Tolerance of a tighter run below which it finds little but round-off."""
 ORDERS = {m.name: m.order for m in REGISTRY}
 
 
@@ -48,6 +54,27 @@ def companion(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, f
     if rtol < TIGHTEST:  # a looser one then: what differs is its error, which is the larger
         return replace(settings, rtol=settings.rtol * factor), 1.0
     return replace(settings, rtol=rtol), 1.0 / (1.0 - 1.0 / factor)
+
+
+def order_of(settings: Settings, steps: Mapping[str, int]) -> int:
+    """The order of the method that most steps of a run are made by. steps: how many another run took by each method."""
+    if settings.method in ORDERS:
+        return ORDERS[settings.method]
+    return ORDERS[max(ORDERS, key=lambda name: steps.get(name, 0))]
+
+
+def finer(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, float]:
+    """Like ``companion``, but by a method of higher order where that is far tighter at the same cost."""
+    if settings.method == RK5.name and settings.step <= 0.0:
+        rtol = max(settings.rtol / BEGUN, SMOOTH)
+        if rtol <= settings.rtol / FINER and settings.rtol <= HIGHER:
+            return replace(settings, rtol=rtol, method=RK8.name), 1.0 / (1.0 - rtol / settings.rtol)
+    return companion(settings, steps)
+
+
+def between(settings: Settings, chosen: Settings) -> tuple[float, float]:
+    """The tightest and the loosest tolerance of a run that is compared with one of these settings, and begins with those chosen."""
+    return min(chosen.rtol, max(NEEDED * settings.rtol, ROUND)), settings.rtol / APART_AT_LEAST
 
 
 def explicit(settings: Settings) -> tuple[Settings, float] | None:
