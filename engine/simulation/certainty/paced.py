@@ -15,6 +15,8 @@ FINE = 32
 """Parts of a run, as far as it has come, in which its evaluations are counted."""
 LEAST = 2
 """Steps of a call into C at least."""
+SINGLE = 500
+"""Steps of a run that are counted one by one."""
 STRETCHES = 24
 """Parts of a run's work after which its tolerance may change."""
 DEAD = 0.04
@@ -34,12 +36,16 @@ class Counted(OneRun):
         self.taken = 0
 
     def _first_steps(self) -> int:
-        return LEAST
+        return 1
 
     def _next_steps(self, steps: int, seconds: float) -> int:
         self.taken += steps
         self.work.append((self.model.block.time, self.model.block.evaluations))
-        return min(max(LEAST, self.taken // FINE), super()._next_steps(steps, seconds))
+        return 1 if self.taken < SINGLE else min(max(LEAST, self.taken // FINE), super()._next_steps(steps, seconds))
+
+    def times(self) -> np.ndarray:
+        """Ends of its steps, s: of all of the first, and of some of those behind."""
+        return np.unique([t for t, _ in self.work])
 
     def pace(self, run: Result, most: float, order: int, tolerances: tuple[float, float]) -> Pace:
         """That of a second run which may take ``most`` evaluations, by a method of this order, within these tolerances (the
@@ -66,35 +72,56 @@ class Pace:
         return float((rtol / self.tightest) ** (1.0 / self.order))
 
 
-class Paced(OneRun):
-    """A run whose tolerance is as tight as its pace allows. used: its tolerances, one after the other."""
+class _GivenUp(Exception):
+    """A run whose cost comes to more than it may."""
 
-    def __init__(self, model: Model, until: float, every: float, settings: Settings, progress: Progress | None, pace: Pace):
+
+class Paced(OneRun):
+    """A run whose tolerance is as tight as its pace allows. used: its tolerances, one after the other; given_up: part of the first
+    run's evaluations up to which it ends where it will cost more than it may; spent: evaluations up to then."""
+
+    def __init__(
+        self, model: Model, until: float, every: float, settings: Settings, progress: Progress | None, pace: Pace, given_up: float = 0.0
+    ):
         super().__init__(model, until, every, settings, progress)
-        self.kept_to, self.used = pace, [settings.rtol]
-        self.done, self.spent, self.seen = 0.0, 0.0, [0.0, 0.0]
+        self.kept_to, self.used, self.given_up = pace, [settings.rtol], given_up
+        self.done, self.spent, self.seen = 0.0, 0, [0.0, 0.0]
+
+    def carried_out(self) -> Result | None:
+        """Its result; None where it was given up."""
+        try:
+            return self.result()
+        except _GivenUp:
+            return None
+
+    def correction(self, rtol: float) -> float:
+        """By how much its difference from a run with this tolerance is to be enlarged for its own error."""
+        return 1.0 / (1.0 - max(self.used) / rtol)
 
     def _first_steps(self) -> int:
         return LEAST
 
     def _next_steps(self, steps: int, seconds: float) -> int:
         block, pace = self.model.block, self.kept_to
-        done, spent = float(np.interp(block.time, pace.times, pace.evaluated)), float(block.evaluations)
+        done = float(np.interp(block.time, pace.times, pace.evaluated))
         if (done - self.done) * STRETCHES >= pace.evaluated[-1]:
-            self._follow(done, spent)
+            self._follow(done, block.evaluations)
         return min(max(LEAST, pace.steps // (2 * STRETCHES)), super()._next_steps(steps, seconds))
 
-    def _follow(self, done: float, spent: float) -> None:
+    def _follow(self, done: float, spent: int) -> None:
         """Choose the tolerance with which what is left costs what may still be spent. done, spent: evaluations of the first run
         up to here, and of this one."""
         pace, rtol = self.kept_to, self.used[-1]
-        easier = pace.easier(rtol)
-        self.seen = [KEPT * x + new for x, new in zip(self.seen, ((spent - self.spent) * easier, done - self.done), strict=True)]
+        new = ((spent - self.spent) * pace.easier(rtol), done - self.done)
+        self.seen = [KEPT * x + y for x, y in zip(self.seen, new, strict=True)]
         self.done, self.spent = done, spent
-        left, may = pace.evaluated[-1] - done, pace.most - spent
-        by = (self.seen[0] / self.seen[1] * left / max(may, 1e-3 * pace.most)) / easier
+        left, may = pace.evaluated[-1] - done, max(pace.most - spent, 1e-3 * pace.most)
+        dear = self.seen[0] / self.seen[1] * left / may
+        if dear > pace.easier(pace.loosest) and spent < self.given_up * pace.evaluated[-1]:
+            raise _GivenUp
+        by = dear / pace.easier(rtol)
         if abs(by - 1.0) < DEAD or left * STRETCHES < pace.evaluated[-1]:
             return
-        new = rtol * float(np.clip(by**pace.order, TIGHTER, LOOSER))
-        self.used.append(float(np.clip(new, pace.tightest, pace.loosest)))
+        wanted = rtol * float(np.clip(by**pace.order, TIGHTER, LOOSER))
+        self.used.append(float(np.clip(wanted, pace.tightest, pace.loosest)))
         self.model.block.configure(replace(self.settings, rtol=self.used[-1]))
