@@ -151,7 +151,8 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 
 def stop_push(damping: SX, sign: int, rate: SX) -> SX:
-    """How much of a stop's elastic force pushes: from 0 down it has let go what moves out faster than it follows (steps end there)."""
+    """How much of a stop's elastic force pushes: where it is 0 the stop lets go what moves out faster than it follows (steps end
+    there)."""
     return 1 - damping * sign * rate
 
 

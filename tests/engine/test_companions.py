@@ -9,7 +9,9 @@ from engine.integrators import REGISTRY, Impulses
 from engine.scene import model as sm
 from engine.scene import scene_from_text
 from engine.simulation.block import Settings
-from engine.simulation.certainty.companion import DEARER, FINER, USUAL, companion, elsewhere, explicit
+from engine.simulation.certainty.companion import APART_AT_LEAST, DEARER, FINER, USUAL, companion, higher
+from engine.simulation.certainty.elsewhere import elsewhere
+from engine.simulation.certainty.paced import Counted, Paced
 from engine.simulation.model import Model
 from engine.simulation.run import simulate
 from tests.engine.test_certainty import certain, so_far
@@ -36,16 +38,17 @@ def test_the_tighter_run_costs_half_as_much_again_whatever_the_method() -> None:
 
 
 def test_a_run_by_the_stiff_method_is_compared_with_a_far_tighter_one_where_the_scene_is_not_stiff() -> None:
-    found = explicit(Settings(1e-8, "rosenbrock"))
-    assert found is not None
-    assert (found[0].method, found[0].rtol <= 1e-8 / FINER) == ("rk8", True)
-    assert all(explicit(Settings(1e-8, m)) is None for m in ("rk5", "rk8", "auto"))
+    for method, by in (("rosenbrock", "auto"), ("rk5", "rk8")):
+        found = higher(Settings(1e-8, method))
+        assert found is not None
+        assert (found.method, found.rtol <= 1e-8 / FINER) == (by, True)
+    assert all(higher(Settings(1e-8, m)) is None for m in ("rk8", "auto"))
     free = simulate("simple_pendulum", until=10.0, rtol=1e-8, method="rosenbrock", certify=True)
-    assert (certain(free).method, certain(free).cost < 2.5) == ("rk8", True)
+    assert (certain(free).method, certain(free).cost < 2.5) == ("auto", True)
     stiff = sm.Joint("prismatic", "ground", "block", axis="x", damping=1e6, spring=sm.Spring(1e6), start=sm.Start(q=0.1))
     scene = sm.Scene({"block": sm.Body(mass=1.0, inertia=(0.1, 0.1, 0.1))}, {"slide": stiff}, gravity=(0.0, 0.0, 0.0))
     held = simulate(scene, until=2.0, every=0.1, rtol=1e-8, method="rosenbrock", certify=True)
-    assert certain(held).method == "rosenbrock"
+    assert certain(held).method in ("auto", "rosenbrock")  # auto goes over to it
     assert certain(held).cost < 3.0
     fast, slow = np.roots([1.0, 1e6, 1e6])
     true = so_far(held["slide.q[1]"] - 0.1 * (fast * np.exp(slow * held.time) - slow * np.exp(fast * held.time)) / (fast - slow))
@@ -54,7 +57,37 @@ def test_a_run_by_the_stiff_method_is_compared_with_a_far_tighter_one_where_the_
 
 def test_the_tighter_run_ends_steps_elsewhere_between_kinks_that_are_few_steps_apart() -> None:
     model = Model(scene_from_text(KINKED), ())
-    other = elsewhere(model, 1.0, 12)
+    first = Counted(model, 1.0, 0.1, Settings(1e-6), None)
+    run = first.result()
+    other = elsewhere(model, 1.0, run, first.times())
     mine, theirs = model.built.numbers.breaks, other.built.numbers.breaks
     assert set(mine) < set(theirs)
-    assert elsewhere(model, 1.0, 1000) is model  # many steps in between: they go apart by themselves
+    added = set(theirs) - set(mine)
+    assert all(np.abs(first.times() - t).min() > 1e-9 for t in added)  # inside steps of the first run
+    assert len(added) <= max(1, 0.3 * run.stats.steps)
+
+
+@pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8])
+def test_a_run_whose_tolerance_follows_its_cost_takes_what_it_may_and_stays_tighter(method: str, rtol: float) -> None:
+    model = Model(simulate("crank_slider_free", until=0.01).scene, ("*.q*",))
+    first = Counted(model, 10.0, 0.1, Settings(rtol, method), None)
+    run = first.result()
+    most = 1.4 * run.stats.rhs_evaluations
+    pace = first.pace(run, (most, 10.0 * most), 8 if method == "rk8" else 5, (1e-13, rtol / APART_AT_LEAST))
+    second = Paced(model, 10.0, 0.1, Settings(rtol / 10.0, method), None, pace=pace)
+    assert 0.85 * most < second.result().stats.rhs_evaluations < 1.1 * most
+    assert max(second.used) <= rtol / APART_AT_LEAST
+    assert not second.cut
+
+
+def test_a_tighter_run_is_stopped_at_its_limit_and_nothing_is_promised_from_there_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.simulation.certainty.certified.LIMIT", 0.7)
+    monkeypatch.setattr("engine.simulation.certainty.certified.SMALL", 0)
+    r = simulate("crank_slider_free", until=10.0, rtol=1e-8, certify=True)
+    p = certain(r).promise
+    assert r.outcome.ok
+    assert p.why == "cost"
+    assert 0.2 < p.until / 10.0 < 0.9
+    assert certain(r).cost < 1.8
+    assert np.isfinite(certain(r).error[r.time < p.until][:, 0]).all()

@@ -27,8 +27,9 @@ def thrown(**stop: float) -> sm.Scene:
 
 
 def pieces() -> tuple[list[float], np.ndarray]:
-    """(times at which the block reaches the stop, the stop lets go of it inside, it leaves the stop; its place and rate at the end),
-    by solve_ivp from one to the next, each with the force that holds up to there."""
+    """(times at which the block reaches the stop, the stop lets go of it inside, it leaves the stop; its place and rate at the
+    end), by solve_ivp from one to the next, each with the force that holds up to there."""
+
     def spring(x: float) -> float:
         return -SPRING * (x - 1.0)
 
@@ -73,7 +74,8 @@ def test_corners_of_any_joint_are_the_same_to_parts_and_to_compiled_kernels(seed
     """Of trees and of what closes loops, driven or not: the same steps, with stops that let go from small rates on."""
     scene = (random_loop if seed % 2 else random_tree)(f"corners{seed}", devices=1.0, friction=0.0).scene
     joints = {n: replace(j, stops=_soon(j.stops)) for n, j in scene.joints.items()}
-    runs = [simulate(replace(scene, joints=joints), until=0.5, every=0, rtol=1e-6, kernel=k, outputs="*.q*") for k in ("parts", "compiled")]
+    scene = replace(scene, joints=joints)
+    runs = [simulate(scene, until=0.5, every=0, rtol=1e-6, kernel=k, outputs="*.q*") for k in ("parts", "compiled")]
     ends = [r.time for r in runs]
     assert len(ends[0]) == len(ends[1])
     assert np.abs(ends[0] - ends[1]).max() < 1e-7

@@ -25,6 +25,12 @@ GIVEN_UP = 0.3
 """Evaluations of a run by another method up to which it may be given up, over those of the first run."""
 MOST = 1.4
 """Evaluations of the tighter run over those of the first; a little more comes to 1.5."""
+LEAST = 1.15
+"""The same where another has been given up before it."""
+LIMIT, SMALL = 1.5, 2000
+"""The same at which it is stopped, and evaluations of runs that take no time whatever they cost."""
+BEYOND = 1.05
+"""Part of the time to the end of a run that ended early, at which the tighter one ends."""
 STATE = ("*.q[*]", "*.qd[*]")
 """Columns that both runs have beside those asked for: where errors grow is seen in the motion."""
 
@@ -44,19 +50,33 @@ def compared(model: Model, until: float, every: float, settings: Settings, progr
     if run.outcome.name == "stopped" or len(run) == 0 or run.stats.steps == 0:
         return replace(run, certainty=_none(run))
     other = model if settings.step > 0.0 else elsewhere(model, until, run, first.times())
-    second = _Second(other, until, every, settings, first, run, _part(progress, FIRST))
-    tighter, correction, spent = second.result()
+    ends = until if run.outcome.ok else min(until, BEYOND * run.outcome.time)
+    second = _Second(other, ends, every, settings, first, run, _part(progress, FIRST)).result()
+    tighter = second.result
     if len(tighter) == 0:
         return replace(run, certainty=_none(run))
-    stated = certainty(run, tighter, model.built.numbers, correction)
-    cost = (run.stats.rhs_evaluations + spent + tighter.stats.rhs_evaluations) / max(run.stats.rhs_evaluations, 1)
+    stated = certainty(run, tighter, model.built.numbers, second.correction)
+    if second.cut and stated.promise.why == "stopped":
+        stated = replace(stated, promise=replace(stated.promise, why="cost"))
+    cost = (run.stats.rhs_evaluations + second.spent + tighter.stats.rhs_evaluations) / max(run.stats.rhs_evaluations, 1)
     stated = replace(stated, rtol=tighter.settings["rtol"], method=tighter.settings["method"], cost=cost)
     return replace(run, certainty=stated, notes=(*run.notes, *notes(stated)))
 
 
 @dataclass(frozen=True)
+class Tighter:
+    """The run that a first one is compared with. correction: by how much the difference is to be enlarged for the error of this
+    one; spent: evaluations of another that was given up; cut: whether it was stopped since it cost more than it may."""
+
+    result: Result
+    correction: float
+    spent: int = 0
+    cut: bool = False
+
+
+@dataclass(frozen=True)
 class _Second:
-    """The run that a first one is compared with. model: that of this run; first, run: the first one and its result."""
+    """Makes it. model: that of this run; first, run: the first one and its result."""
 
     model: Model
     until: float
@@ -66,25 +86,26 @@ class _Second:
     run: Result
     progress: Progress | None
 
-    def result(self) -> tuple[Result, float, int]:
-        """(the tighter run; by how much the difference is to be enlarged; evaluations of one that was given up)."""
+    def result(self) -> Tighter:
+        """By a method of higher order where that will do, else by its own."""
         s, spent = self.settings, 0
         if (other := higher(s)) is not None:
             tighter = self._paced(other, 0, (other.rtol, s.rtol / APART_AT_LEAST), GIVEN_UP)
             if (result := tighter.carried_out()) is not None:
-                return result, tighter.correction(s.rtol), 0
+                return Tighter(result, tighter.correction(s.rtol), 0, tighter.cut)
             spent = tighter.spent
         chosen, correction = companion(s, self.run.stats.counters)
         if chosen.step > 0.0 or chosen.rtol >= s.rtol:
-            return OneRun(self.model, self.until, self.every, chosen, self.progress).result(), correction, spent
+            return Tighter(OneRun(self.model, self.until, self.every, chosen, self.progress).result(), correction, spent)
         tighter = self._paced(chosen, spent, (tightest(s, chosen), s.rtol / APART_AT_LEAST))
-        return tighter.result(), tighter.correction(s.rtol), spent
+        return Tighter(tighter.result(), tighter.correction(s.rtol), spent, tighter.cut)
 
     def _paced(self, chosen: Settings, spent: int, tolerances: tuple[float, float], given_up: float = 0.0) -> Paced:
         """A run as tight as its cost allows. tolerances: the tightest and the loosest."""
-        most = MOST * self.run.stats.rhs_evaluations - spent
+        first = self.run.stats.rhs_evaluations
+        most = (max(MOST * first - spent, LEAST * first), LIMIT * max(first, SMALL) - spent)
         pace = self.first.pace(self.run, most, order_of(chosen, self.run.stats.counters), tolerances)
-        return Paced(self.model, self.until, self.every, chosen, self.progress, pace, given_up)
+        return Paced(self.model, self.until, self.every, chosen, self.progress, pace=pace, given_up=given_up)
 
 
 def _none(run: Result) -> Certainty:

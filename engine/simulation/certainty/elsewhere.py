@@ -1,4 +1,4 @@
-"""Where the tighter of two runs ends steps that the other does not: their errors would else be the same there, and nothing be seen of them."""
+"""Where the tighter of two runs ends steps that the other does not: their errors would else be the same there, and not be seen."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ CORNERS = ("separation",)
 
 
 def elsewhere(model: Model, until: float, run: Result, times: np.ndarray) -> Model:
-    """The model of the tighter run: the same, but for ends of steps inside steps of the first run that both would make alike, between
-    kinks of signals, events and the start, and at corners that no step ends at. times: ends of its steps, s, as far as they are known."""
+    """The model of the tighter run: the same, but for ends of steps inside steps of the first run that both would make alike,
+    between kinks of signals, events and the start, and at corners that no step ends at. times: ends of its steps, s, as far as they
+    are known."""
     numbers = model.built.numbers
     events = [e.time for e in run.events if e.kind not in CORNERS]
     marks = np.unique([0.0, *(t for t in numbers.breaks if t < until), *(t for t in events if t < until), until])

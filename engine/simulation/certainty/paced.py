@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +22,17 @@ STRETCHES = 24
 """Parts of a run's work after which its tolerance may change."""
 DEAD = 0.04
 """By so little of it the cost may be off without a change: what is not smooth comes and goes."""
+ANEW = 1.3
+"""What another run costs, over the first: one that will take more is given up for it at any time."""
 KEPT = 0.9
 """Part of what was seen before that counts as much as a new stretch."""
 TIGHTER, LOOSER = 0.5, 8.0
 """Factors of one change of the tolerance at most: what was spent too early is dear to save."""
+
+
+def evaluations(model: Model) -> int:
+    """How often the right-hand side was evaluated in the run that a model is in the middle of."""
+    return model.block.statistics()["rhs_evaluations"]
 
 
 class Counted(OneRun):
@@ -40,29 +48,30 @@ class Counted(OneRun):
 
     def _next_steps(self, steps: int, seconds: float) -> int:
         self.taken += steps
-        self.work.append((self.model.block.time, self.model.block.evaluations))
+        self.work.append((self.model.block.time, evaluations(self.model)))
         return 1 if self.taken < SINGLE else min(max(LEAST, self.taken // FINE), super()._next_steps(steps, seconds))
 
     def times(self) -> np.ndarray:
         """Ends of its steps, s: of all of the first, and of some of those behind."""
         return np.unique([t for t, _ in self.work])
 
-    def pace(self, run: Result, most: float, order: int, tolerances: tuple[float, float]) -> Pace:
-        """That of a second run which may take ``most`` evaluations, by a method of this order, within these tolerances (the
-        tightest and the loosest). run: what came of this one."""
+    def pace(self, run: Result, most: tuple[float, float], order: int, tolerances: tuple[float, float]) -> Pace:
+        """That of a second run. run: what came of this one; most: evaluations that the second is to take, and at which it is
+        stopped; order: of its method; tolerances: the tightest and the loosest."""
         times, evaluated = zip((0.0, 0), *self.work, (run.time[-1], run.stats.rhs_evaluations), strict=True)
-        return Pace(np.array(times), np.array(evaluated, float), run.stats.steps, most, order, *tolerances)
+        return Pace(np.array(times), np.array(evaluated, float), run.stats.steps, *most, order, *tolerances)
 
 
 @dataclass(frozen=True)
 class Pace:
-    """What a run keeps to. times, evaluated: how often the first run had evaluated by when; steps: how many it made; most: evaluations
-    that the second may take; order: of its method; tightest, loosest: its tolerances."""
+    """What a run keeps to. times, evaluated: how often the first run had evaluated by when; steps: how many it made; most, limit:
+    evaluations that the second is to take, and at which it is stopped; order: of its method; tightest, loosest: its tolerances."""
 
     times: np.ndarray
     evaluated: np.ndarray
     steps: int
     most: float
+    limit: float
     order: int
     tightest: float
     loosest: float
@@ -77,15 +86,14 @@ class _GivenUp(Exception):
 
 
 class Paced(OneRun):
-    """A run whose tolerance is as tight as its pace allows. used: its tolerances, one after the other; given_up: part of the first
-    run's evaluations up to which it ends where it will cost more than it may; spent: evaluations up to then."""
+    """A run whose tolerance is as tight as its pace allows. given: the run, as ``OneRun`` takes it; used: its tolerances, one after
+    the other; given_up: part of the first run's evaluations up to which it ends where it will cost more than it may; spent:
+    evaluations up to then; cut: whether it was stopped at its limit."""
 
-    def __init__(
-        self, model: Model, until: float, every: float, settings: Settings, progress: Progress | None, pace: Pace, given_up: float = 0.0
-    ):
-        super().__init__(model, until, every, settings, progress)
-        self.kept_to, self.used, self.given_up = pace, [settings.rtol], given_up
-        self.done, self.spent, self.seen = 0.0, 0, [0.0, 0.0]
+    def __init__(self, *given: Any, pace: Pace, given_up: float = 0.0):
+        super().__init__(*given)
+        self.kept_to, self.used, self.given_up = pace, [self.settings.rtol], given_up
+        self.done, self.spent, self.seen, self.cut = 0.0, 0, [0.0, 0.0], False
 
     def carried_out(self) -> Result | None:
         """Its result; None where it was given up."""
@@ -103,9 +111,13 @@ class Paced(OneRun):
 
     def _next_steps(self, steps: int, seconds: float) -> int:
         block, pace = self.model.block, self.kept_to
+        spent = evaluations(self.model)
+        if spent > pace.limit:
+            self.cut = True
+            raise KeyboardInterrupt
         done = float(np.interp(block.time, pace.times, pace.evaluated))
         if (done - self.done) * STRETCHES >= pace.evaluated[-1]:
-            self._follow(done, block.evaluations)
+            self._follow(done, spent)
         return min(max(LEAST, pace.steps // (2 * STRETCHES)), super()._next_steps(steps, seconds))
 
     def _follow(self, done: float, spent: int) -> None:
@@ -116,8 +128,9 @@ class Paced(OneRun):
         self.seen = [KEPT * x + y for x, y in zip(self.seen, new, strict=True)]
         self.done, self.spent = done, spent
         left, may = pace.evaluated[-1] - done, max(pace.most - spent, 1e-3 * pace.most)
-        dear = self.seen[0] / self.seen[1] * left / may
-        if dear > pace.easier(pace.loosest) and spent < self.given_up * pace.evaluated[-1]:
+        will = self.seen[0] / self.seen[1] * left
+        dear, least = will / may, will / pace.easier(pace.loosest)
+        if self.given_up and least > may and (spent < self.given_up * pace.evaluated[-1] or least > ANEW * pace.evaluated[-1]):
             raise _GivenUp
         by = dear / pace.easier(rtol)
         if abs(by - 1.0) < DEAD or left * STRETCHES < pace.evaluated[-1]:

@@ -14,6 +14,7 @@ REASONS = {
     "marginal": "an event there is decided by less than the run's own error",
     "growth": "errors have grown there until they are no longer small",
     "outcome": "a run at a tighter tolerance ends otherwise",
+    "cost": "a tighter run comes to cost more than half as much again up to there",
     "stopped": "the tighter run was stopped there",
     "start": "the run was stopped, or could not start",
 }
