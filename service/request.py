@@ -91,7 +91,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         default_factory=list, max_length=100, description="Columns (patterns) whose rows are kept of every case while it runs."
     )
     spacing: float | None = Field(None, gt=0, description="How far apart the rows kept are, s; all rows where it is not given.")
-    certify: bool = Field(False, description="Whether the global error of each reduction is kept too, as `error:…`.")
+    certify: bool = Field(False, description="Whether the error of each reduction is kept, as `error:…`; why none: `error.why`.")
     budget: float | None = Field(
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
