@@ -10,7 +10,8 @@ from engine.kernel.emit import Code, Input, Output, Stage, emit
 from engine.kernel.expressions import kinetic, potential
 from engine.kernel.powers import coordinates_of
 from engine.recursion import latches
-from engine.recursion.elements import by_loads, laws, numbers, wrench
+from engine.recursion.elements import by_loads, joint_rates, laws, numbers, wrench
+from engine.recursion.loads import stop_push
 from engine.recursion.reduction import Model
 from engine.recursion.springs import complete_wrench, rubbed
 from engine.recursion.symbols import Symbols
@@ -30,8 +31,10 @@ def closure_function(sym: Symbols, m: Model | None) -> Code:
 
 
 def stops_function(sym: Symbols, m: Model | None) -> Code:
-    """C function of the depth by which every stop is pressed, negative while it is not."""
+    """C function of the depth by which every stop is pressed, negative while it is not; behind them how far each is from letting go
+    inside its reach (``recursion/loads.py``: stop_push)."""
     depths: list[SX] = [SX(0)] * sym.system.stops
+    pushes: list[SX] = [SX(1)] * sym.system.stops
     for j in sym.system.joints:
         q = [] if not j.kind.nv else coordinates_of(m, j) if m else sym.coordinates(j)
         for k, d in enumerate(j.devices):
@@ -43,12 +46,14 @@ def stops_function(sym: Symbols, m: Model | None) -> Code:
                 continue
             for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
                 if bound is not None:
+                    rate = (joint_rates(m, j) if m else sym.rates(j))[k]
                     depths[flag] = sign * (sym.leaf(bound) - q[j.kind.coordinate_of(k)])
+                    pushes[flag] = stop_push(sym.leaf(d.stop.damping), sign, rate)
     stages = [
         Stage("k_prepare_events", f"{CONST}p,double*restrict c", "c"),
         Stage("k_events", f"{STATE},double*restrict g", ""),
     ]
-    return emit(inputs(sym), [Output("g", 0, depths or [SX(0, 1)], 1)], stages)
+    return emit(inputs(sym), [Output("g", 0, [*depths, *pushes] or [SX(0, 1)], 1)], stages)
 
 
 def laws_function(sym: Symbols, parts: list[Element]) -> Code:

@@ -12,7 +12,7 @@ from engine.parts.local import PartSymbols
 from engine.parts.one import one
 from engine.parts.small import Timed
 from engine.recursion import latches
-from engine.recursion.loads import motor_force, stop_force
+from engine.recursion.loads import motor_force, stop_force, stop_push
 from engine.recursion.vectors import SX
 from engine.system.structure import Device, Latch, Motor, Signal, Stop
 
@@ -73,3 +73,11 @@ def depth(upper: bool) -> Part:
     """End of a stop (1), coordinate → by how much it is pressed."""
     end, q = SX.sym("end"), SX.sym("q")
     return one(f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)})
+
+
+@cache
+def push(upper: bool) -> Part:
+    """Damping of a stop (1), rate → how far it is from letting go (``stop_push``)."""
+    damping, rate = SX.sym("damping"), SX.sym("rate")
+    out = stop_push(damping, -1 if upper else 1, rate)
+    return one(f"d_push_{'upper' if upper else 'lower'}", {"damping": damping, "rate": rate}, {"out": out})

@@ -76,7 +76,7 @@ def _small() -> Iterator[Asked]:
     yield from (("small", "spring", what) for what in ("wrench", "power", "potential", "line"))
     yield from (("small", "bushing", what) for what in ("wrench", "power", "potential", "state"))
     yield from (("small", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
-    yield from (("devices", "depth", upper) for upper in SIDES)
+    yield from (("devices", end, upper) for end in ("depth", "push") for upper in SIDES)
     yield from (("devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "devices", "motor"
     plain = ("energies", "at_least", "quaternion", "point", "acceleration", "orientation", "over", "span")

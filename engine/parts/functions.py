@@ -102,20 +102,25 @@ def _events(s: Scene) -> None:
                 continue
             i = j.kind.coordinate_of(k)
             if j.cut:
-                q = closed[j.name].q.part(i, 1)
+                q, rate = closed[j.name].q.part(i, 1), closed[j.name].v.part(k, 1)
             elif j.driven:
-                q = s.rates_of(tape, j, tape.scratch_block)[0].part(i, 1)
+                both = s.rates_of(tape, j, tape.scratch_block)
+                q, rate = both[0].part(i, 1), both[1].part(k, 1)
             else:
                 q = Block(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
-            _depths(s, tape, d, q)
+                rate = Block(Space.Y, s.system.nq + j.v0 + k, 1)
+            _depths(s, tape, d, q, rate)
 
 
-def _depths(s: Scene, tape: Tape, d: Device, q: Block) -> None:
-    """How deep the stops and the latch of a freedom are pressed."""
+def _depths(s: Scene, tape: Tape, d: Device, q: Block, rate: Block) -> None:
+    """How deep the stops and the latch of a freedom are pressed; behind, how far stops are from letting go (hooks: any number that
+    is not 0 does)."""
     for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
         if bound is not None and d.stop:
             out = Block(Space.OUT, d.stop.flags[upper], 1)
             s.call(tape, devices.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+            behind = Block(Space.OUT, s.system.stops + d.stop.flags[upper], 1)
+            s.call(tape, devices.push(bool(upper)), damping=s.numbers([d.stop.damping]), rate=rate, out=behind)
     if d.latch is not None:
         release, both = s.value(tape, d.latch.release, tape.scratch_block), tape.scratch_block(2)
         s.call(tape, devices.latch("depths"), q=q, release=release, out=both, **s.latch(tape, d.latch))

@@ -145,9 +145,14 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
         if bound is None:
             continue
         depth = sign * (sym.leaf(bound) - q)
-        push = sym.leaf(d.stop.stiffness) * depth * ca.fmax(1 - sym.leaf(d.stop.damping) * sign * rate, 0)
+        push = sym.leaf(d.stop.stiffness) * depth * ca.fmax(stop_push(sym.leaf(d.stop.damping), sign, rate), 0)
         out = out + sign * sym.stop_flag(flag) * push
     return out
+
+
+def stop_push(damping: SX, sign: int, rate: SX) -> SX:
+    """How much of a stop's elastic force pushes: from 0 down it has let go what moves out faster than it follows (steps end there)."""
+    return 1 - damping * sign * rate
 
 
 def joint_forces(sym: Symbols, step: Step) -> list[SX]:

@@ -88,6 +88,7 @@ static int tr_attempt(tr_sim *s, double limit) {
   for (double most = GROW_MOST;; most = 1.0) { /* a step after a refused one does not grow */
     code = tr_try(s, m, &trial);
     if (code != TR_OK) return code;
+    if (trial.err <= 1.0 && tr_ends_at_corner(s, &trial)) continue;
     if (trial.err <= 1.0 && !tr_is_cut(s, &trial)) {
       tr_accept(s, m, &trial, most);
       return TR_OK;

@@ -54,6 +54,7 @@ TR_RARE
 TR_OFTEN
 #include "before.c"
 #include "finish.c"
+#include "corner.c"
 #include "trial.c"
 #include "advance.c"
 #include "bounded.c"

@@ -100,11 +100,6 @@ static double tr_flag_pressed(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_pressed_by(s, stop)] : TR_STOP_PRESSED;
 }
 
-/* How deep each stop is pressed at y, m or rad (hooks: ``recursion/latches.py``). */
-static void tr_depths(tr_sim *s, const double *y, double *depth) {
-  if (s->k->nstops) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, depth);
-}
-
 /* Whether a stop may be reached and left again inside the step just made (end state in ynew, K[end]), or left and reached: its depth, by the
  * cubic of its values and rates at both ends, has a top that comes so far. */
 static int tr_stop_inside(tr_sim *s) {

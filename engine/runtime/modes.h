@@ -88,6 +88,20 @@ static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->n
 /* Whether a stop is pressed, or the hook of a latch is down: of a ratchet its flag says on which tooth, from 1. */
 static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
+/* How deep each stop is pressed at y, m or rad (hooks: ``recursion/latches.py``), and how far it is from letting go inside its reach
+ * (pushes: not asked for). */
+static inline void tr_depths_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
+  const int n = s->k->nstops;
+  double both[2 * n + 1];
+  for (int i = 0; i < n; ++i) both[n + i] = 1.0; /* parts leave out what has none */
+  if (n) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, both);
+  for (int i = 0; i < n; ++i) depth[i] = both[i];
+  for (int i = 0; i < n && pushes; ++i) pushes[i] = both[n + i];
+}
+
+/* The first of these alone. */
+static inline void tr_depths(const tr_sim *s, const double *y, double *depth) { tr_depths_pushes(s, y, depth, 0); }
+
 /* Which stop says whether the latch with this hook is pressed. */
 static inline int tr_pressed_by(const tr_sim *s, int hook) { return s->k->presses[hook - (s->k->nstops - s->k->nlatches)]; }
 static inline int tr_flag(const tr_mode *m) { return (int)m->flag; }

@@ -27,6 +27,7 @@ typedef struct tr_trial {
   double theta;
   int cuts;        /* how often it was made anew up to its event */
   double whole;    /* and how long it was at first; 0: never */
+  int corners;     /* how often up to a corner */
 } tr_trial;
 
 /* The length of the next trial step: two equal ones rather than a long one and a sliver in front of the limit. */
@@ -100,6 +101,7 @@ TR_INLINE void tr_accept(tr_sim *s, const tr_method *m, const tr_trial *trial, d
   s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_grow(s, trial->err, m->order, most);
+  if (trial->corners) wait->grow = fmin(wait->grow, 1.0);
   if (event) {
     tr_sharpen_pending(s), tr_integrate_works(s, m);
     return;
@@ -138,4 +140,18 @@ TR_INLINE void tr_step_to_event(tr_sim *s, tr_trial *trial) {
   tr_copy(tr_nz(s), TR_A(s, zold), TR_A(s, z));
   tr_forget_extremes(s);
   *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
+}
+
+/* Whether an acceptable step is to be made anew up to a corner inside it. */
+TR_INLINE int tr_ends_at_corner(tr_sim *s, tr_trial *trial) {
+  if (!s->k->nstops || trial->corners >= CORNER_CUTS) return 0;
+  const double theta = tr_first_corner(s, trial->found == TR_FOUND ? trial->theta : 1.0);
+  if (theta >= 1.0) return 0;
+  const double whole = fmax(trial->whole, trial->h);
+  tr_copy(tr_nz(s), TR_A(s, zold), TR_A(s, z));
+  tr_forget_extremes(s);
+  const int corners = trial->corners + 1;
+  *trial = (tr_trial){.h = theta * trial->h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts, .whole = whole, .corners = corners};
+  trial->end = s->clock.t + trial->h;
+  return 1;
 }

@@ -142,7 +142,7 @@ static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hol
 static int tr_stops_missed(const tr_sim *s, const double *y) {
   const tr_kernel *k = s->k;
   double depth[k->nstops + 1];
-  k->events(TR_A(s, x), y, TR_A(s, c) + k->c_events, depth);
+  tr_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i)
     if (!((tr_pressed(s, i) ? -depth[i] : depth[i]) <= STOP_MISSED * fmax(1.0, s->set.length))) return TR_BREAKS_STOP;
   return 0;

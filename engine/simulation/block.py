@@ -246,6 +246,11 @@ class Block:
         """The time the state is at, s."""
         return self.lib.tr_time(self.at)
 
+    @property
+    def evaluations(self) -> int:
+        """How often the right-hand side was evaluated in the run so far."""
+        return int(STATS.ctype.from_address(self.lib.tr_statistics(self.at)).rhs_evaluations)
+
     def statistics(self) -> dict[str, int]:
         """The run's counters by name: those of ``tr_stats``, and the steps each method took."""
         stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))

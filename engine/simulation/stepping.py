@@ -123,7 +123,7 @@ class OneRun:
         """Advance to the end in calls of about ``CHUNK_SECONDS``; KeyboardInterrupt is raised only between two of them."""
         block = self.model.block
         buffer = np.empty((self._rows_at_once(), block.width))
-        told, steps = time.perf_counter(), first_steps(block.ny)
+        told, steps = time.perf_counter(), self._first_steps()
         room = Room(block.width, self.every <= 0.0)
         while True:
             began = time.perf_counter()
@@ -138,7 +138,7 @@ class OneRun:
             if status == bl.NEED_JACOBIAN:
                 self._attach_jacobian(interrupt)
             elif status == bl.MORE:
-                steps = sized(steps, time.perf_counter() - began)
+                steps = self._next_steps(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.STOPPED, bl.OK):
                 failed = diagnose(self.model, status)
                 if interrupt.asked:  # the reason may not have been found out
@@ -159,6 +159,14 @@ class OneRun:
                 return diagnose(self.model, code)
             self.rows.append(last[None, :])
         return Outcome(DONE, self.until)
+
+    def _first_steps(self) -> int:
+        """How many steps the first call into C makes."""
+        return first_steps(self.model.block.ny)
+
+    def _next_steps(self, steps: int, seconds: float) -> int:
+        """How many the next one makes, when the last took ``seconds`` for ``steps`` steps."""
+        return sized(steps, seconds)
 
     def _rows_at_once(self) -> int:
         """How many rows a call into C may return: room for all of a short run, touching no more memory than it fills."""

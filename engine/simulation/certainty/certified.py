@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from engine.kernel.columns import columns, select
 from engine.scene.model import Scene
 from engine.simulation.block import Settings
-from engine.simulation.certainty.companion import companion, elsewhere, explicit, looser
+from engine.simulation.certainty.companion import APART_AT_LEAST, companion, higher, order_of, tightest
+from engine.simulation.certainty.elsewhere import elsewhere
 from engine.simulation.certainty.estimate import certainty
+from engine.simulation.certainty.paced import Counted, Paced
 from engine.simulation.certainty.stated import Certainty, Promise
 from engine.simulation.model import Model
 from engine.simulation.result import Result
@@ -19,12 +21,10 @@ from engine.system.build import build
 
 FIRST = 0.4
 """Share of the work that the first run is."""
-TRIED, ENDED = 0.05, 0.85
-"""Evaluations of a try by another method, and of all of a run by it before it is given up, over those of the first run."""
-EACH = 16.0
-"""Evaluations of a step of order 8, with those that look for events."""
-LEAST = 5
-"""Steps that say how far so many more would go."""
+GIVEN_UP = 0.3
+"""Evaluations of a run by another method up to which it may be given up, over those of the first run."""
+MOST = 1.4
+"""Evaluations of the tighter run over those of the first; a little more comes to 1.5."""
 STATE = ("*.q[*]", "*.qd[*]")
 """Columns that both runs have beside those asked for: where errors grow is seen in the motion."""
 
@@ -39,11 +39,13 @@ def prepared(scene: Scene, patterns: tuple[str, ...], kernel: str | None) -> Mod
 
 def compared(model: Model, until: float, every: float, settings: Settings, progress: Progress | None = None) -> Result:
     """Carry out a run and a tighter one of a model that shows its state; the first with its ``certainty``."""
-    run = OneRun(model, until, every, settings, _part(progress, 0.0)).result()
+    first = Counted(model, until, every, settings, _part(progress, 0.0))
+    run = first.result()
     if run.outcome.name == "stopped" or len(run) == 0 or run.stats.steps == 0:
         return replace(run, certainty=_none(run))
-    other = model if settings.step > 0.0 else elsewhere(model, until, run.stats.steps)
-    tighter, correction, spent = _second(other, until, every, settings, run, _part(progress, FIRST))
+    other = model if settings.step > 0.0 else elsewhere(model, until, run, first.times())
+    second = _Second(other, until, every, settings, first, run, _part(progress, FIRST))
+    tighter, correction, spent = second.result()
     if len(tighter) == 0:
         return replace(run, certainty=_none(run))
     stated = certainty(run, tighter, model.built.numbers, correction)
@@ -52,31 +54,37 @@ def compared(model: Model, until: float, every: float, settings: Settings, progr
     return replace(run, certainty=stated, notes=(*run.notes, *notes(stated)))
 
 
-def _second(
-    model: Model, until: float, every: float, settings: Settings, run: Result, progress: Progress | None
-) -> tuple[Result, float, int]:
-    """(the tighter run; by how much the difference is to be enlarged; evaluations of others that were given up)."""
-    spent, (chosen, correction), other = 0, companion(settings, run.stats.counters), explicit(settings)
-    most = run.stats.rhs_evaluations
-    if other is not None and TRIED * most >= LEAST * EACH:
-        trial = OneRun(model, until, 0.0, replace(other[0], max_steps=int(TRIED * most / EACH)), None).result()
-        spent = trial.stats.rhs_evaluations
-        if trial.outcome.name == "stopped":
-            return replace(trial, data=trial.data[:0]), correction, spent
-        limit = int(ENDED * most * trial.stats.steps / max(spent, 1))
-        limit = min(limit, settings.max_steps or limit)
-        if _steps_to(until, trial.time) <= limit:
-            tighter = OneRun(model, until, every, replace(other[0], max_steps=limit), progress).result()
-            if tighter.outcome.name != "max_steps":
-                return tighter, other[1], spent
-            spent, (chosen, correction) = spent + tighter.stats.rhs_evaluations, looser(settings)
-    return OneRun(model, until, every, chosen, progress).result(), correction, spent
+@dataclass(frozen=True)
+class _Second:
+    """The run that a first one is compared with. model: that of this run; first, run: the first one and its result."""
 
+    model: Model
+    until: float
+    every: float
+    settings: Settings
+    first: Counted
+    run: Result
+    progress: Progress | None
 
-def _steps_to(until: float, times: np.ndarray) -> float:
-    """How many steps a run takes to its end that goes on as it did in the second half of these."""
-    half = len(times) // 2
-    return half + (until - times[half]) / max((times[-1] - times[half]) / max(len(times) - 1 - half, 1), 1e-300) if half else np.inf
+    def result(self) -> tuple[Result, float, int]:
+        """(the tighter run; by how much the difference is to be enlarged; evaluations of one that was given up)."""
+        s, spent = self.settings, 0
+        if (other := higher(s)) is not None:
+            tighter = self._paced(other, 0, (other.rtol, s.rtol / APART_AT_LEAST), GIVEN_UP)
+            if (result := tighter.carried_out()) is not None:
+                return result, tighter.correction(s.rtol), 0
+            spent = tighter.spent
+        chosen, correction = companion(s, self.run.stats.counters)
+        if chosen.step > 0.0 or chosen.rtol >= s.rtol:
+            return OneRun(self.model, self.until, self.every, chosen, self.progress).result(), correction, spent
+        tighter = self._paced(chosen, spent, (tightest(s, chosen), s.rtol / APART_AT_LEAST))
+        return tighter.result(), tighter.correction(s.rtol), spent
+
+    def _paced(self, chosen: Settings, spent: int, tolerances: tuple[float, float], given_up: float = 0.0) -> Paced:
+        """A run as tight as its cost allows. tolerances: the tightest and the loosest."""
+        most = MOST * self.run.stats.rhs_evaluations - spent
+        pace = self.first.pace(self.run, most, order_of(chosen, self.run.stats.counters), tolerances)
+        return Paced(self.model, self.until, self.every, chosen, self.progress, pace, given_up)
 
 
 def _none(run: Result) -> Certainty:

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
-from engine.integrators import AUTO, REGISTRY, RK8, RODAS5P, Impulses
-from engine.simulation.block import Block, Settings
-from engine.simulation.model import Model
+from engine.integrators import AUTO, REGISTRY, RK5, RK8, RODAS5P, Impulses
+from engine.simulation.block import Settings
 
 DEARER = {RK8.name: 1.33, RODAS5P.name: 1.34}
 """Steps of the tighter run over those of the first by the same method: fewer where each gets dearer."""
-CHEAPER = 1.7
-"""Steps of the first run over those of a looser one."""
 USUAL = 1.45
 """The same of other methods: both runs together cost 2.5 at most."""
 TIGHTEST = 1e-14
@@ -24,13 +19,12 @@ TIGHTEST = 1e-14
 WHOLE, FINER, SMOOTH = 1600.0, 6.5, 1e-12
 """A run of order 8 at the tolerance WHOLE rtol_5^(8/5) takes less than half of the evaluations of one by a method of order 5 for
 stiff scenes; it is worth it where it is FINER times tighter, and not below SMOOTH, where steps of high order feel round-off."""
-APART = 0.41
-"""Part of the time between two kinks of signals, at both of which steps end, where the tighter run ends another: two runs of few
-steps in between would else have the same ones, and tell nothing of their errors."""
-FEW = (0.5, 4.0)
-"""Steps in such a stretch, on average: along many, two runs go apart by themselves."""
-MORE = 0.1
-"""Of the first run's steps: no more are added so, the longest stretches first."""
+HIGHER, BEGUN = 1e-6, 50.0
+"""Tolerance up to which a run of order 5 is compared with one of order 8, and how much tighter that begins."""
+NEEDED, APART_AT_LEAST = 1e-4, 3.0
+"""Part of the tolerance below which a tighter run need not go, and by which it is tighter at least."""
+ROUND = 1e-13
+"""Tolerance of a tighter run below which it finds little but round-off."""
 ORDERS = {m.name: m.order for m in REGISTRY}
 
 
@@ -50,32 +44,21 @@ def companion(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, f
     return replace(settings, rtol=rtol), 1.0 / (1.0 - 1.0 / factor)
 
 
-def explicit(settings: Settings) -> tuple[Settings, float] | None:
-    """The same of a run of order 8 for one that was asked for by a method for stiff scenes: where the scene is not stiff, it is far
-    more exact and costs less. None for other methods."""
-    rtol = max(WHOLE * settings.rtol**1.6, SMOOTH)
-    if settings.method != RODAS5P.name or settings.step > 0.0 or rtol > settings.rtol / FINER:
-        return None
-    return replace(settings, rtol=rtol, method=RK8.name), 1.0 / (1.0 - rtol / settings.rtol)
+def order_of(settings: Settings, steps: Mapping[str, int]) -> int:
+    """The order of the method that most steps of a run are made by. steps: how many another run took by each method."""
+    if settings.method in ORDERS:
+        return ORDERS[settings.method]
+    return ORDERS[max(ORDERS, key=lambda name: steps.get(name, 0))]
 
 
-def looser(settings: Settings) -> tuple[Settings, float]:
-    """The same of a run by a method for stiff scenes that takes fewer steps, where there is no time for more: what differs is its
-    error, which falls by one order less where a scene is stiff."""
-    return replace(settings, rtol=settings.rtol * CHEAPER**RODAS5P.order), 1.0 / (CHEAPER ** (RODAS5P.order - 1) - 1.0)
+def tightest(settings: Settings, chosen: Settings) -> float:
+    """The tightest tolerance of a run that is compared with one of these settings, and begins with those chosen."""
+    return min(chosen.rtol, max(NEEDED * settings.rtol, ROUND))
 
 
-def elsewhere(model: Model, until: float, steps: int) -> Model:
-    """The model of the tighter run: the same, but for ends of steps between kinks of signals. steps: of the first run."""
-    numbers = model.built.numbers
-    ends = [0.0, *(t for t in numbers.breaks if 0.0 < t < until), until]
-    step = until / max(steps, 1)
-    short = [(a, b) for a, b in pairwise(ends) if FEW[0] * step <= b - a <= FEW[1] * step]
-    some = sorted(short, key=lambda x: x[0] - x[1])[: max(1, int(MORE * steps))]
-    if not some:
-        return model
-    numbers = replace(numbers, breaks=tuple(sorted({*numbers.breaks, *(a + APART * (b - a) for a, b in some)})))
-    other = copy(model)
-    other.built = replace(model.built, numbers=numbers)
-    other.block = Block(model.kernel, numbers, np.array(model.block.parameters))
-    return other
+def higher(settings: Settings) -> Settings | None:
+    """Those of a run of order 8 for one that was asked for by a method of order 5: where the scene is neither stiff nor full of events, it is
+    far more exact at the same cost. None for other methods, and where it would not be."""
+    at_first = {RODAS5P.name: WHOLE * settings.rtol**1.6, RK5.name: settings.rtol / BEGUN if settings.rtol <= HIGHER else np.inf}
+    rtol = max(at_first.get(settings.method, np.inf), SMOOTH)
+    return None if settings.step > 0.0 or rtol > settings.rtol / FINER else replace(settings, rtol=rtol, method="auto" if settings.method == RODAS5P.name else RK8.name)
