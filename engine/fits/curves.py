@@ -98,7 +98,7 @@ class Curves:
         curves, slopes = [], []
         for k, r in enumerate(self.runs):
             s = sensitivity(
-                self._changed(k, values), [*self.shared, *self.own], list(r.curves), r.until, r.every, self.rtol, tick=heed
+                self._changed(k, values), [*self.shared, *self.own], list(r.curves), r.until, r.every, self.rtol, None, heed
             )
             at, columns = self._places(k), [s.names.index(c) for c in r.curves]
             part = np.zeros((len(s.time) * len(columns), len(self.names)))
