@@ -10,8 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from engine.basics.problems import Problem, SceneError, SimulationError
+from engine.cli import finding
 from engine.cli.running import DONE, FAILED, print_json
 from engine.cli.settings import Words, with_settings
+from service.answer_told import answer_lines
 from service.asking import ENDED, HERE, Server, checked, problems_of
 from service.remote import Connection, Job, connect
 
@@ -73,6 +75,55 @@ def submit(
         job = _followed(s, job["id"])
     print_json(job) if as_json else print(_line(job) if wait else job["id"])
     raise typer.Exit(FAILED if wait and job["state"] != "done" else DONE)
+
+
+@app.command("fit")
+def submit_fit(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="Bundled model or scene file.")],
+    data: Annotated[list[str] | None, finding.DATA] = None,
+    to: Annotated[list[str] | None, finding.TO] = None,
+    own: Annotated[list[str] | None, finding.OWN] = None,
+    column: Annotated[list[str] | None, finding.COLUMN] = None,
+    noise: Annotated[list[str] | None, finding.NOISE] = None,
+    level: Annotated[str, typer.Option(metavar="P", help="Level of the intervals.")] = "0.95",
+    compare: Annotated[list[str] | None, finding.COMPARE] = None,
+    trials: Annotated[list[str] | None, finding.TRY] = None,
+    changes: Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Change a number (repeatable).")] = None,
+    budget: Annotated[float | None, typer.Option(metavar="S", help="Seconds of work after which it is given up.")] = None,
+    label: Annotated[str, typer.Option(metavar="TEXT", help="Words of your own.")] = "",
+    tag: Annotated[list[str] | None, typer.Option(metavar="TAG", help="A word to find it by (repeatable).")] = None,
+    idempotency_key: Annotated[str, typer.Option(metavar="KEY", help="Sent again, makes no second job.")] = "",
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until it has ended, and tell what was found.")] = False,
+    server: Url = HERE,
+    key: Secret = "",
+    as_json: AsJson = False,
+) -> None:
+    """Submit a fit to measured curves, asked for as `trunnion fit`; print the job's id."""
+    from engine.cli.charting import print_lines
+    from engine.cli.fitting import FitWish, wished
+    from engine.cli.options import Findings
+
+    words = (data or (), to or (), own or (), column or (), noise or (), level, compare or (), trials or (), changes or ())
+    read, asked = wished(FitWish([scene], *words), Findings())
+    extra = {n: getattr(asked, n) for n in ("runs", "own", "bounds", "priors", "level", "candidates", "trials")}
+    more: dict[str, Any] = {"budget": budget, "label": label, "tags": tag or [], "idempotency_key": idempotency_key}
+    made = Connection(s := Server(server, key)).fit(read, asked.shared, **extra, **more)
+    end = _followed(s, made.id) if wait else made.document
+    if wait and not as_json:
+        print_lines(answer_lines(made))
+    else:
+        print_json(end | ({"answer": made.answer} if wait else {})) if as_json else print(made.id)
+    raise typer.Exit(FAILED if wait and end["state"] != "done" else DONE)
+
+
+@app.command()
+def answer(job: Id, server: Url = HERE, key: Secret = "", as_json: AsJson = False) -> None:
+    """What a fit or a study has found so far."""
+    from engine.cli.charting import print_lines
+
+    there = Connection(Server(server, key)).job(job)
+    found = there.answer
+    print_json(found or {}) if as_json or (found and found["kind"] != "fit") else print_lines(answer_lines(there))
 
 
 @app.command("list")

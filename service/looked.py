@@ -48,3 +48,16 @@ def _condition(name: str, given: Ends | Sequence[str]) -> str:
     if len(given) != 2:
         raise SceneError([Problem("within", f"{name}: {given!r} are no two ends", "(low, high), None for no end")])
     return f"{name}=" + ":".join("" if end is None else f"{end!r}" for end in given)
+
+
+class Silent:
+    """A bar that shows nothing."""
+
+    def __enter__(self) -> Silent:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def tell(self, done: float, of: float) -> None:
+        """Show nothing."""

@@ -18,7 +18,8 @@ from engine.batch.series import save_dataset
 from engine.scene.given import Names, names_given
 from engine.scene.overrides import Given, scene_given
 from service.asking import ENDED, HERE, Server
-from service.looked import Looks
+from service.fit_asked import FIELDS, fit_asked
+from service.looked import Looks, Silent
 
 if TYPE_CHECKING:
     import pandas
@@ -57,7 +58,7 @@ class Connection:
         **more: Any,
     ) -> Job:
         """Submit a batch, given as to ``engine.sweep``; sample: {"ranges": {path: (low, high)}, "count": N, "seed": S, "method":
-        "latin"}. more: the other fields of ``POST /v1/jobs`` (optimise, refine, until, every, rtol, method, patience, budget,
+        "latin"}. more: the other fields of ``POST /v1/jobs`` (optimise, refine, fit, until, every, rtol, method, patience, budget,
         label, tags, …)."""
         from engine.scene.dump import scene_to_dict
 
@@ -65,6 +66,12 @@ class Connection:
         body |= {n: v for n, v in (("over", over), ("cases", cases), ("sample", sample)) if v is not None}
         headers = {"Idempotency-Key": idempotency_key} if idempotency_key else {}
         return Job(self.server, self.server.ask("POST", "/v1/jobs", json=body, headers=headers).json())
+
+    def fit(self, scene: Given, parameters: Names, time: Any = None, measured: Mapping[str, Any] | None = None, **more: Any) -> Job:
+        """Submit a fit, given as to ``engine.fit``, with ``candidates`` as to ``engine.compare`` and ``trials`` as to
+        ``engine.propose``, whose answers its ``answer`` has. more: these, and what ``submit`` takes."""
+        asked = {n: more.pop(n) for n in FIELDS if n in more}
+        return self.submit(scene, fit=fit_asked(parameters, time, measured, **asked), **more)
 
     def job(self, job: str) -> Job:
         """A job by its id."""
@@ -115,7 +122,7 @@ class Job(Looks):
         from engine.cli.progress import Watch
 
         end = None if timeout is None else time.monotonic() + timeout
-        with Watch(f"job {self.id[:8]}") if progress else _Silent() as bar:
+        with Watch(f"job {self.id[:8]}") if progress else Silent() as bar:
             while self.refresh().state not in ENDED:
                 bar.tell(self.document["done"] + self.document["lost"], self.document["cases"])
                 if end is not None and time.monotonic() > end:
@@ -177,7 +184,7 @@ class Job(Looks):
 
     @property
     def answer(self) -> dict[str, Any] | None:
-        """What a study (``submit(scene, optimise={…})``, ``refine={…}``) has found so far, as ``GET …/answer`` tells it."""
+        """What a study (``submit(scene, optimise={…})``, ``refine={…}``) or a ``fit`` has found so far, as ``GET …/answer``."""
         found = self._ask("GET", "/answer").json()["answer"]
         return dict(found) if found else None
 
@@ -222,19 +229,6 @@ class Job(Looks):
 
     def _ask(self, method: str, path: str = "", **more: Any) -> Any:
         return self.server.ask(method, f"/v1/jobs/{self.id}{path}", **more)
-
-
-class _Silent:
-    """A bar that shows nothing."""
-
-    def __enter__(self) -> _Silent:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        pass
-
-    def tell(self, done: float, of: float) -> None:
-        """Show nothing."""
 
 
 def _thinned(table: pyarrow.Table, every: float | None) -> pyarrow.Table:

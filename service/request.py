@@ -8,7 +8,6 @@ from dataclasses import replace
 from math import isfinite
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
 from engine.basics.numbers import Bound
@@ -23,12 +22,13 @@ from engine.scene.overrides import apply
 from engine.simulation.settings import settings_given, settings_read, told
 from engine.studies.asked import study_of, with_values
 from engine.studies.following import Study, Told
+from service.fits import Fit, fit_of_document, fit_of_request
+from service.limited import too_dear, too_long, too_long_varied, too_many_rows
 from service.settings import Limits
 from service.ways import Asked, Number, Optimise, Path, Plain, Refine, Sample, Tag, Text, wanted_of
 
 JOBS = "POST /v1/jobs"
-WAYS = "give exactly one of over, cases, sample, optimise and refine"
-END, SPACING = "simulation.until", "simulation.every"
+WAYS = "give exactly one of over, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Characters and values (keys too) of a scene: ten times as many as the largest that is allowed to run needs."""
 
@@ -70,8 +70,8 @@ def _schema(bound: Bound) -> dict[str, Any]:
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list), ``sample``, ``optimise`` and ``refine``, and what to
-    keep of each case."""
+    """A batch: one scene, exactly one of ``over`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``, and
+    what to keep of each case."""
 
     over: dict[Path, list[Number] | Number] | None = Field(
         None,
@@ -82,6 +82,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     sample: Sample | None = None
     optimise: Optimise | None = None
     refine: Refine | None = None
+    fit: Fit | None = None
     reductions: list[Plain] = Field(
         default_factory=list,
         max_length=500,
@@ -91,7 +92,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
         default_factory=list, max_length=100, description="Columns (patterns) whose rows are kept of every case while it runs."
     )
     spacing: float | None = Field(None, gt=0, description="How far apart the rows kept are, s; all rows where it is not given.")
-    certify: bool = Field(False, description="Whether the global error of each reduction is kept too, as `error:…`.")
+    certify: bool = Field(False, description="Whether the error of each reduction is kept, as `error:…`; why none: `error.why`.")
     budget: float | None = Field(
         None, gt=0, description="Seconds of building and stepping, all workers together, after which the job is stopped."
     )
@@ -131,58 +132,25 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     scene = scene_of(request, limits)
     asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
     values, problems = settings_read(JOBS, asked)
+    problems += too_dear(request.budget, limits)
+    if request.fit is not None:
+        return fit_of_request(scene, asked, values["rtol"], problems, limits)
     run = replace(Run(**values), patience=values["patience"] or limits.patience, steps=values["steps"] or limits.steps)
-    problems += _too_long(run, scene, limits)
+    problems += too_long(run, scene, limits)
     try:
         made = _planned(scene, asked, run, limits.cases)
     except SceneError as e:
         told = {p.where for p in problems}
         raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
-    problems += _too_long_varied(made, limits)
+    problems += too_long_varied(made, limits)
     width = len(made.cases.paths) + len(made.reductions) + 6
     if made.cases.count * width * 8 > limits.output_bytes:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
         problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
-    problems += _too_many_rows(made, limits)
-    if request.budget is not None and request.budget > limits.job_seconds:
-        problems.append(
-            Problem("budget", f"{request.budget:g} s is more than the {limits.job_seconds:g} s allowed", "a smaller budget")
-        )
+    problems += too_many_rows(made, limits)
     if problems:
         raise SceneError(problems)
     return made
-
-
-def _too_many_rows(made: Plan, limits: Limits) -> list[Problem]:
-    """What of the rows that are to be kept exceeds what this server allows."""
-    if made.series is None:
-        return []
-    until, every, _ = made.run.of(made.scene)
-    spacing = made.series.every or every
-    size = made.cases.count * (2 + len(made.series.columns)) * 8 * (until / spacing + 2 if spacing > 0.0 else limits.rows)
-    if size <= limits.output_bytes:
-        return []
-    what = f"{size:.3g} bytes of rows are more than the {limits.output_bytes:.3g} allowed"
-    return [Problem("trajectories", what, "fewer columns, or a larger spacing")]
-
-
-def _too_long(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
-    """What of a case's time and rows exceeds what this server allows."""
-    until, every, _ = run.of(scene)
-    problems = [
-        Problem(n, f"{asked:g} is more than the {most:g} allowed to a case", "a smaller number, or ask for a higher limit")
-        for n, asked, most in (("patience", run.patience or 0.0, limits.patience), ("steps", run.steps or 0.0, limits.steps))
-        if asked > most
-    ]
-    if until > limits.duration:
-        problems.append(
-            Problem("until", f"{until:g} s is longer than the {limits.duration:g} s allowed", "a shorter time, or a higher limit")
-        )
-    if every > 0.0 and until / every > limits.rows:
-        problems.append(
-            Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
-        )
-    return problems
 
 
 def study_of_document(document: dict[str, Any]) -> Study | None:
@@ -191,27 +159,6 @@ def study_of_document(document: dict[str, Any]) -> Study | None:
     if wanted is None:
         return None
     return study_of(scene_from_dict(document["scene"]), wanted, document["reductions"], Run(**settings_given(JOBS, document)))[0]
-
-
-def _too_long_varied(made: Plan, limits: Limits) -> list[Problem]:
-    """The same of the cases that set their own time and rows."""
-    paths, run = made.cases.paths, made.run
-    if not {END, SPACING} & set(paths):
-        return []
-    values = made.cases.values(0, made.cases.count)
-    until, every, _ = run.of(made.scene)
-    ends = values[:, paths.index(END)] if END in paths and run.until is None else np.array([until])
-    spacings = values[:, paths.index(SPACING)] if SPACING in paths and run.every is None else np.array([every])
-    problems = []
-    if (ends > limits.duration).any():
-        what = f"{ends.max():g} s is longer than the {limits.duration:g} s allowed"
-        problems.append(Problem(END, what, "a shorter time, or a higher limit"))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rows = np.where(spacings > 0.0, ends / spacings, 0.0)
-    if (rows > limits.rows).any():
-        what = f"{rows.max():.3g} rows a case are more than the {limits.rows} allowed"
-        problems.append(Problem(SPACING, what, "a larger spacing"))
-    return problems
 
 
 def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
@@ -252,7 +199,10 @@ def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
 
 def plan_of_document(document: dict[str, Any]) -> Plan:
     """The plan of a document that was kept."""
-    return _planned(scene_from_dict(document["scene"]), document, Run(**settings_given(JOBS, document)), None)
+    scene, values = scene_from_dict(document["scene"]), settings_given(JOBS, document)
+    if document.get("fit") is not None:
+        return fit_of_document(scene, document, values["rtol"])
+    return _planned(scene, document, Run(**values), None)
 
 
 def digest(value: Any) -> str:

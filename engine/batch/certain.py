@@ -20,6 +20,7 @@ from engine.simulation.certainty import estimate as rules
 from engine.simulation.certainty.companion import companion
 from engine.simulation.certainty.kinds import COORDINATES, kinds
 from engine.simulation.certainty.pairing import TOLD
+from engine.simulation.certainty.stated import REASONS
 from engine.simulation.settings import Run
 
 EXTREMES = ("max", "min", "final")
@@ -27,6 +28,8 @@ EXTREMES = ("max", "min", "final")
 BESIDE = 0.3
 """Part of the largest error among the reductions of a column that each of them has at least: one alone may pass through zero."""
 RTOL = CASE_SETTINGS.names.index("rtol")
+WHY = tuple(REASONS)
+"""Why no error is stated of a case, by the number that is kept while it runs; 0: errors are stated."""
 
 
 class CertainLoop:
@@ -74,14 +77,19 @@ class CertainLoop:
         both = np.isin(a.index, b.index)
         order = np.argsort(b.index)[np.searchsorted(np.sort(b.index), a.index[both])]
         alike = np.array([x.name == b.outcomes[j].name for x, j in zip(_some(a.outcomes, both), order, strict=True)], bool)
-        numbers = self._numbers(a.numbers[both], b.numbers[order], rows.settings[at[both], RTOL], larger[at[both]], alike)
+        begun = a.steps[both] > 0
+        numbers, why = self._numbers(
+            a.numbers[both], b.numbers[order], rows.settings[at[both], RTOL], larger[at[both]], alike, begun
+        )
         kept = a.kept if a.kept is None else a.kept[np.isin(a.kept[:, 0], np.flatnonzero(both))]
         return Reduced(a.index[both], numbers, _some(a.outcomes, both), _some(a.audits, both), a.steps[both],
-                       a.seconds + b.seconds, kept)  # fmt: skip
+                       a.seconds + b.seconds, kept, why)  # fmt: skip
 
-    def _numbers(self, a: np.ndarray, b: np.ndarray, rtol: np.ndarray, larger: np.ndarray, alike: np.ndarray) -> np.ndarray:
-        """What is asked for (cases × reductions) from what two runs gave (cases × wanted). larger: by how much differences are to
-        be enlarged; alike: whether both ended alike."""
+    def _numbers(
+        self, a: np.ndarray, b: np.ndarray, rtol: np.ndarray, larger: np.ndarray, alike: np.ndarray, begun: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(what is asked for, cases × reductions; why no error is stated, cases) from what two runs gave (cases × wanted). larger:
+        by how much differences are to be enlarged; alike: whether both ended alike; begun: whether they made a step."""
         with np.errstate(invalid="ignore"):  # no event, or no margin: infinite in both
             off = np.abs(a - b)
         for (_, column), i in self.at.items():
@@ -93,23 +101,35 @@ class CertainLoop:
             places = [self.at[k, name] for k in EXTREMES]
             size = self.scale[name] + np.abs(a[:, places]).max(axis=1)
             states = np.maximum(states, off[:, places].max(axis=1) / size)
-        promised = alike & self._decided(a, b, states)
+        why = self._why(a, b, states, alike, begun)
         out = []
         for r in self.chosen:
             if r.kind != ERROR:
                 out.append(a[:, self.at[r.kind, r.what]])
                 continue
             found = self._error(_named(r.what), a, off, states, rtol)
-            out.append(np.where(promised & np.isfinite(a[:, self.at[_named(r.what)]]), found, np.nan))
-        return np.array(out).T if out else np.zeros((len(a), 0))
+            out.append(np.where((why == 0) & np.isfinite(a[:, self.at[_named(r.what)]]), found, np.nan))
+        return (np.array(out).T if out else np.zeros((len(a), 0))), why
 
-    def _decided(self, a: np.ndarray, b: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Of which cases both runs decide alike, clearly, and errors stay small."""
+    def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
+        """Why no error is stated of each case, as a place in WHY; 0 where both runs decide alike, clearly, and errors stay small.
+        Of several reasons that one is told which comes first in a run, for the most part, and makes the others follow."""
         counts = [i for (k, what), i in self.at.items() if k == "count" and what not in ("any", *TOLD)]
-        same = (a[:, counts] == b[:, counts]).all(axis=1)
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)
-        clear = ~(a[:, margin] < rules.DECIDED * states) & (a[:, marginal] + b[:, marginal] == 0.0)
-        return same & clear & (states <= rules.LINEAR)
+        near = [(alike & (x[:, margin] < rules.DECIDED * states)) | (x[:, marginal] > 0.0) for x in (a, b)]
+        other = alike & (a[:, counts] != b[:, counts]).any(axis=1)
+        of_one = other & ~(near[0] & near[1])  # what is decided narrowly is the event that only one of them has
+        found = {
+            "growth": ~(states <= rules.LINEAR),
+            "outcome": ~alike,  # states and events of a run that ends earlier are those of another time
+            "events": other,
+            "marginal": (near[0] | (b[:, marginal] > 0.0)) & ~of_one,
+            "start": ~begun,
+        }
+        why = np.zeros(len(a), np.int8)
+        for reason, here in found.items():
+            why[here] = WHY.index(reason)
+        return why
 
     def _error(self, of: tuple[str, str], a: np.ndarray, off: np.ndarray, states: np.ndarray, rtol: np.ndarray) -> np.ndarray:
         """The error of a reduction, cases."""

@@ -52,7 +52,7 @@ def _library() -> ctypes.CDLL:
 class Reduced:
     """The outcome of some cases: of all that were to be run, or of the first of them when the caller's tick said no. index (n):
     which cases; numbers (n × reductions); outcomes, audits and steps (n); seconds: time spent stepping; kept: rows asked for (place
-    in index, time, columns)."""
+    in index, time, columns); why (n): where errors are asked for, the reason why none is stated, as its place among REASONS."""
 
     index: np.ndarray
     numbers: np.ndarray
@@ -61,6 +61,7 @@ class Reduced:
     steps: np.ndarray
     seconds: float
     kept: np.ndarray | None = None
+    why: np.ndarray | None = None
 
 
 def joined(a: Reduced, b: Reduced, seconds: float) -> Reduced:

@@ -15,19 +15,18 @@ from engine.basics.interrupts import Unwanted
 from engine.basics.problems import Problem, SceneError
 from engine.batch.cases import Cases, grid, listed, sampled
 from engine.batch.certain import CertainLoop
-from engine.batch.loop import Loop, invalid
+from engine.batch.ended import Ended
+from engine.batch.loop import Loop
 from engine.batch.preparing import Preparer, Rows, same_tables
 from engine.batch.reductions import Reduction, about_errors, reductions, with_errors
 from engine.batch.series import Series, series_of
-from engine.batch.table import schema, table
+from engine.batch.table import schema
 from engine.kernel.columns import columns
 from engine.scene.model import Scene
 from engine.simulation import block as bl
 from engine.simulation.asked import check_settings
-from engine.simulation.audit import Audit
 from engine.simulation.bounded import bounds_of
 from engine.simulation.choosing import kernel_for
-from engine.simulation.outcome import Outcome
 from engine.simulation.settings import Run
 from engine.system.build import build
 
@@ -155,14 +154,8 @@ class Runner:
         """Table of the cases start … stop − 1. ``tick`` is told how many of them are done; when it says no, Stopped is raised.
         Where rows are kept, ``rows`` is their table then."""
         values = self.plan.cases.values(start, stop)
-        n = stop - start
-        outcomes: list[Outcome] = [invalid(())] * n
-        audits = [Audit()] * n
-        steps, numbers = np.zeros(n, np.int64), np.full((n, len(self.plan.reductions)), np.nan)
-        finished = np.zeros(n, bool)
         rows, wrong = self.preparer.rows(values)
-        for i, error in wrong.items():
-            outcomes[i], finished[i] = invalid(error.problems), True
+        ended = Ended(stop - start, len(self.plan.reductions), wrong)
         before, series = 0, list[np.ndarray]()
         for r in rows:
             try:
@@ -172,20 +165,16 @@ class Runner:
             got = loop.run(r, None if tick is None else partial(_told, tick, before))
             before += len(r.index)
             self.seconds += got.seconds
-            numbers[got.index], steps[got.index], finished[got.index] = got.numbers, got.steps, True
+            ended.take(got)
             if got.kept is not None and len(got.kept):
                 series.append(np.column_stack([start + r.index[got.kept[:, 0].astype(int)], got.kept[:, 1:]]))
-            for i, o, a in zip(got.index, got.outcomes, got.audits, strict=True):
-                outcomes[i], audits[i] = o, a
             if len(got.index) < len(r.index):
                 break
-        at = np.flatnonzero(finished)
-        ends = [outcomes[i] for i in at], [audits[i] for i in at]
         if self.plan.series is not None:
             whole = np.concatenate([np.zeros((0, 2 + len(self.plan.series.columns))), *series])
             self.rows = self.plan.series.table(whole[:, 0], whole[:, 1:])
-        made = table(self.plan.schema, start + at, values[at], *ends, steps[at], numbers[at])
-        if len(at) < n:
+        made = ended.table(self.plan.schema, start, values)
+        if not ended.finished.all():
             raise Stopped(made)
         return made
 

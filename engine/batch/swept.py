@@ -17,6 +17,7 @@ from engine.batch.indices import Indices
 from engine.batch.plan import Plan
 from engine.batch.quantiles import USUAL, Spread
 from engine.batch.series import save_dataset
+from engine.batch.table import WHY
 from engine.scene.given import Names, names_given
 from engine.simulation.result import Result
 
@@ -49,6 +50,15 @@ class Sweep:
     def __repr__(self) -> str:
         ended = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count)
         return f"<Sweep of {self.plan.scene.name}: {len(self)} cases × {self.table.num_columns} columns, {ended}>"
+
+    @property
+    def unstated(self) -> dict[str, int]:
+        """Of a sweep with errors: how many cases have none stated, by why (``REASONS`` of engine/simulation/certainty)."""
+        import pyarrow.compute as pc
+
+        if WHY not in self.table.column_names:
+            return {}
+        return {c["values"]: c["counts"] for c in pc.value_counts(self.table[WHY]).to_pylist() if c["values"]}
 
     def to_arrow(self) -> pyarrow.Table:
         """The table; units and descriptions in its fields' metadata."""

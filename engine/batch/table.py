@@ -10,8 +10,9 @@ import numpy as np
 
 from engine.basics import arrow
 from engine.basics.version import version
-from engine.batch.reductions import Reduction
+from engine.batch.reductions import Reduction, about_errors
 from engine.simulation.audit import WORDS, Audit
+from engine.simulation.certainty.stated import REASONS
 from engine.simulation.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 FORMAT = "trunnion sweep 1"
 HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
 """Columns every table has, beside the paths and the reductions."""
+WHY = "error.why"
+"""One more, before ``steps``, where errors of reductions are kept."""
 
 
 def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:
@@ -40,8 +43,11 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
         field("audit", pa.string(), "", f"what the audit says: {', '.join(WORDS.values())}; none of a case that did not start"),
         field("audit.energy", pa.float64(), "1", "largest energy unaccounted for, of the energy turned over"),
         field("audit.note", pa.string(), "", "what is not within the tolerance, when and where"),
-        field("steps", pa.int64(), "1", "steps taken"),
     ]
+    if about_errors(chosen):
+        words = ", ".join(word for word in REASONS if word)
+        fields.append(field(WHY, pa.string(), "", f"why no error is stated of the case: {words}; none where errors are"))
+    fields.append(field("steps", pa.int64(), "1", "steps taken"))
     fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
     texts = {"format": FORMAT, "version": version()} | {k: json.dumps(v, ensure_ascii=False) for k, v in about.items()}
     return pa.schema(fields, metadata=texts)
@@ -55,10 +61,13 @@ def table(
     audits: Sequence[Audit],
     steps: np.ndarray,
     numbers: np.ndarray,
+    why: np.ndarray,
 ) -> pyarrow.Table:
-    """The table's rows for some cases; ``cases`` (n) are their numbers. NaN, where there is nothing to reduce, becomes null."""
+    """The table's rows for some cases; ``cases`` (n) are their numbers, ``why`` the reasons, where errors are kept. NaN, where
+    there is nothing to reduce, becomes null."""
     import pyarrow as pa
 
+    words = tuple(REASONS)
     arrays = [
         arrow.numbers(cases.astype(np.int64)),
         *(arrow.numbers(column, nulls=True) for column in values.T),
@@ -69,6 +78,7 @@ def table(
         arrow.texts([a.verdict for a in audits]),
         arrow.numbers(np.array([np.nan if a.energy is None else a.share for a in audits], float), nulls=True),
         arrow.texts(["; ".join(a.notes) for a in audits]),
+        *([arrow.texts([words[i] for i in why])] if WHY in shape.names else []),
         arrow.numbers(steps.astype(np.int64)),
         *(arrow.numbers(column, nulls=True) for column in numbers.T),
     ]

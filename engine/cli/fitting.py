@@ -42,7 +42,8 @@ class FitWish:
 
 @dataclass
 class Asked:
-    """A wish as it was understood: what is fitted, its bounds and priors, the runs, and the files' columns that are not used."""
+    """A wish as it was understood: what is fitted, its bounds and priors, the runs, the files' columns that are not used, laws to
+    compare, experiments to rank."""
 
     shared: list[str] = field(default_factory=list)
     own: list[str] = field(default_factory=list)
@@ -51,6 +52,8 @@ class Asked:
     runs: list[Measured] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
     level: float = 0.95
+    candidates: dict[str, Candidate] = field(default_factory=dict)
+    trials: dict[str, Trial] = field(default_factory=dict)
 
 
 def fit_command(wish: FitWish) -> int:
@@ -62,13 +65,8 @@ def fit_command(wish: FitWish) -> int:
     talk(wish.verbose)
     found = Findings()
     picture = options.destination(wish.plot, PICTURES, "--plot", found)
-    source = options.one_scene(wish.scene, found)
-    scene = loaded(source, options.assignments(wish.changes, found), None, found)
-    asked = understood(wish, scene, found)
-    candidates = {n: c for text in wish.compare for n, c in _candidate(text, found)}
-    trials = {text: _trial(text, scene, found) for text in wish.trials}
-    found.end()
-    assert scene is not None
+    scene, asked = wished(wish, found)
+    candidates, trials = asked.candidates, asked.trials
     extra: dict[str, Any] = {"runs": asked.runs, "own": asked.own, "bounds": asked.bounds, "priors": asked.priors}
     with Watch("fit"):
         evidence = compare(scene, candidates, asked.shared, **extra, level=asked.level) if candidates else None
@@ -88,6 +86,18 @@ def fit_command(wish: FitWish) -> int:
         told += [f"not used: {', '.join(asked.unused)}"] if asked.unused else []
         print_lines([*told, *(f"wrote {f}" for f in files)])
     return code
+
+
+def wished(wish: FitWish, found: Findings) -> tuple[Scene, Asked]:
+    """(the scene, what is asked of it); SceneError with every mistake."""
+    source = options.one_scene(wish.scene, found)
+    scene = loaded(source, options.assignments(wish.changes, found), None, found)
+    asked = understood(wish, scene, found)
+    asked.candidates = {n: c for text in wish.compare for n, c in _candidate(text, found)}
+    asked.trials = {text: _trial(text, scene, found) for text in wish.trials}
+    found.end()
+    assert scene is not None
+    return scene, asked
 
 
 def understood(wish: FitWish, scene: Scene | None, found: Findings) -> Asked:

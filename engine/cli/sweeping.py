@@ -139,10 +139,13 @@ def ranges(texts: Sequence[str], found: Findings) -> dict[str, list[str] | str]:
 
 def document(result: Sweep) -> dict[str, Any]:
     """The sweep without its rows, as plain data."""
+    from engine.batch.table import WHY
+
     times = {"wall": result.wall_time, "stepping": result.stepping_time, "build": result.build_time}
     kept = [{"name": r.name, "unit": r.unit, "description": r.description} for r in result.plan.reductions]
     cases = {"cases": len(result), "of": result.plan.cases.count, "stopped": result.stopped}
-    return {"scene": result.plan.scene.name, **cases, "outcomes": result.counts, "seconds": times, "reductions": kept}
+    errors = {"errors_unstated": result.unstated} if WHY in result.table.column_names else {}
+    return {"scene": result.plan.scene.name, **cases, "outcomes": result.counts, **errors, "seconds": times, "reductions": kept}
 
 
 def summary(result: Sweep) -> list[str]:
@@ -163,9 +166,17 @@ def summary(result: Sweep) -> list[str]:
         f"{result.plan.scene.name}: {len(result)} cases over {', '.join(result.plan.cases.paths)}",
         *([f"stopped: {len(result)} of {result.plan.cases.count} cases finished, which are kept"] if result.stopped else []),
         outcomes,
+        *_unstated(result.unstated),
         f"{result.wall_time:.3g} s, stepping {result.stepping_time:.3g} s on all cores"
         + (f", built in {result.build_time:.3g} s" if result.build_time else ""),
         "",
         *table(("reduction", "least", "most", "cases", "unit"), rows),
     ]
     return [line.replace("\033[2m", "").replace("\033[0m", "") for line in lines] + ([f"… and {more} more"] if more > 0 else [])
+
+
+def _unstated(counts: Mapping[str, int]) -> list[str]:
+    """How many cases have no errors, and why, in words."""
+    from engine.simulation.certainty.stated import REASONS
+
+    return [f"no errors of {n} case{'s' if n > 1 else ''} ({why}): {REASONS[why]}" for why, n in sorted(counts.items())]

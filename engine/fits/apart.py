@@ -102,7 +102,7 @@ def _split(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
     size."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=True)
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # of the rows alone: as large as their square
     s = np.append(s, np.zeros(len(V) - len(s)))
     zero = s <= ALIKE[exact] * s.max(initial=0.0)
     lost = V[zero].T / size[:, None]

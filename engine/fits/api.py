@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,6 +23,7 @@ from engine.scene.model import Scene
 from engine.scene.overrides import Given, list_parameters, scene_given
 from engine.sensitivities.start import checked
 
+log = logging.getLogger("trunnion.fits")
 AGAIN = 3
 """Searches at most, each from the better fit that the profiles of the last met."""
 
@@ -142,8 +144,9 @@ def prepared(
 def solved(scene: Scene, objective: Objective, level: float, intervals: bool) -> Fit:
     """Search, and look around what was found."""
     objective.check_moving()
-    u, rounds, notes, wanted = objective.start / objective.unit, 0, [], list(range(objective.m))
+    u, rounds, notes = objective.start / objective.unit, 0, []
     for again in range(AGAIN):
+        log.debug("the search%s", ", from a better fit" if again else "")
         u, more, converged = objective.minimise(u)
         rounds += more
         t = threshold(level, objective.nu)
@@ -152,7 +155,7 @@ def solved(scene: Scene, objective: Objective, level: float, intervals: bool) ->
         seen = spectrum(profiles.J * relative, len(objective.data), t, objective.curves.exact)
         deviations = seen.deviations * relative
         try:
-            found = {k: profiles.interval(k, float(deviations[k])) for k in (wanted if intervals else ())}
+            found = dict(_intervals(profiles, deviations)) if intervals else {}
             named = _alike(objective, profiles, seen, relative)
             break
         except Better as better:
@@ -163,6 +166,14 @@ def solved(scene: Scene, objective: Objective, level: float, intervals: bool) ->
     columns = dict(zip((c for r in objective.curves.runs for c in r.curves), units_of(scene, objective.curves.runs), strict=True))
     solution = Solved(scene, objective, profiles.u, profiles.J, columns)
     return _told(solution, profiles, seen, deviations, (rounds, converged, notes, level), found, named)
+
+
+def _intervals(profiles: Profiles, deviations: np.ndarray) -> Iterator[tuple[int, Interval]]:
+    """The interval of every parameter, by its place."""
+    names = profiles.objective.known.names
+    for k, name in enumerate(names):
+        log.debug("interval %d of %d, %s", k + 1, len(names), name)
+        yield k, profiles.interval(k, float(deviations[k]))
 
 
 def _alike(objective: Objective, profiles: Profiles, seen: Spectrum, relative: np.ndarray) -> tuple[Alike, ...]:

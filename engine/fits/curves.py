@@ -7,9 +7,11 @@ steps. Laws that are stiff and smooth (bristles, regularised) are run by the sce
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
+from engine.basics.interrupts import heed
 from engine.basics.problems import SceneError, SimulationError
 from engine.fits.known import OF_RUN, ordered
 from engine.fits.measured import Measured
@@ -44,9 +46,14 @@ class Curves:
         self.scenes = [apply(scene, dict(r.overrides)) if r.overrides else scene for r in runs]
         laws = [scene.law_of(j.friction) for j in scene.joints.values() if j.friction is not None]
         self.exact = all(LAWS[law].sets for law in laws)
-        self.plain = [_Plain(s, list(r.curves), r, rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
         self.pairs = ordered(self.names, scene)
         self._known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+        self._last: tuple[bytes, np.ndarray] = (b"", np.zeros(0))
+
+    @cached_property
+    def plain(self) -> list[_Plain]:
+        """The plain runs, made when there is something to run."""
+        return [_Plain(s, list(r.curves), r, self.rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
 
     def projected(self, values: np.ndarray) -> np.ndarray:
         """The parameters as they are run: of two of which one must not be below the other, the higher is raised to the lower."""
@@ -67,7 +74,10 @@ class Curves:
     def values(self, values: np.ndarray) -> np.ndarray:
         """The curves (N) with these parameter values (m). SceneError or SimulationError where they cannot be run."""
         values = self.projected(values)
-        return np.concatenate([run(self._changed(k, values)) for k, run in enumerate(self.plain)])
+        if values.tobytes() != self._last[0]:
+            found = np.concatenate([run(self._changed(k, values)) for k, run in enumerate(self.plain)])
+            self._last = values.tobytes(), found
+        return self._last[1]
 
     def slopes(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(curves (N), their derivatives by the parameters (N × m)). Errors as for ``values``."""
@@ -88,7 +98,7 @@ class Curves:
         curves, slopes = [], []
         for k, r in enumerate(self.runs):
             s = sensitivity(
-                self._changed(k, values), [*self.shared, *self.own], list(r.curves), r.until, r.every, self.rtol
+                self._changed(k, values), [*self.shared, *self.own], list(r.curves), r.until, r.every, self.rtol, None, heed
             )
             at, columns = self._places(k), [s.names.index(c) for c in r.curves]
             part = np.zeros((len(s.time) * len(columns), len(self.names)))
@@ -146,6 +156,7 @@ class _Plain:
                 if status == bl.NEED_JACOBIAN:
                     model.block.attach_jacobian()
                 status, _ = model.block.advance(target, AT_ONCE, scratch)
+                heed()
                 model.block.take_events()
             self._check(status)
             self._check(model.block.row(row))

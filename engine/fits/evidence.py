@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from engine.basics.problems import Problem, SceneError, SimulationError
 from engine.fits.api import Fit, fit, prepared
+from engine.fits.criteria import Criteria
 from engine.fits.measured import Measured
 from engine.friction import REGISTRY as LAWS
 from engine.scene.given import Names, names_given
@@ -88,26 +89,32 @@ def compare(
     loaded = scene_given(scene, overrides)
     asked = {n: c if isinstance(c, Candidate) else Candidate(c, n) for n, c in candidates.items()}
     given = list(options.get("runs") or ()) or [Measured(time, measured or {}, {}, options.get("noise"))]
-    scenes, problems = {}, []
+    each, problems = {}, []
     for name, c in asked.items():
         try:
-            scenes[name] = _scene(loaded, c)
-            everything = (*names_given(parameters), *names_given(c.parameters))
-            extra = {k: {**(options.get(k) or {}), **getattr(c, k)} for k in ("bounds", "priors")}
-            prepared(scenes[name], everything, names_given(options.get("own", ())), given, rtol, **extra)
+            each[name] = of_candidate(loaded, c, names_given(parameters), options)
+            where, names, extra = each[name]
+            prepared(where, names, names_given(options.get("own", ())), given, rtol, extra["bounds"], extra["priors"])
         except SceneError as e:
             problems += [Problem(f"candidate {name}, {p.where}", p.what, p.hint) for p in e.problems]
     if problems or not asked:
         raise SceneError(problems or [Problem("candidates", "none is given", f"laws are {', '.join(LAWS)}")])
     fits: dict[str, Fit | str] = {}
-    for name, c in asked.items():
-        extra = {k: {**(options.get(k) or {}), **getattr(c, k)} for k in ("bounds", "priors")}
-        everything = (*names_given(parameters), *names_given(c.parameters))
+    for name, (where, names, extra) in each.items():
         try:
-            fits[name] = fit(scenes[name], everything, time, measured, None, rtol, **{**options, **extra})
+            fits[name] = fit(where, names, time, measured, None, rtol, **{**options, **extra})
         except (SceneError, SimulationError) as e:
             fits[name] = str(e)
     return judged(fits)
+
+
+def of_candidate(
+    scene: Scene, c: Candidate, parameters: Sequence[str], options: Mapping[str, Any]
+) -> tuple[Scene, tuple[str, ...], dict[str, Any]]:
+    """(scene, names of what is fitted, bounds and priors) of a candidate; parameters, options: what all candidates have. SceneError
+    with what is wrong with its law and changes."""
+    extra = {k: {**(options.get(k) or {}), **getattr(c, k)} for k in ("bounds", "priors")}
+    return _scene(scene, c), (*parameters, *names_given(c.parameters)), extra
 
 
 def _scene(scene: Scene, c: Candidate) -> Scene:
@@ -119,22 +126,28 @@ def _scene(scene: Scene, c: Candidate) -> Scene:
 
 def judged(fits: Mapping[str, Fit | str]) -> Evidence:
     """The comparison of fits, or of reasons why there are none, by name. SimulationError where there is no fit at all."""
-    criteria = {n: f.criteria for n, f in fits.items() if isinstance(f, Fit) and f.criteria}
-    failed = [Compared(n, None, why=f) for n, f in fits.items() if isinstance(f, str)]
+    found = {n: f for n, f in fits.items() if isinstance(f, Fit) and f.criteria}
+    failed = {n: f for n, f in fits.items() if isinstance(f, str)}
+    rows, notes = weighed({n: f.criteria for n, f in found.items() if f.criteria}, {n: f.notes for n, f in found.items()}, failed)
+    return Evidence(tuple(replace(c, fit=found.get(c.name)) for c in rows), notes)
+
+
+def weighed(
+    criteria: Mapping[str, Criteria], notes: Mapping[str, Sequence[str]], failed: Mapping[str, str]
+) -> tuple[list[Compared], tuple[str, ...]]:
+    """(candidates, the best by BIC first, without their fits; what is to be known) from the criteria and notes of their fits, and
+    from why there are none. SimulationError where there is no fit at all."""
     if not criteria:
-        raise SimulationError("; ".join(f"candidate {c.name}: {c.why}" for c in failed))
+        raise SimulationError("; ".join(f"candidate {n}: {why}" for n, why in failed.items()))
     bic, aicc = (min(getattr(c, which) for c in criteria.values()) for which in ("bic", "aicc"))
     shares = {n: math.exp(-0.5 * (c.aicc - aicc)) if math.isfinite(aicc) else math.nan for n, c in criteria.items()}
     total = sum(shares.values())
-    rows = [
-        Compared(n, f, criteria[n].bic - bic, criteria[n].aicc - aicc, shares[n] / total)
-        for n, f in fits.items() if isinstance(f, Fit)
-    ]  # fmt: skip
+    rows = [Compared(n, None, c.bic - bic, c.aicc - aicc, shares[n] / total) for n, c in criteria.items()]
     rows.sort(key=lambda c: c.worse_by_bic)
-    return Evidence((*rows, *failed), tuple(_notes(rows)))
+    return [*rows, *(Compared(n, None, why=why) for n, why in failed.items())], tuple(_notes(rows, notes))
 
 
-def _notes(rows: Sequence[Compared]) -> list[str]:
+def _notes(rows: Sequence[Compared], notes: Mapping[str, Sequence[str]]) -> list[str]:
     """What is to be known of a comparison."""
     best, out = rows[0], []
     near = [c for c in rows[1:] if c.worse_by_bic < CLEAR]
@@ -143,7 +156,4 @@ def _notes(rows: Sequence[Compared]) -> list[str]:
         out.append(f"the data cannot tell {best.name} from {which}: take the simpler one, or measure what they differ in")
     others = [c for c in rows[1:] if c.worse_by_aicc < best.worse_by_aicc - CLEAR]
     out += [f"by AICc {c.name} is better than {best.name}, by {best.worse_by_aicc - c.worse_by_aicc:.2g}" for c in others]
-    for c in rows:
-        assert c.fit is not None
-        out += [f"{c.name}: {note}" for note in c.fit.notes]
-    return out
+    return [*out, *(f"{c.name}: {note}" for c in rows for note in notes[c.name])]

@@ -16,6 +16,8 @@ from engine.system.build import build
 
 EVEN = 1e-9
 """Spread of the spacings, of the last time, up to which times count as evenly spaced."""
+LARGEST = 1e100
+"""What is no measurement: its square has to be a number."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,12 @@ def _problems(r: Measured, units: Mapping[str, str], name: str) -> list[Problem]
     if not r.curves:
         found.append(Problem(f"{where}measured", "no curve is given", "give at least one column"))
     step = np.diff(time)
-    if len(time) < 2 or abs(time[0]) > 1e-12 or not np.abs(step - step.mean()).max() <= EVEN * time[-1]:
+    if len(time) < 2 or abs(time[0]) > 1e-12 or not np.abs(step - step.mean()).max() <= EVEN * time[-1] or not step.mean() > 0.0:
         found.append(Problem(f"{where}time", "is not evenly spaced from 0", "resample the curves"))
     for k, v in r.curves.items():
         if len(v) != len(time):
             found.append(Problem(f"{where}measured", f"{k} has {len(v)} values for {len(time)} times"))
-        elif not np.isfinite(v).all():
+        elif not (np.abs(v) < LARGEST).all():
             found.append(Problem(f"{where}measured", f"{k} has values that are no numbers", "leave gaps out, or fill them"))
         if k not in units:
             near = closest(k, list(units))

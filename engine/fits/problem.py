@@ -30,7 +30,8 @@ class Objective:
     """The sum of squares as a function of u, the parameters in units of their start values.
 
     r (N + priors): misfits over the noise, then priors; J: their derivatives by u. noise (N): its standard deviation at every
-    value; groups (N): which values share one that is estimated; given: whether it is given; nu: degrees of freedom of the estimate.
+    value; groups (N): which values share one that is estimated; given: whether it is given; nu: degrees of freedom of the estimate;
+    least: sum of squares that the search is at.
     """
 
     def __init__(self, curves: Curves, known: Known, start: np.ndarray, groups: np.ndarray):
@@ -44,6 +45,7 @@ class Objective:
         each = [s[c] for r, s in zip(curves.runs, deviations, strict=True) if s for c in r.curves for _ in range(len(r.time))]
         self.noise = np.array(each) if self.given else np.ones(len(self.data))
         self.nu = math.inf
+        self.least = math.inf
         self.failed: list[str] = []
 
     @property
@@ -76,6 +78,7 @@ class Objective:
             T[b, a] = self.unit[a] / self.unit[b]
             low[b], high[b] = 0.0, np.inf
         w = np.clip(np.linalg.solve(T, u), low, high)
+        self.least = math.inf
         found = least_squares(
             lambda w: self._tried(T @ w), w, lambda w: self.slopes(T @ w)[1] @ T, (low, high), "trf", ENOUGH, ENOUGH, None, "jac",
             max_nfev=ROUNDS,
@@ -84,9 +87,15 @@ class Objective:
         return found
 
     def _tried(self, u: np.ndarray) -> np.ndarray:
-        """Residuals of a trial; infinite where its scene cannot be made or run, so that the search shortens its step."""
+        """Residuals of a trial; infinite where its scene cannot be made or run, so that the search shortens its step. Where they
+        are no less than those there are it turns back and asks for no slopes: plain runs, which give the same, say so."""
         try:
-            return self.slopes(u)[0]
+            r = self.residuals(u)
+            if r @ r >= self.least:
+                return r
+            r = self.slopes(u)[0]
+            self.least = float(r @ r)
+            return r
         except (SceneError, SimulationError) as e:
             values = ", ".join(f"{n} = {v:g}" for n, v in zip(self.known.names, u * self.unit, strict=True))
             self.failed.append(f"a trial failed, and a shorter step was taken: {values}: {e}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -91,4 +91,10 @@ class Sensitivities:
 
     def _follow(self, now: Sequence[int | None], seeds: np.ndarray, out: np.ndarray) -> None:
         strides = seeds.strides[0] // seeds.itemsize, out.strides[0] // out.itemsize
-        self._along(*now, len(seeds), seeds.ctypes.data, strides[0], out.ctypes.data, strides[1])
+        self._along(*now, len(seeds), _at(seeds), strides[0], _at(out), strides[1])
+
+
+def _at(a: np.ndarray) -> int:
+    """Address of an array (contiguous, writable): a march asks for hundreds of thousands, and ``a.ctypes`` takes four times as
+    long."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0

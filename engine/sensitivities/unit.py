@@ -87,8 +87,8 @@ class Unit:
             f = self.point(x, y, z)
             self.Rz = self._by_z()
             step = self._solve(f[a : a + self.nz])
-            most = np.abs(step).max()
-            size = max(np.abs(z).max(), most, 1e-300)
+            most = np.maximum.reduce(np.abs(step))
+            size = max(np.maximum.reduce(np.abs(z)), most, 1e-300)
             z = z - step
             if most <= 1e-13 * size or most < 1e-200:  # so small a step moves f along its slope; the slopes stay what they are
                 return f - self.Rz @ step, z
@@ -124,15 +124,15 @@ class Unit:
         if self._factored is None:
             a = self.ny + self.nquad
             A = self.Rz[a : a + self.nz]
-            rows = np.abs(A).max(axis=1)
+            rows = np.maximum.reduce(np.abs(A), axis=1)
             rows[rows == 0] = 1.0
             A = A / rows[:, None]
-            columns = np.linalg.norm(A, axis=0) if len(A) > 1 else np.ones(1)
+            columns = np.sqrt(np.add.reduce(A * A, axis=0)) if len(A) > 1 else np.ones(1)
             columns[columns == 0] = 1.0
             A = A / columns
             lu, pivots, failed = lapack.dgetrf(A)
             size = np.abs(lu.diagonal())
-            regular = not failed and size.min() > REGULAR * size.max()
+            regular = not failed and np.minimum.reduce(size) > REGULAR * np.maximum.reduce(size)
             self._factored = A, rows, columns, *((lu, pivots) if regular else (None, None))
         return self._factored
 

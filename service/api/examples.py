@@ -65,4 +65,21 @@ EXAMPLES: Any = {
             "until": 1,
         },
     },
+    "fit": {
+        "summary": "Numbers from a measured swing, with intervals, of which /answer tells",
+        "value": {
+            "scene": "simple_pendulum",
+            "fit": {
+                "parameters": ["bodies.bob.center[1]"],
+                "runs": [
+                    {
+                        "time": [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7],
+                        "curves": {"pivot.q[1]": [0.003, 0.057, 0.199, 0.426, 0.778, 1.173, 1.601, 2.046]},
+                    }
+                ],
+                "bounds": {"bodies.bob.center[1]": ["-1.5 m", "-0.5 m"]},
+                "trials": {"for longer": {"until": "2 s"}},
+            },
+        },
+    },
 }

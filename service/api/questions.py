@@ -4,7 +4,7 @@ study found."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
@@ -12,6 +12,9 @@ from pydantic import BaseModel, Field
 from engine.basics.problems import Problem, SceneError
 from engine.batch.answers import indices_of, refused, spreads_of
 from engine.batch.quantiles import USUAL
+from engine.fits.cases import FitPlan
+from service.api.answers import StudyAnswer
+from service.api.fits import fit_answer
 from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented
 from service.api.reading import known, rows
@@ -108,71 +111,6 @@ class SpreadsAnswer(BaseModel):
     spreads: list[SpreadDocument]
 
 
-class NumberDocument(BaseModel):
-    """A number of the scene."""
-
-    path: str
-    unit: str
-    value: float
-
-
-class Step(BaseModel):
-    """A case that was the best so far."""
-
-    case: int
-    value: float | None = Field(description="Its result; null of a case that misses constraints or has no value.")
-
-
-class BestAnswer(BaseModel):
-    """The best numbers."""
-
-    kind: Literal["optimise"]
-    goal: Literal["minimise", "maximise", "reach"]
-    of: str
-    target: float | None
-    why: str = Field(description="Why it has ended, or that it goes on.")
-    settled: bool
-    feasible: bool = Field(description="Whether the best case keeps all constraints.")
-    missed: float | None = Field(description="How far constraints are missed; null where the best case has no value.")
-    case: int
-    numbers: list[NumberDocument]
-    results: dict[str, float | None]
-    cases: int
-    failed: int = Field(description="Cases without a value.")
-    path: list[Step]
-
-
-class Boundary(BaseModel):
-    """A box in which outcomes change or the result jumps."""
-
-    low: list[float]
-    high: list[float]
-    outcomes: list[str]
-    narrow: bool = Field(description="Whether it is as narrow as was asked.")
-    change: float | None = Field(description="By how much the result jumps; null where outcomes change.")
-
-
-class BoundariesAnswer(BaseModel):
-    """Where outcomes change and the result jumps."""
-
-    kind: Literal["refine"]
-    of: str
-    why: str = Field(description="Why it has ended, or that it goes on.")
-    paths: list[str]
-    units: list[str]
-    boundaries: list[Boundary]
-    more: int = Field(description="Boundaries that are not told.")
-    cases: int
-
-
-class StudyAnswer(BaseModel):
-    """What a study has found."""
-
-    complete: bool = Field(description="Whether it asks for no more cases.")
-    ended: bool = Field(description="Whether the job has ended, of itself or not.")
-    answer: BestAnswer | BoundariesAnswer | None = Field(description="null before its first round.")
-
-
 @router.get("/{job}/indices", response_model=IndicesAnswer, responses=documented(404))
 async def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
     """Which of the numbers that were sampled decide over the results: Sobol indices, with intervals. The job's sample must have the
@@ -222,15 +160,18 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=documented(404, 409))
 async def answer(job: str, caller: Reader, s: Here) -> Response:
-    """What a study (``optimise``, ``refine``) has found so far; ``complete`` when it asks for no more cases."""
+    """What a study (``optimise``, ``refine``) or a ``fit`` has found so far; ``complete`` when there will be no more."""
     return await s.reads.do(caller.id, lambda: _answer(s, job))
 
 
 def _answer(s: Service, job: str) -> Response:
-    there = found(s, job)
+    there, plan = found(s, job), known(s, job).plan
+    if isinstance(plan, FitPlan):
+        made = fit_answer(s, job, plan, there.cases)
+        return _json({"complete": there.done == there.cases, "ended": there.state in ENDED, "answer": made})
     follow = s.library.follow(job, lambda: study_of_document(s.store.document(job)))
     if follow is None:
-        raise Refusal(409, "the job is no study: it was submitted with neither optimise nor refine")
+        raise Refusal(409, "the job is no study: it was submitted with neither optimise nor refine nor fit")
     digest = known(s, job).digest
     with s.library.following:
         seen = None

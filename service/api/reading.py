@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from engine.fits.cases import FitPlan
 from engine.studies.following import Follow, Study, Told
 from service.api.problems import Refusal
 from service.executor.sealed import Piece, Spoiled, digest_of, document_bytes
@@ -78,10 +79,12 @@ def known(s: Service, job: str) -> Known:
 
 
 def changes_of(s: Service, job: str, case: int) -> dict[str, float]:
-    """The numbers of a case; Refusal (409) for one of a study that is not there yet."""
+    """The numbers of a case; Refusal (409) for one of a study that is not there yet, and for a fit."""
     import pyarrow as pa
 
     plan, schema = known(s, job).plan, known(s, job).schema
+    if isinstance(plan, FitPlan):
+        raise Refusal(409, "the job is a fit, which has no cases to run again: submit the numbers it found as cases")
     if not isinstance(plan.cases.values, Told):
         return plan.cases.changes(case)
     shown = pa.schema([schema.field(n) for n in plan.cases.paths])

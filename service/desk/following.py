@@ -22,7 +22,7 @@ from service.settings import Limits
 MOST = 100_000
 """Cases that may be listed one by one."""
 WAYS = ("over", "cases", "sample")
-STUDIES = ("optimise", "refine")
+STUDIES = ("optimise", "refine", "fit")
 OTHERS = ("rtol", "method", "kernel", "patience", "steps", "budget", "label", "tags", "notify")
 """What may be another in a job that follows."""
 
@@ -74,9 +74,9 @@ def plan_more(body: bytes, media: str, limits: Limits, document: dict[str, Any])
 
 
 def _no_study(document: dict[str, Any]) -> None:
-    """Refuse jobs whose cases follow from each other."""
+    """Refuse jobs whose cases follow from each other, or are fits."""
     if any(document.get(name) for name in STUDIES):
-        what = "the cases of this job follow from each other"
+        what = "the cases of this job are fits" if document.get("fit") else "the cases of this job follow from each other"
         raise SceneError([Problem("job", what, "submit its request again, with more cases or other settings")])
 
 

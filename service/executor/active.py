@@ -40,7 +40,8 @@ class Active:
     """A job being worked on. flying: (chunk, future) at the cluster by the chunk's first case; granted: seconds of the budget that
     each of them may use; spent: seconds used so far; cost: mean stepping seconds for a case so far, 0 before the first chunk;
     planned: cases handed out; document: digest of the job's document; follow: the study, of a job whose cases follow from
-    results; sure: whether every chunk that is recorded as running is flying, which nobody knows after a write that broke off."""
+    results; apart: whether each case is a piece of its own that takes what it takes (a fit); sure: whether every chunk that is
+    recorded as running is flying, which nobody knows after a write that broke off."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -54,6 +55,7 @@ class Active:
     nothing_until: float = 0.0
     looked: float = 0.0
     follow: Follow | None = None
+    apart: bool = False
     sure: bool = False
 
     @property
@@ -69,6 +71,8 @@ class Active:
     def grant(self, chunk: Chunk, longest: float, slots: int) -> tuple[float, float]:
         """(seconds that a chunk may build and step, seconds it may step), of what is left. A case alone gets all that its patience
         asks for; of what is not enough for everybody a piece gets its share."""
+        if self.apart:
+            return self.left / max(1, self.known - self.planned + 1), inf
         if chunk.stop - chunk.start == 1:
             return min(self.left, WALL * self.patience + BUILDING), inf
         overrun = max(OVERRUN * longest, SHORTEST_OVERRUN)
@@ -85,6 +89,8 @@ class Active:
         """Number of cases for the next chunk. What is left is cut into PIECES chunks for each slot, so that a small job spreads,
         but into none longer than ``longest`` seconds, or shorter than SHORTEST and than what handing out more of them is worth;
         chunks shrink towards the end."""
+        if self.apart:
+            return 1
         if self.cost <= 0.0:
             return FIRST_CHUNK
         left = max(1, self.known - self.planned)

@@ -10,6 +10,7 @@ import queue
 import secrets
 import time
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from engine.studies.following import Follow
@@ -60,7 +61,8 @@ class HeldJobs:
             self.parts.write(self.parts.job_file(job.id), document_bytes(document))
         spent = job.seconds + job.build_seconds
         active = Active(job, planned=job.planned, spent=spent, document=digest_of(document_bytes(document)))
-        active.patience = document.get("patience") or self.settings.limits.patience
+        active.apart = active.warm = document.get("fit") is not None
+        active.patience = inf if active.apart else document.get("patience") or self.settings.limits.patience
         if job.done and job.seconds:
             active.cost = job.seconds / job.done
         study = study_of_document(document)

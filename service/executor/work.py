@@ -17,6 +17,7 @@ import numpy as np
 
 from engine.basics.interrupts import watched
 from engine.batch.plan import Runner, Stopped
+from engine.fits.cases import FitPlan, FitRunner
 from engine.studies.following import Told
 from service.executor.parts import Parts, outcomes
 from service.executor.sealed import Piece, Spoiled, digest_of
@@ -77,7 +78,7 @@ def run_chunk(
     return {"counts": outcomes(table), "bytes": size, "worker": _name(), "reached": reached, **spent}
 
 
-def _written(parts: Parts, piece: Piece, table: Any, runner: Runner) -> int:
+def _written(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
     """Write what there is of a piece; its size in bytes."""
     size = 0
     if runner.plan.series is not None and runner.rows is not None:
@@ -148,9 +149,9 @@ class Wanted:
                 raise Cancelled("nobody waits for it any more")
 
 
-def _runner(parts: Parts, job: str, digest: str) -> Runner:
+def _runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
     """This thread's runner of a job whose document has this digest; Spoiled when the file of the job is another."""
-    kept: OrderedDict[tuple[str, str, str], Runner] = _local.__dict__.setdefault("runners", OrderedDict())
+    kept: OrderedDict[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", OrderedDict())
     key = (parts.url, job, digest)
     if key not in kept:
         try:
@@ -159,7 +160,8 @@ def _runner(parts: Parts, job: str, digest: str) -> Runner:
             data = b""
         if digest_of(data) != digest:
             raise Spoiled("the job's document beside its parts is not what was written")
-        kept[key] = Runner(plan_of_document(json.loads(data)))
+        plan = plan_of_document(json.loads(data))
+        kept[key] = FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
     kept.move_to_end(key)
     while len(kept) > KEPT:
         kept.popitem(last=False)

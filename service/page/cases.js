@@ -120,7 +120,7 @@ function told(numbers, heads) {
     if (!r) return make("li", {}, mark, ` case ${n}: not there (yet)`);
     const of = (name) => r[table.at(name)], values = table.paths.map((c) => `${c.name} = ${number(of(c.name))} ${unit(c.unit)}`.trim()).join(", ");
     const end = `${outcomes.said(of("outcome"))}${of("outcome.joint") ? ` in ${of("outcome.joint")}` : ""}${of("outcome.advice") ? `: ${of("outcome.advice")}` : ""}`;
-    return make("li", {}, mark, make("b", {}, ` case ${n}`), `: ${values}; ${end}${of("audit.note") ? `; ${of("audit.note")}` : ""}`);
+    return make("li", {}, mark, make("b", {}, ` case ${n}`), `: ${values}; ${end}${of("audit.note") ? `; ${of("audit.note")}` : ""}${of("error.why") ? `; no errors are stated (${of("error.why")})` : ""}`);
   }));
 }
 

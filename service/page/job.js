@@ -68,10 +68,12 @@ async function rows(query) {
   const id = job.id, now = new Table(job), some = await now.fetch();
   if (id !== job.id) return;
   table = now;
-  for (const part of ["over", "closer"]) $(part).hidden = !some;
+  for (const part of ["over", "closer"]) $(part).hidden = !some || now.fits;
   $("pending").hidden = some || ENDED.includes(job.state);
+  $("edit").hidden = now.fits; // the form asks for none
   if (!some) return;
-  await Promise.all([over.changed(table), ENDED.includes(job.state) ? questions.changed(job, table) : null, cases.changed(job, table, query)]);
+  const asked = ENDED.includes(job.state) || now.fits ? questions.changed(job, table) : null;
+  await Promise.all(now.fits ? [asked] : [over.changed(table), asked, cases.changed(job, table, query)]);
 }
 
 function follow(id) {
@@ -119,10 +121,11 @@ function update(now) {
   $("bar").hidden = !going;
   const left = now.state === "running" && now.eta_seconds != null ? `, about ${few(Math.ceil(now.eta_seconds), "second")} to go` : "";
   const took = now.finished && now.started ? ` in ${lasted((new Date(now.finished) - new Date(now.started)) / 1000)}` : "";
-  $("state").textContent = `${now.state}: ${many(now.done)} of ${many(now.cases)}${left}${going ? "" : took}`;
+  const at = now.stage.includes(":") ? `, ${now.stage}` : ""; // what a fit is at
+  $("state").textContent = `${now.state}: ${many(now.done)} of ${many(now.cases)}${at}${left}${going ? "" : took}`;
   $("outcomes").replaceChildren(...outcomes.chips({ ...now.outcomes, ...(now.lost ? { "could not be run": now.lost } : {}) }));
   $("cancel").hidden = !going;
-  $("rerun").hidden = going || !(now.lost || Object.keys(now.outcomes).some((o) => o !== "done"));
+  $("rerun").hidden = going || table?.fits || !(now.lost || Object.keys(now.outcomes).some((o) => o !== "done"));
   $("remove").hidden = going;
   $("jobproblems").replaceChildren(...now.problems.map((p) => problemItem(p)));
   $("jobproblems").hidden = !now.problems.length;
@@ -133,7 +136,7 @@ const lasted = (s) => (s < 90 ? `${s < 10 ? s.toFixed(1) : Math.round(s)} s` : s
 // Where it is. Deriving and compiling are told by its first worker; a scene put together from parts that came with the installation
 // needs neither.
 function staged(going) {
-  const at = job.stage === "starting" ? "waiting" : going ? job.stage : "ended", i = Math.max(0, STAGES.findIndex(([s]) => s === at));
+  const at = job.stage === "starting" ? "waiting" : !going ? "ended" : job.stage.startsWith("fitting") ? "running" : job.stage, i = Math.max(0, STAGES.findIndex(([s]) => s === at));
   const built = job.build_seconds > 0.05 || seen.has("compiling") || seen.has("deriving");
   $("stages").replaceChildren(...STAGES.map(([s, name], k) => {
     const skipped = (s === "deriving" || s === "compiling") && k < i && !built;

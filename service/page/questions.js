@@ -1,5 +1,5 @@
 // What a sample says: which numbers decide over a result (Sobol indices), how it is spread, how often it is above a bound. What a
-// study has found: the best numbers, or where outcomes change.
+// study has found: the best numbers, or where outcomes change; and what fits have.
 
 import { $, ask, breaking, few, later, make, many, number } from "./api.js";
 import * as charts from "./charts.js";
@@ -29,6 +29,7 @@ export function clear() {
 // A job whose rows are there is looked at.
 export async function changed(now, rows) {
   [job, table] = [now, rows];
+  if (table.fits) { await fitted(); return; }
   const { sample, optimise, refine } = await ask("GET", `/v1/jobs/${job.id}/request`);
   if (job.id !== now.id) return;
   $("questiontitle").textContent = optimise ? "The best" : refine ? "Where it changes" : "What the sample says";
@@ -146,6 +147,27 @@ async function boundaries(answer) {
   fill([...answer.paths, "between them"], answer.boundaries.slice(0, 50).map((b) => [
     ...b.low.map((low, k) => `${number(low)} … ${number(b.high[k])}`), b.change == null ? b.outcomes.join(" | ").replace(/_/g, " ") : `jumps by ${number(b.change)}`,
   ]));
+}
+
+// -- fits
+
+const end = (value, kind) => (value == null ? "no end" : kind === "bound" ? `[${number(value)}]` : `${number(value)}${kind === "open" ? "?" : ""}`);
+
+async function fitted() {
+  const { id } = job, { answer } = await ask("GET", `/v1/jobs/${id}/answer`);
+  if (id !== job.id || !answer) return;
+  const { fit, compared, experiments } = answer;
+  $("questiontitle").textContent = "What was found";
+  $("questions").hidden = false;
+  for (const part of ["asksample", "indexplot", "spreadplot", "studyplot"]) $(part).hidden = true;
+  $("questionnote").textContent = sentences([answer.why, ...(compared?.notes ?? fit?.notes ?? [])]);
+  const rows = Object.entries(fit?.values ?? {}).map(([name, value]) => {
+    const i = fit.intervals[name], local = fit.deviation[name];
+    return [name, `${number(value)}\u00a0${unit(fit.units[name])}`.trim(), i ? `${end(i.low, i.low_end)} to ${end(i.high, i.high_end)}` : "–", local == null ? "open" : `± ${number(local)}`];
+  });
+  for (const c of compared?.candidates ?? []) rows.push([c.name, c.fit ? `weight ${number(c.weight)}` : c.why, c.fit ? `BIC worse by ${number(c.worse_by_bic)}` : "", ""]);
+  for (const e of experiments) rows.push([e.name, e.gain == null ? e.why : `would tell ${number(e.gain)} bits`, "", ""]);
+  fill(["", "value", `${number(100 * (fit?.level ?? 0.95))} % interval`, "deviation"], rows);
 }
 
 const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { scope: "col" }, ...breaking(x)) : make("td"))));

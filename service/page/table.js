@@ -22,6 +22,9 @@ export class Table {
     return this.large ? this.job.done > 0 : got.rows.length > 0;
   }
 
+  // Whether its rows are fits, of which there is nothing to draw over.
+  get fits() { return this.at("answer") >= 0; }
+
   at(name) { return this.columns.findIndex((c) => c.name === name); }
 
   column(name) { return this.columns[this.at(name)]; }

@@ -4,7 +4,7 @@ Synthetic measurements with Gaussian noise of four mechanisms with dry friction 
 pendulum on a journal, a block that slides to rest, one on a spring that comes to rest off its middle, and two swings at once whose
 starts are not known. Each set is fitted by what ``engine.fit`` does; its truth lies in an interval or not. Printed: the share of
 intervals that hold it, local ones and those by profile, each with the standard error of a share; and how many ends were none. 1,000
-sets take 25 minutes of one core.
+sets take 20 to 40 minutes of one core.
 """
 
 from __future__ import annotations

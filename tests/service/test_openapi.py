@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis.errors import Unsatisfiable
 
 from service.api.operations import NAMES
+from tests.fits.known_answers import GLIDER, QD, TIME, X, noisy
 from tests.service.serving import MU, SMALL, InProcess, Served
 
 
@@ -34,6 +35,15 @@ def job(bounded: Served) -> str:
 def study(bounded: Served) -> str:
     """A job that has an answer."""
     there = bounded.submit(SMALL | {"over": None, "refine": {"bounds": {MU: [0.1, 0.6]}, "cases": 20}})
+    bounded.ended(there)
+    return there
+
+
+@pytest.fixture(scope="module")
+def fit(bounded: Served) -> str:
+    """A job that is a fit."""
+    run = {"time": (TIME / 4).tolist(), "curves": {X: noisy(1).tolist()}}
+    there = bounded.submit({"scene": GLIDER, "fit": {"parameters": [QD], "runs": [run]}, "rtol": 1e-6})
     bounded.ended(there)
     return there
 
@@ -88,10 +98,10 @@ def test_every_answer_is_one_the_document_describes(api_schema: Any, job: str) -
 
 @pytest.mark.slow
 def test_every_one_of_ten_thousand_answers_is_one_the_document_describes(
-    api_schema: Any, job: str, study: str, bounded: Served
+    api_schema: Any, job: str, study: str, fit: str, bounded: Served
 ) -> None:
     """``python -m pytest tests/service/test_openapi.py -m slow -n 0 -s``: what was sent, by operation, and what was found."""
-    before, wrong = requests(bounded), tried(api_schema, 130, job, study)
+    before, wrong = requests(bounded), tried(api_schema, 130, job, study, fit)
     sent = requests(bounded) - before
     print(f"\n{sent} requests, {len(wrong)} findings")
     print("\n".join(wrong))
