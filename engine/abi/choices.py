@@ -196,6 +196,7 @@ class Ask(Named, prefix="TR_ASK_"):
     DENSE = 1, "the extra stages of its dense output"
     END = 2, "a state back onto the manifold, and its slope"
     PROJECT = 3, "a state back onto the manifold"
+    LOOK = 4, "multipliers of a state, and how pairs slide there"
 
 
 class Strand(Named, prefix="TR_STRAND_"):

@@ -12,11 +12,14 @@ int nworks : those that columns ask for
 int naudit : those that the audit looks at
 int ok : it has been done; 0: this case is to do it by itself
 int projections : corrections of the loops' positions
+int watch : the nearest that pairs come to the ends of their modes is to be noted
+int iterations : of Newton's method
 double t : of what is evaluated, s; of a step: of its start
 double h : length of the step, s
 double length : of the scene, m
 double rate : of the scene, 1/s
 double gap : of the loops after the projection, relative
+double independence : of the loops, the least so far
 double *x : signals
 double *c : constants
 double *d : row scales of the loops
@@ -26,7 +29,14 @@ double *ynew : the state after the step
 double *first : what its first estimator says
 double *second : and its second
 double *slope : of what is evaluated
-double *z : multipliers
+double *z : multipliers, in and out; where Newton's method begins
+double *zstart : those at the start of the step
+double *zend : and at its end
+double *arm : levers of frictions
+double *smin : extremes over the stages of a step, a pair each
+double *smax : and the largest
+double *N : reaction components
+double *sliding : a tr_sliding a pair
 """)
 
 LANE = Record("tr_lane", "Where a case may ask.", """

@@ -18,38 +18,47 @@ if TYPE_CHECKING:
 WIDTH = 4
 """Cases at once. Eight (AVX-512) do no more for each: divisions, square roots and the sides of caches take as long."""
 FOLDER = Path(__file__).with_name("lanes")
-HEADERS = ("vectors.hpp", "loops.hpp", "steps.hpp")
+HEADERS = ("vectors.hpp", "loops.hpp", "friction.hpp", "steps.hpp")
 FLAGS = ("-std=gnu++17", "-fno-exceptions", "-fno-rtti", "-fno-slp-vectorize")
 """Flags beyond those of C units; built to run fast whatever the environment says, as lanes are for nothing else."""
-TABLES = "static const tr_element k_element"
+TABLES = "static const tr_pace k_pace"
+MOST_FRICTIONS = 12
+"""Multipliers of friction up to which lanes solve for them: of more the maps are large, and the recursion does without them."""
 CHOICE = "!=0)?"
 OTHERWISE = ":0.0"
 
 
 def stands_for(kernel: Kernel) -> bool:
-    """Whether lanes do for a kernel: it is compiled in straight lines, nothing rubs, nothing follows tables, its loops are few."""
+    """Whether lanes do for a kernel: it is compiled in straight lines, little rubs, nothing follows tables, its loops are few."""
     table = KERNEL.ctype.from_address(kernel.address("kernel"))
-    made = (kernel.folder / "kernel.c").exists()
-    return made and not any(getattr(table, n) for n in ("neta", "ntables", "nfill", "begin", "shift"))
+    made = (kernel.folder / "kernel.c").exists() and table.neta <= MOST_FRICTIONS
+    return made and not any(getattr(table, n) for n in ("ntables", "nfill", "nkappa", "begin", "shift"))
 
 
 def lanes_text(kernel: str, sizes: Mapping[str, int]) -> str:
     """C++ text of the lanes of a kernel, from the C text of its stepping unit and its sizes."""
-    vectors, loops, steps = ((FOLDER / name).read_text(encoding="utf-8") for name in HEADERS)
+    vectors, loops, friction, steps = ((FOLDER / name).read_text(encoding="utf-8") for name in HEADERS)
     methods = [m for m in REGISTRY if isinstance(m, Tableau)]
     numbers = {n: 1 + REGISTRY.index(m) for n, m in enumerate(methods)}
     choose = "".join(f"(number)=={numbers[n]}?&{m.name}_method:" for n, m in enumerate(methods)) + "0"
-    wide = -(-(sizes["nq"] + sizes["nv"] + sizes["npowers"] + 2) // WIDTH) * WIDTH + WIDTH
-    named = {
-        "NQ": sizes["nq"], "NV": sizes["nv"], "NX": sizes["nx"], "NC": sizes["nc"], "NW": sizes["nw"], "NMAPS": sizes["nmaps"],
-        "NPOWERS": sizes["npowers"], "NTAKEN": sizes["ntaken"], "ROWS": sizes["rows"], "QUATERNIONS": sizes["nquat"],
-        "MOST_WIDE": wide, "STAGES": max(m.rows for m in methods), "C_CLOSURE": sizes["c_closure"],
-    }  # fmt: skip
-    head = f'#define WIDTH {WIDTH}\n#define ACTIVE {sizes["active"]}\n#define METHOD(number) ({choose})\n#include "tr_abi.h"\n'
+    head = f'#define METHOD(number) ({choose})\n#include "tr_abi.h"\n' + _sizes(sizes, max(m.rows for m in methods))
     head += "#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n"
-    head += "enum {" + ", ".join(f"{k} = {v}" for k, v in named.items()) + "};\n"
     tables = "".join(map(_method, methods))
-    return head + vectors + generated(kernel) + loops + steps.replace("METHODS\n", tables, 1)
+    return head + vectors + generated(kernel) + loops + friction + steps.replace("METHODS\n", tables, 1)
+
+
+def _sizes(sizes: Mapping[str, int], stages: int) -> str:
+    """What the headers know of a kernel: sizes, and where in its maps what is."""
+    a, e, wide = sizes["active"], sizes["neta"], sizes["nq"] + sizes["nv"] + sizes["nb"] + sizes["npowers"] + 2
+    loads = a * a + a * e + a
+    own = ("nq", "nv", "nx", "nc", "nw", "nmaps", "npowers", "ntaken", "rows", "nn", "ndn", "nsliders", "nelements", "nstops")
+    named = {n.upper(): sizes[n] for n in own} | {
+        "NY": sizes["nq"] + sizes["nv"] + sizes["nb"], "QUATERNIONS": sizes["nquat"], "C_CLOSURE": sizes["c_closure"],
+        "C_LAWS": sizes["c_laws"], "MOST_WIDE": -(-wide // WIDTH) * WIDTH + WIDTH, "STAGES": stages, "MAP_N0": loads,
+        "MAP_NE": loads + sizes["nn"] * (1 + a), "MAP_RATES": loads + sizes["nn"] * (1 + a + e),
+    }  # fmt: skip
+    said = "enum {" + ", ".join(f"{k} = {v}" for k, v in named.items()) + "};\n"
+    return f"#define WIDTH {WIDTH}\n#define ACTIVE {a}\n#define NETA {e}\n" + said
 
 
 def _method(m: Tableau) -> str:

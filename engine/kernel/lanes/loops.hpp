@@ -9,10 +9,13 @@
 
 /* What lanes work on. */
 struct Lanes {
-  V x[NX + 8], c[NC + 8], d[ACTIVE + 8], w[NW + 8], maps[NMAPS + 8], power[NPOWERS + 8], z[ACTIVE + 8];
+  V x[NX + 8], c[NC + 8], d[ACTIVE + 8], w[NW + 8], maps[NMAPS + 8], power[NPOWERS + 8], z[ACTIVE + NETA + 8];
   V factor[ACTIVE * ACTIVE + 1];
   tr_bits order[ACTIVE + 1], good;
   V length, rate, gap;
+  V N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* of friction: loads, of it, at the solution; */
+  V least[NSLIDERS + 8], largest[NSLIDERS + 8], independence; /* extremes over the stages of a step, of lanes that are asked to note them; */
+  tr_bits watches, iterations;                                /* of Newton's method, so far */
   int projections[WIDTH], nworks, naudit;
 };
 
@@ -24,6 +27,9 @@ INLINE void normalise(V *y) {
     for (int j = 0; j < 4; ++j) e[j] = e[j] * n;
   }
 }
+
+/* The larger, or what is not a number. */
+INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
 
 #if ACTIVE
 /* Exchange two where m. */
@@ -91,9 +97,6 @@ static void solve(const Lanes &s, const V *b, V *x) {
   }
 }
 
-/* The larger, or what is not a number. */
-INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
-
 /* Largest residual of the rows, scaled. */
 static void residual(const Lanes &s, const V *h, V &position, V &rate) {
   position = rate = 0.0;
@@ -106,12 +109,13 @@ static void residual(const Lanes &s, const V *h, V &position, V &rate) {
 
 /* One correction of the residual h: dv, what impulses along the rows make of the rates. */
 static void correction(Lanes &s, const V *y, const V *h, V *dv) {
-  V b[ACTIVE + 1], impulse[ACTIVE + 1], none[ACTIVE + 8], given[ACTIVE + 8], base[MOST_WIDE], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
+  V b[ACTIVE + 1], impulse[ACTIVE + 1], none[ACTIVE + NETA + 8], given[ACTIVE + NETA + 8], base[MOST_WIDE], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
   k_stage1(s.x, y, s.c, s.w, s.maps, base, s.power);
   factorise(s);
   for (int i = 0; i < ACTIVE; ++i) b[i] = -h[k_active_rows[i]];
   solve(s, b, impulse);
-  for (int i = 0; i < ACTIVE; ++i) none[i] = 0.0, big = fmax(big, fabs(impulse[i]));
+  for (int i = 0; i < ACTIVE; ++i) big = fmax(big, fabs(impulse[i]));
+  for (int i = 0; i < ACTIVE + NETA; ++i) none[i] = given[i] = 0.0;
   const V up = pick(big.v > 0.0, V(1.0) / big, V(0.0));
   k_stage2(s.x, y, s.c, s.w, none, base, s.power);
   for (int i = 0; i < NV; ++i) size = fmax(size, fabs(base[NQ + i]));

@@ -30,6 +30,9 @@ INLINE V operator||(V a, V b) { return truth((a.v != 0.0) | (b.v != 0.0)); }
 INLINE V pick(tr_bits m, V a, V b) { return of((tr_lanes_of)((m & (tr_bits)a.v) | (~m & (tr_bits)b.v))); }
 INLINE V where(V c, V a) { return of((tr_lanes_of)((c.v != 0.0) & (tr_bits)a.v)); }
 INLINE bool any(tr_bits m) {
+#ifdef __AVX__
+  return __builtin_ia32_movmskpd256((tr_lanes_of)m) != 0;
+#endif
   long long all = 0;
   for (int i = 0; i < WIDTH; ++i) all |= m[i];
   return all != 0;
