@@ -20,7 +20,8 @@ static tr_request tr_request_of(tr_sim *s, int kind, double t, double *y) {
                       .length = s->set.length, .rate = s->set.rate, .independence = s->loops.least, .x = TR_A(s, x), .c = TR_A(s, c), .d = TR_A(s, d),
                       .z = TR_A(s, z), .zstart = TR_A(s, zstart), .zend = TR_A(s, zend), .arm = TR_A(s, arm), .smin = TR_A(s, smin),
                       .smax = TR_A(s, smax), .N = TR_A(s, NN), .sliding = TR_A(s, sliding), .y = y, .K = TR_A(s, K), .ynew = TR_A(s, ynew),
-                      .first = TR_A(s, ytmp), .second = TR_A(s, yout), .slope = TR_A(s, dy)};
+                      .maps = TR_A(s, maps), .w = TR_A(s, w),
+                      .Np = TR_A(s, Np), .law = TR_A(s, law), .dn = TR_A(s, dn), .first = TR_A(s, ytmp), .second = TR_A(s, yout), .slope = TR_A(s, dy)};
 }
 
 /* Ask, and note what so many evaluations leave behind. */
@@ -48,13 +49,13 @@ static int tr_asks_dense(tr_sim *s, const tr_explicit *m, double h) {
   return tr_asked(s, &request, m->extra);
 }
 
-/* State y at time t back onto the manifold, and (TR_ASK_END) its slope. */
+/* State y at time t back onto the manifold, and (TR_ASK_END, TR_ASK_ALL) its slope. */
 static int tr_asks_end(tr_sim *s, int kind, double t, double *y, double *slope) {
   if (!tr_may_ask(s) || (kind == TR_ASK_PROJECT && !s->k->active)) return 0;
   tr_set_time(s, t);
   tr_request request = tr_request_of(s, kind, t, y);
   request.slope = slope;
-  if (!tr_asked(s, &request, kind == TR_ASK_END)) return 0;
+  if (!tr_asked(s, &request, kind != TR_ASK_PROJECT)) return 0;
   if (s->k->active) s->audit.gap = request.gap, s->stats.projections += request.projections;
   return 1;
 }

@@ -24,6 +24,7 @@ struct Law {
 };
 
 INLINE void law(const Lanes &s, const V *eta, Law &at) {
+  EACH_SMALL
   for (int i = 0; i < NN; ++i) {
     V sum = s.N0[i];
     EACH_SMALL
@@ -35,11 +36,15 @@ INLINE void law(const Lanes &s, const V *eta, Law &at) {
 
 /* J = E − dlaw/dN · Ne'. */
 INLINE void jacobian(const Lanes &s, const Law &at, V *J) {
+  EACH_SMALL
   for (int m = 0; m < NELEMENTS; ++m) {
     const tr_element &e = k_element[m];
+    EACH_SMALL
     for (int j = 0; j < NETA; ++j)
+      EACH_SMALL
       for (int r = 0; r < e.neta; ++r) {
         V sum = e.eta0 + r == j ? 1.0 : 0.0;
+        EACH_SMALL
         for (int i = 0; i < e.needs; ++i) sum = sum - at.dn[e.dn0 + r + i * e.neta] * s.Ne[e.n0 + i + j * NN];
         J[e.eta0 + r + j * NETA] = sum;
       }

@@ -3,6 +3,7 @@
 #define KEEP_PIVOT 1e-9 /* as there */
 #define CLOSED 4e-15
 #define OPEN_LOOP 1e-8
+#define NEAR_CLOSED 1e-8
 #define SHRINKS 0.2
 #define CLOSE_MAX 12
 #define CLOSE_RATES_MAX 3
@@ -12,12 +13,17 @@ struct Lanes {
   V x[NX + 8], c[NC + 8], d[ACTIVE + 8], w[NW + 8], maps[NMAPS + 8], power[NPOWERS + 8], z[ACTIVE + NETA + 8];
   V factor[ACTIVE * ACTIVE + 1];
   tr_bits order[ACTIVE + 1], good;
-  V length, rate, gap;
+  V length, rate, gap, per_length, per_rate, per_speed;
   V N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* of friction: loads, of it, at the solution; */
   V least[NSLIDERS + 8], largest[NSLIDERS + 8], independence; /* extremes over the stages of a step, of lanes that are asked to note them; */
   tr_bits watches, iterations;                                /* of Newton's method, so far */
   int projections[WIDTH], nworks, naudit;
 };
+
+/* Units by which residuals are measured are divided by once. */
+INLINE void prepare_units(Lanes &s) {
+  s.per_length = V(1.0) / s.length, s.per_rate = V(1.0) / s.rate, s.per_speed = s.per_length * s.per_rate;
+}
 
 /* Quaternions of y back to unit length. */
 INLINE void normalise(V *y) {
@@ -102,22 +108,46 @@ static void residual(const Lanes &s, const V *h, V &position, V &rate) {
   position = rate = 0.0;
   for (int i = 0; i < ACTIVE; ++i) {
     const int r = k_active_rows[i];
-    const V unit = k_row_kind[r] == TR_CONSTRAINS_TURNING ? V(1.0) : s.length;
-    position = most(position, fabs(h[r]) / unit), rate = most(rate, fabs(h[ROWS + r]) / (unit * s.rate));
+    const bool turns = k_row_kind[r] == TR_CONSTRAINS_TURNING;
+    position = most(position, turns ? fabs(h[r]) : fabs(h[r]) * s.per_length);
+    rate = most(rate, fabs(h[ROWS + r]) * (turns ? s.per_rate : s.per_speed));
   }
 }
 
-/* One correction of the residual h: dv, what impulses along the rows make of the rates. */
-static void correction(Lanes &s, const V *y, const V *h, V *dv) {
-  V b[ACTIVE + 1], impulse[ACTIVE + 1], none[ACTIVE + NETA + 8], given[ACTIVE + NETA + 8], base[MOST_WIDE], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
+/* What a correction needs of a state: maps, factor of S, and the rates' change without impulses (`base`). */
+static void prepare(Lanes &s, const V *y, V *base) {
+  V none[ACTIVE + NETA + 8];
+  for (int i = 0; i < ACTIVE + NETA; ++i) none[i] = 0.0;
   k_stage1(s.x, y, s.c, s.w, s.maps, base, s.power);
   factorise(s);
+  k_stage2(s.x, y, s.c, s.w, none, base, s.power);
+}
+
+/* The same but for lanes in `kept`: they keep what they have. */
+static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
+  V w[NW + 1], factor[ACTIVE * ACTIVE], last[MOST_WIDE];
+  tr_bits order[ACTIVE];
+  for (int i = 0; i < NW; ++i) w[i] = s.w[i];
+  for (int i = 0; i < ACTIVE * ACTIVE; ++i) factor[i] = s.factor[i];
+  for (int i = 0; i < ACTIVE; ++i) order[i] = s.order[i];
+  for (int i = 0; i < NQ + NV; ++i) last[i] = base[i];
+  const tr_bits good = s.good;
+  prepare(s, y, base);
+  for (int i = 0; i < NW; ++i) s.w[i] = pick(kept, w[i], s.w[i]);
+  for (int i = 0; i < ACTIVE * ACTIVE; ++i) s.factor[i] = pick(kept, factor[i], s.factor[i]);
+  for (int i = 0; i < ACTIVE; ++i) s.order[i] = (kept & order[i]) | (~kept & s.order[i]);
+  for (int i = 0; i < NQ + NV; ++i) base[i] = pick(kept, last[i], base[i]);
+  s.good = (kept & good) | (~kept & s.good);
+}
+
+/* One correction of the residual h: dv, what impulses along the rows make of the rates. */
+static void correction(Lanes &s, const V *y, const V *h, const V *base, V *dv) {
+  V b[ACTIVE + 1], impulse[ACTIVE + 1], given[ACTIVE + NETA + 8], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
   for (int i = 0; i < ACTIVE; ++i) b[i] = -h[k_active_rows[i]];
   solve(s, b, impulse);
   for (int i = 0; i < ACTIVE; ++i) big = fmax(big, fabs(impulse[i]));
-  for (int i = 0; i < ACTIVE + NETA; ++i) none[i] = given[i] = 0.0;
+  for (int i = ACTIVE; i < ACTIVE + NETA; ++i) given[i] = 0.0;
   const V up = pick(big.v > 0.0, V(1.0) / big, V(0.0));
-  k_stage2(s.x, y, s.c, s.w, none, base, s.power);
   for (int i = 0; i < NV; ++i) size = fmax(size, fabs(base[NQ + i]));
   for (int i = 0; i < ACTIVE; ++i) gain = fmax(gain, fabs(impulse[i]) * up / (s.d[i] * s.d[i]));
   const V by = pick(gain.v > 0.0, up * fmax(V(1.0), size / gain), up), inverse = pick(by.v > 0.0, V(1.0) / by, V(0.0));
@@ -126,39 +156,51 @@ static void correction(Lanes &s, const V *y, const V *h, V *dv) {
   for (int i = 0; i < NV; ++i) dv[i] = (moved[NQ + i] - base[NQ + i]) * inverse;
 }
 
-/* The state y back onto the manifold. */
-static void project(Lanes &s, V *y) {
-  V h[2 * ROWS + 4], position = 0.0, rate = 0.0, p, r, before = 0.0, dv[NV + 1], dq[NQ + 8];
-  tr_bits goes = tr_bits{} - 1;
-  for (int i = 0; i < WIDTH; ++i) s.projections[i] = 0;
-  normalise(y);
-  for (int it = 0; it < CLOSE_MAX; ++it) {
-    k_closure(s.x, y, s.c + C_CLOSURE, h);
-    residual(s, h, p, r);
-    position = pick(goes, p, position), rate = pick(goes, r, rate), s.good &= finite(position);
-    goes &= ~(position.v <= CLOSED);
-    if (it > 1) goes &= ~(position.v > SHRINKS * before.v);
-    if (!any(goes)) break;
-    before = pick(goes, position, before);
-    correction(s, y, h, dv);
-    k_qdot(y, dv, s.c, dq);
-    V moved[NQ + 1];
-    for (int i = 0; i < NQ; ++i) moved[i] = y[i] + dq[i];
-    normalise(moved);
-    for (int i = 0; i < NQ; ++i) y[i] = pick(goes, moved[i], y[i]);
-    for (int i = 0; i < WIDTH; ++i) s.projections[i] -= (int)goes[i];
-  }
-  s.gap = position, s.good &= ~(position.v > OPEN_LOOP);
-  goes = rate.v > CLOSED;
+/* Rates of y back onto the manifold, where they are off by more than round-off: h and `rate` are those of y; lanes in `near` have maps and factor of a
+ * state so near that this takes nothing from it. */
+static void project_rates(Lanes &s, V *y, V *h, V rate, tr_bits near, V *base) {
+  V p, r, dv[NV + 1];
+  tr_bits goes = rate.v > CLOSED;
   for (int it = 0; it < CLOSE_RATES_MAX && any(goes); ++it) {
     const V was = rate;
-    k_closure(s.x, y, s.c + C_CLOSURE, h);
-    correction(s, y, h + ROWS, dv);
+    if (any(goes & ~near)) prepare_others(s, near, y, base);
+    near |= goes;
+    correction(s, y, h + ROWS, base, dv);
     for (int i = 0; i < NV; ++i) y[NQ + i] = pick(goes, y[NQ + i] + dv[i], y[NQ + i]);
     k_closure(s.x, y, s.c + C_CLOSURE, h);
     residual(s, h, p, r);
     rate = pick(goes, r, rate);
     goes &= (rate.v > CLOSED) & ~(rate.v > SHRINKS * was.v);
   }
+}
+
+/* The state y back onto the manifold. */
+static void project(Lanes &s, V *y) {
+  V h[2 * ROWS + 4], position, rate, p, r, before = 0.0, dv[NV + 1], dq[NQ + 8], moved[NQ + 1], base[MOST_WIDE];
+  tr_bits goes = tr_bits{} - 1, near = tr_bits{};
+  for (int i = 0; i < WIDTH; ++i) s.projections[i] = 0;
+  normalise(y);
+  k_closure(s.x, y, s.c + C_CLOSURE, h);
+  residual(s, h, position, rate);
+  for (int it = 0; it < CLOSE_MAX; ++it) {
+    s.good &= finite(position);
+    goes &= ~(position.v <= CLOSED);
+    if (it > 1) goes &= ~(position.v > SHRINKS * before.v);
+    if (!any(goes)) break;
+    before = pick(goes, position, before);
+    prepare_others(s, ~goes, y, base);
+    near = (goes & (position.v <= NEAR_CLOSED)) | (~goes & near);
+    correction(s, y, h, base, dv);
+    k_qdot(y, dv, s.c, dq);
+    for (int i = 0; i < NQ; ++i) moved[i] = y[i] + dq[i];
+    normalise(moved);
+    for (int i = 0; i < NQ; ++i) y[i] = pick(goes, moved[i], y[i]);
+    for (int i = 0; i < WIDTH; ++i) s.projections[i] -= (int)goes[i];
+    k_closure(s.x, y, s.c + C_CLOSURE, h);
+    residual(s, h, p, r);
+    position = pick(goes, p, position), rate = pick(goes, r, rate);
+  }
+  s.gap = position, s.good &= ~(position.v > OPEN_LOOP);
+  project_rates(s, y, h, rate, near, base);
 }
 #endif
