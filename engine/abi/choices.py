@@ -197,7 +197,7 @@ class Ask(Named, prefix="TR_ASK_"):
     END = 2, "a state back onto the manifold, and its slope"
     PROJECT = 3, "a state back onto the manifold"
     LOOK = 4, "multipliers of a state, and how pairs slide there"
-    ALL = 5, "the same as END, of a tree that rubs, with all that an evaluation leaves behind"
+    ALL = 5, "the same as END, with all that an evaluation leaves behind"
     ROWS = 6, "as many rows of one case as there are lanes"
 
 

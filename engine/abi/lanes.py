@@ -42,6 +42,9 @@ double *N : reaction components
 double *sliding : a tr_sliding a pair
 double *maps : all that stage 1 says
 double *w : and keeps
+double *S : factor of the loops' equations
+int *perm : and the order of its pivots
+double *T : what they make of frictions
 double *Np : loads without friction and by it
 double *law : frictions that the laws ask for
 double *dn : and their derivative

@@ -19,9 +19,9 @@ static tr_request tr_request_of(tr_sim *s, int kind, double t, double *y) {
   return (tr_request){.kind = kind, .method = s->step.method, .n = tr_width(s), .nworks = s->nworks, .naudit = s->naudit, .watch = s->step.watch, .t = t,
                       .length = s->set.length, .rate = s->set.rate, .independence = s->loops.least, .x = TR_A(s, x), .c = TR_A(s, c), .d = TR_A(s, d),
                       .z = TR_A(s, z), .zstart = TR_A(s, zstart), .zend = TR_A(s, zend), .arm = TR_A(s, arm), .smin = TR_A(s, smin),
-                      .smax = TR_A(s, smax), .N = TR_A(s, NN), .sliding = TR_A(s, sliding), .y = y, .K = TR_A(s, K), .ynew = TR_A(s, ynew),
+                      .smax = TR_A(s, smax), .N = TR_A(s, NN), .sliding = TR_A(s, sliding), .y = y, .K = TR_A(s, K), .R = TR_A(s, kstep), .yold = TR_A(s, yold), .ynew = TR_A(s, ynew),
                       .maps = TR_A(s, maps), .w = TR_A(s, w),
-                      .Np = TR_A(s, Np), .law = TR_A(s, law), .dn = TR_A(s, dn), .first = TR_A(s, ytmp), .second = TR_A(s, yout), .slope = TR_A(s, dy)};
+                      .S = TR_A(s, S), .perm = (int *)TR_A(s, perm), .T = TR_A(s, T), .Np = TR_A(s, Np), .law = TR_A(s, law), .dn = TR_A(s, dn), .first = TR_A(s, ytmp), .second = TR_A(s, yout), .slope = TR_A(s, dy)};
 }
 
 /* Ask, and note what so many evaluations leave behind. */

@@ -30,7 +30,7 @@ static int tr_rows_at_once(tr_sim *s, double t_end, double *rows, long room) {
   tr_request of[TR_FOURS], *each[TR_FOURS];
   tr_fill_extra(s, TR_A(s, ynew), (tr_extra *)extra);
   of[0] = tr_request_of(s, TR_ASK_ROWS, times[0], TR_A(s, ynew));
-  of[0].yold = TR_A(s, yold), of[0].R = TR_A(s, kstep), of[0].dense_rows = s->step.dense_rows, of[0].co = TR_A(s, co), of[0].extra = extra;
+  of[0].dense_rows = s->step.dense_rows, of[0].co = TR_A(s, co), of[0].extra = extra;
   of[0].solved = (s->o->wants & TR_WANTS_SOLUTION) != 0, of[0].columns = s->lane->columns;
   for (int i = 0; i < width; ++i) each[i] = of + (i < count ? i : 0);
   for (int i = 0; i < count; ++i) /* of the others it is the first that is looked at but for these */
@@ -44,7 +44,7 @@ static int tr_rows_at_once(tr_sim *s, double t_end, double *rows, long room) {
     if (!tr_finite(s->o->nout, row + 1)) break; /* by itself it is told */
     tr_post_columns(s, row + 1);
     s->stats.outputs++, s->stats.projections += of[made].projections;
-    s->stats.rhs_evaluations += of[made].solved, s->stats.newton_iterations += of[made].iterations;
+    s->stats.rhs_evaluations += of[0].solved, s->stats.newton_iterations += of[made].iterations;
   }
   return made;
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from copy import copy
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -90,6 +91,20 @@ def test_neighbours_change_no_bit(which: str) -> None:
     other = plan(planned(which, "lanes").scene, cases=[{path: float(values[i])} for i in order], keep=keep,
                  run=planned(which, "lanes").run)  # fmt: skip
     assert np.array_equal(numbers(Runner(other).chunk(0, 97)), numbers(once)[order])
+
+
+@pytest.mark.parametrize("which", SWEPT)
+def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> None:
+    """No end of a step is refused and made again, as none is of cases that step alone."""
+    r = runner(which, "lanes")
+    r.chunk(0, 8)
+    if not r.loops[0].together:
+        pytest.skip("this processor has no ensembles")
+    for batch in [b for b in r.loops[0].together.batches if b.now]:
+        block = copy(r.loops[0].blocks[0])
+        block.at = batch.now
+        block._views()
+        assert block.statistics()["refused"] == 0
 
 
 def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:

@@ -155,7 +155,7 @@ static void multipliers(Lanes &s) {
   for (int i = 0; i < NN; ++i) s.N0[i] = s.maps[MAP_N0 + i];
   for (int i = 0; i < NN * NETA; ++i) s.Ne[i] = s.maps[MAP_NE + i];
 #if ACTIVE
-  V T[ACTIVE * NETA], first[ACTIVE];
+  V *T = s.T, first[ACTIVE];
   const V *Nl = s.maps + MAP_N0 + NN;
   factorise(s);
   solve(s, s.maps + ACTIVE * (ACTIVE + NETA), first);

@@ -14,7 +14,7 @@ struct Lanes {
   V factor[ACTIVE * ACTIVE + 1];
   tr_bits order[ACTIVE + 1], good;
   V length, rate, gap, per_length, per_rate, per_speed;
-  V N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* of friction: loads, of it, at the solution; */
+  V T[ACTIVE * NETA + 8], N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* of friction: loads, of it, at the solution; */
   V least[NSLIDERS + 8], largest[NSLIDERS + 8], independence; /* extremes over the stages of a step, of lanes that are asked to note them; */
   tr_bits watches, iterations;                                /* of Newton's method, so far */
   int projections[WIDTH], nworks, naudit;
@@ -37,6 +37,12 @@ INLINE void normalise(V *y) {
 /* The larger, or what is not a number. */
 INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
 
+#if ACTIVE <= 4
+#define EACH_ROW _Pragma("clang loop unroll(full)")
+#else
+#define EACH_ROW
+#endif
+
 #if ACTIVE
 /* Exchange two where m. */
 INLINE void exchange(tr_bits m, V &a, V &b) {
@@ -47,22 +53,30 @@ INLINE void exchange(tr_bits m, V &a, V &b) {
 /* Pivoted Cholesky of d S d, in its lower triangle alone. */
 static void factorise(Lanes &s) {
   V *L = s.factor;
+  EACH_ROW
   for (int j = 0; j < ACTIVE; ++j) {
     s.order[j] = tr_bits{} + j;
+    EACH_ROW
     for (int i = j; i < ACTIVE; ++i) L[i + j * ACTIVE] = s.d[i] * s.d[j] * s.maps[i + j * ACTIVE];
   }
+  EACH_ROW
   for (int k = 0; k < ACTIVE; ++k) {
     V pivot = L[k + k * ACTIVE];
     tr_bits at = tr_bits{} + k;
+    EACH_ROW
     for (int i = k + 1; i < ACTIVE; ++i) {
       const tr_bits larger = L[i + i * ACTIVE].v > pivot.v;
       pivot = pick(larger, L[i + i * ACTIVE], pivot), at = (larger & (tr_bits{} + i)) | (~larger & at);
     }
     s.good &= pivot.v > KEEP_PIVOT;
+    EACH_ROW
     for (int i = k + 1; i < ACTIVE; ++i) {
       const tr_bits m = at == i;
+      EACH_ROW
       for (int q = 0; q < k; ++q) exchange(m, L[k + q * ACTIVE], L[i + q * ACTIVE]);
+      EACH_ROW
       for (int q = k + 1; q < i; ++q) exchange(m, L[q + k * ACTIVE], L[i + q * ACTIVE]);
+      EACH_ROW
       for (int q = i + 1; q < ACTIVE; ++q) exchange(m, L[q + k * ACTIVE], L[q + i * ACTIVE]);
       exchange(m, L[k + k * ACTIVE], L[i + i * ACTIVE]);
       const tr_bits a = s.order[k], b = s.order[i];
@@ -70,8 +84,11 @@ static void factorise(Lanes &s) {
     }
     const V inverse = V(1.0) / sqrt(pivot);
     L[k + k * ACTIVE] = inverse;
+    EACH_ROW
     for (int i = k + 1; i < ACTIVE; ++i) L[i + k * ACTIVE] = L[i + k * ACTIVE] * inverse;
+    EACH_ROW
     for (int j = k + 1; j < ACTIVE; ++j)
+      EACH_ROW
       for (int i = j; i < ACTIVE; ++i) L[i + j * ACTIVE] = L[i + j * ACTIVE] - L[i + k * ACTIVE] * L[j + k * ACTIVE];
   }
 }
@@ -79,10 +96,12 @@ static void factorise(Lanes &s) {
 /* Entry p of b, each lane its own; and put there. */
 INLINE V taken(const V *b, tr_bits p) {
   V r = b[0];
+  EACH_ROW
   for (int i = 1; i < ACTIVE; ++i) r = pick(p == i, b[i], r);
   return r;
 }
 INLINE void put(V *b, tr_bits p, V v) {
+  EACH_ROW
   for (int i = 0; i < ACTIVE; ++i) b[i] = pick(p == i, v, b[i]);
 }
 
@@ -90,13 +109,17 @@ INLINE void put(V *b, tr_bits p, V v) {
 static void solve(const Lanes &s, const V *b, V *x) {
   V y[ACTIVE + 1];
   const V *L = s.factor;
+  EACH_ROW
   for (int i = 0; i < ACTIVE; ++i) {
     V a = taken(s.d, s.order[i]) * taken(b, s.order[i]);
+    EACH_ROW
     for (int k = 0; k < i; ++k) a = a - L[i + k * ACTIVE] * y[k];
     y[i] = a * L[i + i * ACTIVE];
   }
+  EACH_ROW
   for (int i = ACTIVE - 1; i >= 0; --i) {
     V a = y[i];
+    EACH_ROW
     for (int k = i + 1; k < ACTIVE; ++k) a = a - L[k + i * ACTIVE] * y[k];
     y[i] = a * L[i + i * ACTIVE];
     put(x, s.order[i], taken(s.d, s.order[i]) * y[i]);
@@ -106,6 +129,7 @@ static void solve(const Lanes &s, const V *b, V *x) {
 /* Largest residual of the rows, scaled. */
 static void residual(const Lanes &s, const V *h, V &position, V &rate) {
   position = rate = 0.0;
+  EACH_ROW
   for (int i = 0; i < ACTIVE; ++i) {
     const int r = k_active_rows[i];
     const bool turns = k_row_kind[r] == TR_CONSTRAINS_TURNING;

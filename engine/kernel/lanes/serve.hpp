@@ -11,23 +11,21 @@ static void look(Lanes &s, tr_request **r, V t, const V *y) {
   GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, s.sliding, sliding)
 }
 
-#if !ACTIVE
-/* All that an evaluation leaves behind for what asks about its state: maps, loads without friction and by it, laws at the solution. */
-static void leave_behind(Lanes &s, tr_request **r) {
+/* Loads without friction and by it, laws at the solution, how pairs slide. */
+static void leave_friction(Lanes &s, tr_request **r) {
   V Np[NN * (1 + NETA) + 8];
   Law last;
-  law(s, s.z, last);
+  law(s, s.z + ACTIVE, last);
   for (int i = 0; i < NN; ++i) Np[i] = s.N0[i];
   for (int i = 0; i < NN * NETA; ++i) Np[NN + i] = s.Ne[i];
-  GIVE_GOOD(NMAPS, s.maps, maps)
   GIVE_GOOD(NW, s.w, w)
   GIVE_GOOD(NN * (1 + NETA), Np, Np)
+  GIVE_GOOD(ACTIVE * NETA, s.T, T)
   GIVE_GOOD(NN, last.N, N)
   GIVE_GOOD(NETA, last.eta, law)
   GIVE_GOOD(NDN, last.dn, dn)
   GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, last.sliding, sliding)
 }
-#endif
 
 /* What friction takes from the cases before, and gives them behind. */
 static void take_friction(Lanes &s, tr_request **r) {
@@ -43,6 +41,20 @@ static void give_friction(const Lanes &s, tr_request **r) {
   for (int l = 0; l < WIDTH; ++l) r[l]->iterations = s.iterations[l], r[l]->independence = s.independence.v[l];
 }
 #endif
+
+/* All that an evaluation leaves behind for what asks about its state: maps, and what was made of them. */
+static void leave_behind(Lanes &s, tr_request **r) {
+  GIVE_GOOD(NMAPS, s.maps, maps)
+#if ACTIVE
+  for (int i = 0; i < ACTIVE; ++i) s.factor[i * (ACTIVE + 1)] = V(1.0) / s.factor[i * (ACTIVE + 1)]; /* there it holds roots, not their inverses */
+  GIVE_GOOD(ACTIVE * ACTIVE, s.factor, S)
+  for (int l = 0; l < WIDTH; ++l)
+    for (int i = 0; i < ACTIVE && s.good[l]; ++i) r[l]->perm[i] = (int)s.order[i][l];
+#endif
+#if NETA
+  leave_friction(s, r);
+#endif
+}
 
 extern "C" void l_serve(int kind, tr_request **r) {
   if (kind == TR_ASK_ROWS) return rows(r);
@@ -63,10 +75,8 @@ extern "C" void l_serve(int kind, tr_request **r) {
   else end(s, r, kind, n, t, y);
 #if NETA
   give_friction(s, r);
-#if !ACTIVE
+#endif
   if (kind == TR_ASK_ALL) leave_behind(s, r);
-#endif
-#endif
   if (kind != TR_ASK_PROJECT) GIVE_GOOD(ACTIVE + NETA, s.z, z)
   for (int l = 0; l < WIDTH; ++l) r[l]->ok = s.good[l] != 0;
 }
