@@ -89,6 +89,7 @@ int state : TR_STRAND_…
 
 ENSEMBLE = Record("tr_ensemble", "Cases of a batch that make their steps together.", """
 const tr_lanes *lanes
+void (*columns)(tr_request **r, const double *x, const double *y, const double *z, const double *a) : of rows; 0: none
 tr_strand *strand : those that are on their way
 int strands : how many, at most TR_STRANDS
 long stack_bytes : of a stack

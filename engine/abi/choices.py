@@ -196,6 +196,9 @@ class Ask(Named, prefix="TR_ASK_"):
     DENSE = 1, "the extra stages of its dense output"
     END = 2, "a state back onto the manifold, and its slope"
     PROJECT = 3, "a state back onto the manifold"
+    LOOK = 4, "multipliers of a state, and how pairs slide there"
+    ALL = 5, "the same as END, with all that an evaluation leaves behind"
+    ROWS = 6, "as many rows of one case as there are lanes"
 
 
 class Strand(Named, prefix="TR_STRAND_"):

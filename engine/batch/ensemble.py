@@ -35,6 +35,7 @@ class Ensemble:
         self.all, self.strands = ENSEMBLE.ctype(), (STRAND.ctype * STRANDS)()
         self.batches = [BATCH.ctype.from_buffer_copy(loop.batch) for _ in range(STRANDS)]
         self.all.lanes, self.all.strand = loop.model.kernel.lanes(), ctypes.addressof(self.strands)
+        self.all.columns = loop.model.kernel.lane_columns()
         self.all.strands, self.all.stack_bytes = STRANDS, STACK
         stacks = loop._buffer(STRANDS * STACK + CACHE_LINE)
         stacks += -stacks % CACHE_LINE

@@ -114,6 +114,13 @@ class Kernel:
             self.libraries["lanes"] = lanes_library(self)
         return self.address("lanes")
 
+    def lane_columns(self) -> int:
+        """Address of the function that makes the columns of several rows at once; 0: there is none."""
+        if "columns" not in self.libraries and (made := columns_library(self)):
+            self.libraries["columns"] = made
+        there = self.libraries.get("columns")
+        return ctypes.cast(there.l_columns, ctypes.c_void_p).value or 0 if there else 0
+
     def linear(self, chosen: list[Column]) -> int:
         """Address of the table of the linear unit for these columns, built when it is first asked for."""
         return linear_unit(self, chosen)
@@ -125,19 +132,34 @@ class Kernel:
 
 def lanes_library(built: Kernel) -> ctypes.CDLL:
     """The lanes of a compiled kernel."""
-    from engine.kernel.lanes_unit import FLAGS, lanes_text
+    from engine.kernel.lanes_unit import lanes_text
 
-    text = lanes_text((built.folder / "kernel.c").read_text(), built.sizes)
+    return _vectors("lanes", lanes_text((built.folder / "kernel.c").read_text(), built.sizes))
+
+
+def columns_library(built: Kernel) -> ctypes.CDLL | None:
+    """The columns of its rows, several at once (``lanes_unit.sizes_of_columns``)."""
+    from engine.kernel.lanes_unit import columns_text, sizes_of_columns
+
+    sizes = sizes_of_columns(built)
+    return _vectors("columns", columns_text((built.folder / "outputs.c").read_text(), sizes)) if sizes else None
+
+
+def _vectors(unit: str, text: str) -> ctypes.CDLL:
+    """The library of C++ text that computes in vectors."""
+    from engine.kernel.lanes_unit import FLAGS
+
+    flags = FLAGS + (compiler.AS_WRITTEN if unit == "columns" else ())
 
     def make(place: Path) -> None:
         compiler.needed("this batch", "the lanes of its scene")
-        (place / "lanes.cpp").write_text(text)
+        (place / f"{unit}.cpp").write_text(text)
         (place / "tr_abi.h").write_text(header())
-        target = place / f"lanes{compiler.library_suffix()}"
-        compiler.build_library([place / "lanes.cpp"], target, [place], cache.cache_folder(), FLAGS)
+        target = place / f"{unit}{compiler.library_suffix()}"
+        compiler.build_library([place / f"{unit}.cpp"], target, [place], cache.cache_folder(), flags)
 
-    folder, _ = cache.entry(f"lanes-{cache.digest(text, header(), *FLAGS, *_toolchain())}", make)
-    return ctypes.CDLL(str(folder / f"lanes{compiler.library_suffix()}"))
+    folder, _ = cache.entry(f"{unit}-{cache.digest(text, header(), *flags, *_toolchain())}", make)
+    return ctypes.CDLL(str(folder / f"{unit}{compiler.library_suffix()}"))
 
 
 def jacobian_library(key: str, structure: tuple[System, int, bool, bool]) -> ctypes.CDLL:

@@ -63,7 +63,8 @@ static void tr_strand_anew(tr_strand *c, tr_ensemble *e) {
   *--top = 0, *--top = 0;             /* rbp, rbx */
   *--top = c, *--top = (void *)tr_strand_goes; /* r12, r13 */
   *--top = 0, *--top = 0;             /* r14, r15 */
-  c->here = top, c->state = TR_STRAND_GOES, c->all = e, c->lane.ask = tr_wait_for, c->batch->lane = &c->lane;
+  c->here = top, c->state = TR_STRAND_GOES, c->all = e, c->batch->lane = &c->lane;
+  c->lane = (tr_lane){.ask = tr_wait_for, .lanes = e->lanes, .columns = e->columns};
 }
 
 /* Whether this processor has ensembles. */

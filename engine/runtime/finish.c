@@ -11,6 +11,8 @@
 /* How far apart the time of a row and the end of a step may be for the row to be at that end. */
 static double tr_row_slack(double t) { return ROW_SLACK * fmax(1.0, fabs(t)); }
 
+#include "fours.c"
+
 /* Count events that follow each other at (nearly) the same time. */
 static void tr_note_chatter(tr_sim *s, double t) {
   s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
@@ -55,6 +57,12 @@ static int tr_rows(tr_sim *s, double t_end, int final, double *rows, long capaci
   }
   while (s->clock.row_next <= t_end + (final ? tr_row_slack(t_end) : 0.0)) {
     if (*count >= capacity) return TR_ROWS_FULL;
+    const int made = tr_rows_at_once(s, t_end, rows + width * *count, capacity - *count);
+    if (made) {
+      *count += made, s->clock.row_index += made;
+      s->clock.row_next = s->clock.start + s->clock.row_index * s->clock.every;
+      continue;
+    }
     double *y = TR_A(s, yout), theta = (s->clock.row_next - s->step.t0) / s->step.size, t = s->clock.row_next;
     if (final && fabs(t - (s->step.t0 + s->step.size)) <= tr_row_slack(t)) {
       tr_end_state(s, y);

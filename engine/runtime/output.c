@@ -115,6 +115,11 @@ static void tr_post_columns(tr_sim *s, double *row) {
   }
 }
 
+/* Whether a row needs no more of the evaluation of its state than multipliers and accelerations: else it makes that itself. */
+static inline int tr_row_is_apart(const tr_sim *s) {
+  return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
+}
+
 /* Evaluate the requested columns at (t, y); y is brought onto the manifold first, and the multipliers are solved for where a column
  * depends on them (and at the start, whose solution the first step begins from); `there`: it is, and they are in place. row[0] = t. TR_OK;
  * TR_FAIL_MULTIPLIERS when it cannot be evaluated; TR_FAIL_NOT_FINITE when a column is no number, though the motion may be one: squares
@@ -128,7 +133,7 @@ static int tr_output_of(tr_sim *s, double t, double *y, double *row, int there) 
   s->step.watch = 0;
   s->stats.outputs++;
   const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
-  if (!there) there = tr_asks_end(s, solved ? TR_ASK_END : TR_ASK_PROJECT, t, y, TR_A(s, dy));
+  if (!there && tr_row_is_apart(s)) there = tr_asks_end(s, solved ? TR_ASK_END : TR_ASK_PROJECT, t, y, TR_A(s, dy));
   int ok = there || tr_project(s, t, y);
   if (!solved) tr_set_time(s, t);
   else if (ok && !there) ok = tr_rhs(s, t, y, TR_A(s, dy));

@@ -43,7 +43,8 @@ static double tr_probe_from(tr_sim *s, double theta, const double *from, int *wo
   tr_dense_state(s, theta, y);
   if (from) tr_copy(s->k->active + s->k->neta, from, TR_A(s, z));
   if (s->k->nquat) tr_normalize(s, y);
-  return tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy)) ? tr_beyond(s, y, worst) : NAN;
+  const double t = s->step.t0 + theta * s->step.size;
+  return tr_asks_look(s, t, y) || tr_rhs(s, t, y, TR_A(s, dy)) ? tr_beyond(s, y, worst) : NAN;
 }
 
 static double tr_probe(tr_sim *s, double theta, int *worst) { return tr_probe_from(s, theta, 0, worst); }

@@ -44,7 +44,7 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
 
 /* Bring y at time t back onto the manifold, and evaluate ẏ there. 0 when one of them is not possible. */
 static inline int tr_evaluated(tr_sim *s, double t, double *y, double *dy) {
-  return tr_asks_end(s, TR_ASK_END, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
+  return tr_asks_end(s, TR_ASK_ALL, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
 }
 
 /* What becomes of a trial step within the tolerance: it is brought back onto the manifold, evaluated at its end and searched for events. */

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from copy import copy
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -92,6 +93,20 @@ def test_neighbours_change_no_bit(which: str) -> None:
     assert np.array_equal(numbers(Runner(other).chunk(0, 97)), numbers(once)[order])
 
 
+@pytest.mark.parametrize("which", SWEPT)
+def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> None:
+    """No end of a step is refused and made again, as none is of cases that step alone."""
+    r = runner(which, "lanes")
+    r.chunk(0, 8)
+    if not r.loops[0].together:
+        pytest.skip("this processor has no ensembles")
+    for batch in [b for b in r.loops[0].together.batches if b.now]:
+        block = copy(r.loops[0].blocks[0])
+        block.at = batch.now
+        block._views()
+        assert block.statistics()["refused"] == 0
+
+
 def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
     most = float(np.median(whole("loop", "compiled").column("steps").to_numpy()))
     _, path, keep = SWEPT["loop"]
@@ -104,17 +119,50 @@ def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
 
 def test_an_ensemble_that_is_told_to_stop_gives_the_cases_that_have_ended() -> None:
     with pytest.raises(Stopped) as stop:
-        runner("loop", "lanes").chunk(0, 97, lambda done: False)
+        Runner(planned("loop", "lanes")).chunk(0, 97, lambda done: False)  # its first call is short
     table = stop.value.table
     assert len(table) < 97
     rows = [table.column("case").to_pylist().index(i) for i in table.column("case").to_pylist()]
     assert np.array_equal(numbers(table)[rows], numbers(whole("loop", "lanes").take(table.column("case"))))
 
 
-def test_a_scene_that_rubs_steps_alone_whatever_was_asked() -> None:
-    mu, keep = {"joints.ball.friction.mu": "0.1:0.6:3"}, ("final:pendulum.position[3]",)
-    tables = [Runner(plan(scene_given("spherical_pendulum"), mu, keep=keep, run=Run(until=0.5, every=0.02, kernel=k))).chunk(0, 3)
-              for k in ("lanes", "compiled")]  # fmt: skip
+def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runner, pyarrow.Table]:
+    """Example 8.1 spun up about all axes, its friction changed by a part of itself."""
+    rng = np.random.default_rng(3)
+    cases = [{"joints.ball.friction.mu": float(rng.uniform(0.1, 0.6)) * (1.0 + part)}
+             | {f"joints.ball.start.qd[{i}]": float(rng.uniform(-2, 2)) for i in (1, 2, 3)} for _ in range(24)]  # fmt: skip
+    r = Runner(plan(scene_given("spherical_pendulum"), cases=cases, keep=keep, run=Run(until=0.6, every=0.01, kernel=kernel)))
+    return r, r.chunk(0, 24)
+
+
+def test_a_ball_that_rubs_steps_together_as_alone() -> None:
+    """To what one unit in the last place of its friction makes of it: near its cone friction keeps half of its digits."""
+    keep = ("max:ball.contact[1].normal_force", "final:pendulum.position[*]", "count:any")
+    (runner, together), (_, alone) = rubbing("lanes", keep), rubbing("compiled", keep)
+    if not runner.loops[0].lib.tr_ensemble_there():
+        pytest.skip("this processor has no ensembles")
+    assert runner.loops[0].together is not None
+    assert runner.loops[0].together.all.asked > 24 * 60
+    assert together.column("outcome") == alone.column("outcome")
+    assert together.column("count:any") == alone.column("count:any")
+    a, b = numbers(together), numbers(alone)
+    digit = np.max([np.abs(numbers(rubbing("compiled", keep, p)[1]) - b).max(axis=0) for p in (2.0**-52, -(2.0**-52))], axis=0)
+    assert np.all(np.abs(a - b).max(axis=0) <= 30 * digit)
+    assert np.any(a != b), "they are not compared with themselves"
+    assert runner.chunk(3, 10).equals(together.slice(3, 7))
+
+
+def test_columns_that_need_all_of_an_evaluation_are_made_alone() -> None:
+    keep = ("max:audit.complement", "max:audit.contraction")
+    together, alone = (rubbing(kernel, keep)[1] for kernel in ("lanes", "compiled"))
+    assert np.all(numbers(together)[:, 0] < 1e-9)
+    assert np.allclose(numbers(together)[:, 1], numbers(alone)[:, 1], rtol=1e-6)
+
+
+def test_a_scene_with_tables_steps_alone_whatever_was_asked() -> None:
+    keep = ("final:carriage.position[*]",)
+    tables = [Runner(plan(scene_given("caught_carriage"), {"gravity[3]": "-9.9:-9.7:3"}, keep=keep,
+                          run=Run(until=0.1, every=0.02, kernel=k))).chunk(0, 3) for k in ("lanes", "compiled")]  # fmt: skip
     assert np.array_equal(numbers(tables[0]), numbers(tables[1]))
 
 

@@ -1,4 +1,4 @@
-/* What cases ask of the lanes (``runtime/asks.c``): stages of explicit methods, ends of steps, states of rows. */
+/* What cases ask of the lanes (``runtime/asks.c``): stages of explicit methods, ends of steps, states of rows and of searches for events. */
 typedef void (*lane_combination)(int n, V h, const V *K, V *out);
 struct lane_explicit {
   int stages, extra, errors, dense, ends_in_error;
@@ -38,31 +38,67 @@ INLINE void scatter(int n, const V *from, double *const *to) {
 }
 #define TAKE(n, field, to) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; gather(n, at, to); }
 #define GIVE(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; scatter(n, from, at); }
+/* The same of lanes that are good: of the others what there was is where they begin. */
+static void give_good(const Lanes &s, int n, const V *from, double *const *to) {
+  const bool everywhere = !any(~s.good);
+  if (everywhere) scatter(n, from, to);
+  for (int l = 0; l < WIDTH && !everywhere; ++l)
+    for (int i = 0; i < n && s.good[l]; ++i) to[l][i] = from[i].v[l];
+}
+#define GIVE_GOOD(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; give_good(s, n, from, at); }
 
 /* ẏ at (t, y), with the powers behind it and nothing behind these. */
 static void slope(Lanes &s, int n, V t, const V *y, V *dy) {
   s.x[0] = t;
   k_stage1(s.x, y, s.c, s.w, s.maps, dy, s.power);
-#if ACTIVE
+#if NETA
+  multipliers(s);
+  watch(s);
+  k_stage2(s.x, y, s.c, s.w, s.z, dy, s.power);
+#elif ACTIVE
   factorise(s);
   solve(s, s.maps + ACTIVE * ACTIVE, s.z);
   for (int i = 0; i < ACTIVE; ++i) s.z[i] = -s.z[i];
   k_stage2(s.x, y, s.c, s.w, s.z, dy, s.power);
 #endif
-  for (int i = NQ + NV; i < n; ++i) dy[i] = 0.0;
+  for (int i = NY; i < n; ++i) dy[i] = 0.0;
   if (!s.naudit) return;
   V sum[2] = {0.0, 0.0};
-  for (int i = 0; i < s.nworks; ++i) dy[NQ + NV + i] = s.power[i];
+  for (int i = 0; i < s.nworks; ++i) dy[NY + i] = s.power[i];
   for (int i = 0; i < NPOWERS; ++i) sum[i >= NTAKEN] = sum[i >= NTAKEN] + s.power[i];
-  dy[NQ + NV + s.nworks] = sum[0], dy[NQ + NV + s.nworks + 1] = sum[1];
+  dy[NY + s.nworks] = sum[0], dy[NY + s.nworks + 1] = sum[1];
 }
+
+#if NETA
+/* Put η where Newton's method is to begin at stage i, from what it was at those before (`old`). */
+INLINE void lead_on(const lane_explicit *m, int i, const V *old, V *eta) {
+  const double *weight = m->lead + i * m->stages;
+  for (int j = 0; j < NETA; ++j) {
+    eta[j] = 0.0;
+    for (int k = 0; k < i; ++k) eta[j] = eta[j] + weight[k] * old[j + k * NETA];
+  }
+}
+
+/* Put η where it is to begin at θ of the step, between its ends. */
+INLINE void start_between(tr_request **r, V theta, V *eta) {
+  for (int j = 0; j < NETA; ++j)
+    for (int l = 0; l < WIDTH; ++l) eta[j].v[l] = (1.0 - theta.v[l]) * r[l]->zstart[ACTIVE + j] + theta.v[l] * r[l]->zend[ACTIVE + j];
+}
+#endif
 
 /* A trial step. */
 static void step(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V h, const V *y) {
   V K[(STAGES + 1) * MOST_WIDE], state[MOST_WIDE], error[MOST_WIDE];
   TAKE(n, K, K)
+#if NETA
+  V old[NETA * STAGES];
+#endif
   for (int i = 1; i < m->stages; ++i) {
     m->argument(i, n, h, y, K, state);
+#if NETA
+    for (int j = 0; j < NETA; ++j) old[j + (i - 1) * NETA] = s.z[ACTIVE + j];
+    lead_on(m, i, old, s.z + ACTIVE);
+#endif
     slope(s, n, t + V(m->c[i]) * h, state, K + i * n);
     GIVE(n, K + i * n, K + i * n)
   }
@@ -85,6 +121,9 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
   TAKE((m->stages + 1) * n, K, K)
   for (int i = m->stages + 1; i <= m->stages + m->extra; ++i) {
     m->argument(i, n, h, y, K, state);
+#if NETA
+    start_between(r, m->c[i], s.z + ACTIVE);
+#endif
     slope(s, n, t + V(m->c[i]) * h, state, K + i * n);
     GIVE(n, K + i * n, K + i * n)
   }
@@ -93,7 +132,7 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
 /* A state back onto the manifold, and its slope. */
 static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
   V dy[MOST_WIDE];
-  for (int i = 0; i < NQ + NV; ++i) s.good &= finite(y[i]);
+  for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);
   s.x[0] = t;
 #if ACTIVE
   project(s, y);
@@ -101,28 +140,7 @@ static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
 #else
   normalise(y);
 #endif
-  if (kind == TR_ASK_END) slope(s, n, t, y, dy);
-  for (int l = 0; l < WIDTH; ++l) /* what could not be done is done elsewhere, from what there was */
-    for (int i = 0; i < n && s.good[l]; ++i) {
-      r[l]->y[i] = y[i].v[l];
-      if (kind == TR_ASK_END) r[l]->slope[i] = dy[i].v[l];
-    }
+  if (kind != TR_ASK_PROJECT) slope(s, n, t, y, dy);
+  GIVE_GOOD(n, y, y) /* what could not be done is done elsewhere, from what there was */
+  if (kind != TR_ASK_PROJECT) GIVE_GOOD(n, dy, slope)
 }
-
-extern "C" void l_serve(int kind, tr_request **r) {
-  Lanes s;
-  V t, h, y[MOST_WIDE];
-  const int n = r[0]->n;
-  s.good = tr_bits{} - 1, s.nworks = r[0]->nworks, s.naudit = r[0]->naudit;
-  for (int l = 0; l < WIDTH; ++l) t.v[l] = r[l]->t, h.v[l] = r[l]->h, s.length.v[l] = r[l]->length, s.rate.v[l] = r[l]->rate;
-  TAKE(NX, x, s.x) TAKE(NC, c, s.c) TAKE(ACTIVE, d, s.d) TAKE(n, y, y)
-  if (kind == TR_ASK_STEP) step(s, r, METHOD(r[0]->method), n, t, h, y);
-  else if (kind == TR_ASK_DENSE) dense(s, r, METHOD(r[0]->method), n, t, h, y);
-  else end(s, r, kind, n, t, y);
-  for (int l = 0; l < WIDTH; ++l) {
-    r[l]->ok = s.good[l] != 0;
-    for (int i = 0; i < ACTIVE && r[l]->ok && kind != TR_ASK_PROJECT; ++i) r[l]->z[i] = s.z[i].v[l];
-  }
-}
-
-extern "C" const tr_lanes trunnion_lanes = {TR_ABI, WIDTH, l_serve};

@@ -7,8 +7,8 @@ typedef long long tr_bits __attribute__((vector_size(8 * WIDTH), aligned(8)));
 struct V {
   tr_lanes_of v;
   V() = default;
-  V(double a) : v(tr_lanes_of{} + a) {}
-  V(int a) : v(tr_lanes_of{} + (double)a) {}
+  V(double a) : v{a, a, a, a} {}
+  V(int a) : V((double)a) {}
 };
 
 INLINE V of(tr_lanes_of a) { V r; r.v = a; return r; }
@@ -30,6 +30,9 @@ INLINE V operator||(V a, V b) { return truth((a.v != 0.0) | (b.v != 0.0)); }
 INLINE V pick(tr_bits m, V a, V b) { return of((tr_lanes_of)((m & (tr_bits)a.v) | (~m & (tr_bits)b.v))); }
 INLINE V where(V c, V a) { return of((tr_lanes_of)((c.v != 0.0) & (tr_bits)a.v)); }
 INLINE bool any(tr_bits m) {
+#ifdef __AVX__
+  return __builtin_ia32_movmskpd256((tr_lanes_of)m) != 0;
+#endif
   long long all = 0;
   for (int i = 0; i < WIDTH; ++i) all |= m[i];
   return all != 0;
@@ -64,9 +67,10 @@ EACH_OF_TWO(pow) EACH_OF_TWO(atan2) EACH_OF_TWO(fmod) EACH_OF_TWO(hypot)
 extern "C" double sin(double);
 extern "C" double cos(double);
 INLINE tr_lanes_of fused(tr_lanes_of a, tr_lanes_of b, tr_lanes_of c) { return __builtin_elementwise_fma(a, b, c); }
-INLINE tr_lanes_of all(double a) { return tr_lanes_of{} + a; }
+INLINE tr_lanes_of all(double a) { return V(a).v; }
 template <int N> INLINE tr_lanes_of polynomial(tr_lanes_of z, const double (&c)[N]) {
   tr_lanes_of sum = all(c[N - 1]);
+  _Pragma("clang loop unroll(full)")
   for (int i = N - 2; i >= 0; --i) sum = fused(z, sum, all(c[i]));
   return sum;
 }
