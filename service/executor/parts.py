@@ -95,6 +95,14 @@ class Parts:
         self.fs.invalidate_cache()
         return bool(self.fs.exists(path))
 
+    def names(self, job: str) -> set[str]:
+        """Names of all files that a job has kept (asked afresh)."""
+        self.fs.invalidate_cache()
+        try:
+            return {str(x).rpartition("/")[2] for x in self.fs.ls(f"{self.root}/{job}", detail=False)}
+        except FileNotFoundError:
+            return set()
+
     def read(self, path: str) -> bytes:
         """A file's bytes."""
         data: Any = self.fs.cat_file(path)

@@ -11,6 +11,9 @@ BUSY = 0.5
 NEW, MOST = 0.1, 0.1
 """Weight of the newest turn in what a piece costs, and the most that one counts for, s: a database that was away costs no piece
 that."""
+TOGETHER = 100
+"""Pieces of a job that are handed out, recorded or settled in one commit, at most: it takes the database some hundredths of a
+second, and all of them have to be done again where it breaks off."""
 LOOKS_A_SECOND = 1000.0
 """Of all workers together at the file that stops a job; object stores take some thousands of requests a second below one prefix."""
 
