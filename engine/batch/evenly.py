@@ -55,13 +55,13 @@ def strips(count: int, seed: int, axis: int, cases: np.ndarray) -> np.ndarray:
     while outside.any():
         left, right = out[outside] >> half, out[outside] & mask
         for key in keys:
-            left, right = right, left ^ (_mixed(right + key) & mask)
+            left, right = right, left ^ (mixed(right + key) & mask)
         out[outside] = (left << half) | right
         outside = out >= count
     return out
 
 
-def _mixed(x: np.ndarray) -> np.ndarray:
+def mixed(x: np.ndarray) -> np.ndarray:
     """Each of 64 bits follows from all (the finaliser of SplitMix64: Steele, Lea, Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
