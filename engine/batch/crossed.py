@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations
-from math import sqrt
+from math import prod, sqrt
 
 import numpy as np
 
@@ -65,18 +65,13 @@ def points_of(names: Sequence[str], paths: int, number: np.ndarray, values: np.n
     f = np.concatenate([values, (outcome != "done").astype(float)[None]])
     group, m = number % REPLICATES, np.isnan(f)
     gap, known = m.any(axis=2), np.where(m, 0.0, f)
+    counts = [np.array([[int(((group == g) & (x == y)).sum()) for g in range(REPLICATES)] for x in gap]) for y in (False, True)]
     p, q = pairs(paths)
     with np.errstate(under="ignore"):
-        made = [
-            ([_added(known[r, (group == g) & ~gap[r]], p, q) for g in range(REPLICATES)],
-             [_filled(known[r, (group == g) & gap[r]], m[r, (group == g) & gap[r]], p, q) for g in range(REPLICATES)])
-            for r in range(len(f))
-        ]  # fmt: skip
-    whole, others = ([of[k] for of in made] for k in (0, 1))
-    counts = [np.array([[int(((group == g) & (x == y)).sum()) for g in range(REPLICATES)] for x in gap]) for y in (False, True)]
+        whole = _joined(_added(_placed(np.where(gap[..., None], 0.0, known), group), p, q))
+        others = _filled(_placed(np.where(gap[..., None], known, 0.0), group), _placed(m, group), p, q)
     low, high = np.where(m, np.inf, f).min(axis=(1, 2), initial=np.inf), np.where(m, -np.inf, f).max(axis=(1, 2), initial=-np.inf)
-    told = (*missing, {})
-    return Points((*names, FAILED), paths, counts[0], counts[1], _stacked(whole), _stacked(others), low, high, told)
+    return Points((*names, FAILED), paths, counts[0], counts[1], whole, others, low, high, (*missing, {}))
 
 
 def together(some: Sequence[Points]) -> Points:
@@ -97,26 +92,41 @@ def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
     return dict(zip(why.tolist(), count.tolist(), strict=True))
 
 
-def _added(f: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Sums of points (n × cases of a point) and of their products."""
-    if not len(f):
-        return np.zeros((f.shape[1] + len(p), 0))
-    return exact.padded([*exact.sums(f).tolist(), *exact.sums(exact.products(f[:, p], f[:, q])).tolist()])
+def _placed(x: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """What points have (results × points × places), the points of each replicate below each other (the most of them × REPLICATES ×
+    results × places), with zeros where there are fewer."""
+    most = int(np.bincount(group, minlength=1).max())
+    out = np.zeros((most, REPLICATES, len(x), x.shape[2]))
+    for g in range(REPLICATES):
+        of = np.flatnonzero(group == g)
+        out[: len(of), g] = np.moveaxis(x[:, of], 0, 1)
+    return out
+
+
+def _summed(x: np.ndarray) -> np.ndarray:
+    """Sums over all points (points × REPLICATES × results × places), without rounding (results × REPLICATES × places ×
+    numbers)."""
+    found = exact.sums(x.reshape(len(x), prod(x.shape[1:])))
+    return np.moveaxis(found.reshape(*x.shape[1:], found.shape[1]), 0, 1)
+
+
+def _added(f: np.ndarray, p: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
+    """Sums of numbers as they are placed, and of their products."""
+    return [_summed(f), _summed(exact.products(f[..., p], f[..., q]))]
 
 
 def _filled(f: np.ndarray, m: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """The same of points that have gaps (m), with what is needed to fill them."""
-    if not len(f):
-        return np.zeros((2 * f.shape[1] + 3 * len(p), 0))
-    cross = exact.sums(np.concatenate([f[:, p] * m[:, q], f[:, q] * m[:, p]]))
-    gaps = np.concatenate([m.sum(axis=0), (m[:, p] & m[:, q]).sum(axis=0)]).astype(float)[:, None]
-    return exact.padded([*_added(f, p, q).tolist(), *cross.tolist(), *gaps.tolist()])
+    if not m.any():
+        return np.zeros((f.shape[2], REPLICATES, 2 * f.shape[3] + 3 * len(p), 0))
+    cross = np.concatenate([f[..., p] * m[..., q], f[..., q] * m[..., p]])
+    return _joined([*_added(f, p, q), *map(_summed, (cross, m, m[..., p] * m[..., q]))])
 
 
-def _stacked(sums: list[list[np.ndarray]]) -> np.ndarray:
-    """Arrays of sums (places × numbers) of each result and replicate as one."""
-    most = max(s.shape[1] for of in sums for s in of)
-    return np.array([[np.pad(s, ((0, 0), (0, most - s.shape[1]))) for s in of] for of in sums])
+def _joined(blocks: list[np.ndarray]) -> np.ndarray:
+    """Blocks of places side by side."""
+    most = max(b.shape[-1] for b in blocks)
+    return np.concatenate([np.pad(b, ((0, 0), (0, 0), (0, 0), (0, most - b.shape[-1]))) for b in blocks], axis=2)
 
 
 def _indices(points: Points, r: int, of: str, unit: str, paths: tuple[str, ...]) -> Indices:

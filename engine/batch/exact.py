@@ -29,8 +29,15 @@ def expansion(values: Sequence[float]) -> list[float]:
 
 
 def sums(columns: np.ndarray) -> np.ndarray:
-    """The sums of the columns of an array (n × m), as an array (m × numbers)."""
-    return padded([expansion(column) for column in columns.T.tolist()])
+    """The sums of the columns of an array (n × m), as an array (m × numbers). Of all numbers of a column first those bits are added
+    that have room in a double with the carries of n numbers, then those below, until none is left (Rump, Ogita, Oishi 2008)."""
+    parts, left, carries = [np.zeros(columns.shape[1])], columns, len(columns).bit_length() + 1
+    while (top := np.abs(left).max(axis=0, initial=0.0)).any():
+        grain = np.ldexp(1.5, np.frexp(top)[1] + carries)
+        bits = (left + grain) - grain
+        parts.append(bits.sum(axis=0))
+        left = left - bits
+    return padded([expansion(some) for some in np.transpose(parts).tolist()])
 
 
 def padded(expansions: Sequence[Sequence[float]]) -> np.ndarray:

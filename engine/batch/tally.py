@@ -1,17 +1,17 @@
 """What the cases of a piece come to, kept beside its rows: so that questions to very many cases read little.
 
-Of every column of numbers how many there are, the least, the largest, their sum and that of their squares; of a crossed sample the
-sums of its points (``crossed.py``); and the rows of some cases, drawn by their numbers, about a million of all. Tallies of
-different pieces are one of both. How the cases were cut makes no difference to that, not in the last bit: sums are exact
-(``exact.py``), and whether a case is drawn follows from its number alone.
+Of every column of numbers how many there are, the least, the largest and their sum; of a crossed sample the sums of its points
+(``crossed.py``); and the rows of some cases, drawn by their numbers, about a million of all. Tallies of different pieces are one of
+both. How the cases were cut makes no difference to that, not in the last bit: sums are exact (``exact.py``), and whether a case is
+drawn follows from its number alone.
 """
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,7 +34,7 @@ DRAWN = 1_000_000
 @dataclass(frozen=True)
 class Tally:
     """cases: how many; names: the columns of numbers; known, low, high (columns): how many there are and their ends; sums
-    (columns × 2 × numbers): of them and of their squares; drawn: rows; edges: rows of points that are not whole here; points: the
+    (columns × numbers): of them; drawn: rows; edges: rows of points that are not whole here; points: the
     others, None where there is none, or no crossed sample."""
 
     cases: int
@@ -50,7 +50,7 @@ class Tally:
     def mean(self, name: str) -> float | None:
         """The mean of a column, correctly rounded; None where it has no number."""
         i = self.names.index(name)
-        return float(exact.fractions(self.sums[i])[0] / int(self.known[i])) if self.known[i] else None
+        return float(exact.fractions(self.sums)[i] / int(self.known[i])) if self.known[i] else None
 
     def ends(self, name: str) -> tuple[float, float] | None:
         """The least and the largest number of a column."""
@@ -72,9 +72,7 @@ def tally_of(table: pyarrow.Table, cases: Cases, kept: Sequence[Reduction]) -> T
     x = np.where(np.abs(x) <= exact.LARGEST, x, np.nan)
     there = np.isfinite(x)
     low, high = np.where(there, x, np.inf).min(axis=0, initial=np.inf), np.where(there, x, -np.inf).max(axis=0, initial=-np.inf)
-    x = np.where(there, x, 0.0)
-    both = exact.padded([*exact.sums(x).tolist(), *exact.sums(exact.products(x, x)).tolist()])
-    sums = np.stack([both[: len(names)], both[len(names) :]], axis=1)
+    sums = exact.sums(np.where(there, x, 0.0))
     some = table.filter(drawn(table["case"].to_numpy(), cases.count))
     edges = table.select(list(dict.fromkeys(["case", "outcome", *(r.name for r in kept)])))
     points = None
@@ -134,16 +132,16 @@ OF_POINTS = ("whole", "gaps", "sums", "others", "low", "high")
 
 
 def packed(t: Tally) -> pyarrow.Table:
-    """A tally as a table of one row."""
+    """A tally as a table of one row: its arrays (float or int, 64 bits) one after the other, and its rows as Arrow streams."""
     import pyarrow as pa
 
     arrays = {n: getattr(t, n) for n in ARRAYS} | {f"points.{n}": getattr(t.points, n) for n in OF_POINTS if t.points is not None}
-    sink = io.BytesIO()
-    np.savez(sink, **arrays)
     about: dict[str, Any] = {"cases": t.cases, "names": t.names}
+    about["arrays"] = [(n, x.dtype.str, x.shape) for n, x in arrays.items()]
     if t.points is not None:
         about |= {"points": {n: getattr(t.points, n) for n in ("names", "paths", "missing")}}
-    row = {"about": json.dumps(about).encode(), "arrays": sink.getvalue(), "drawn": _stream(t.drawn), "edges": _stream(t.edges)}
+    row = {"about": json.dumps(about).encode(), "arrays": b"".join(x.tobytes() for x in arrays.values())}
+    row |= {"drawn": _stream(t.drawn), "edges": _stream(t.edges)}
     return pa.table({n: pa.array([data], pa.binary()) for n, data in row.items()})
 
 
@@ -152,9 +150,11 @@ def unpacked(table: pyarrow.Table) -> Tally:
     import pyarrow as pa
 
     row = {n: table[n][0].as_py() for n in table.column_names}
-    about = json.loads(row["about"])
-    with np.load(io.BytesIO(row["arrays"]), allow_pickle=False) as found:
-        arrays = dict(found)
+    about, at = json.loads(row["about"]), 0
+    arrays: dict[str, np.ndarray] = {}
+    for name, kind, shape in about["arrays"]:
+        arrays[name] = np.frombuffer(row["arrays"], kind, prod(shape), at).reshape(shape)
+        at += arrays[name].nbytes
     points = None
     if told := about.get("points"):
         of: dict[str, Any] = {n: arrays[f"points.{n}"] for n in OF_POINTS}
@@ -167,9 +167,10 @@ def unpacked(table: pyarrow.Table) -> Tally:
 def _stream(table: pyarrow.Table) -> bytes:
     import pyarrow as pa
 
+    bare = pa.schema([pa.field(f.name, f.type, f.nullable) for f in table.schema])  # what they mean stands with the job
     sink = pa.BufferOutputStream()
-    with pa.ipc.new_stream(sink, table.schema) as writer:
-        writer.write_table(table)
+    with pa.ipc.new_stream(sink, bare) as writer:
+        writer.write_table(table.cast(bare))
     return bytes(sink.getvalue())
 
 

@@ -17,7 +17,7 @@ from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented
 from service.api.reading import known, rows
 from service.api.service import Service
-from service.api.tallied import DRAWN, DrawnDocument, drawn_of, rows_drawn, tallied
+from service.api.tallied import DRAWN, DrawnDocument, drawn_of, of_drawn, rows_drawn, tallied
 from service.executor.follows import seen_in
 from service.plain import text_of
 from service.request import study_of_document
@@ -183,14 +183,13 @@ async def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
 
 
 def _indices(s: Service, job: str, of: list[str] | None) -> Response:
-    there = found(s, job)
-    plan = known(s, job).plan
+    there, plan = found(s, job), known(s, job).plan
     names = [n for n in of or [r.name for r in plan.reductions] if n in {r.name for r in plan.reductions}]
-    whole = tallied(s, job) if plan.cases.sampling == "saltelli" else None
-    if whole is not None:
+    crossed = plan.cases.sampling == "saltelli"
+    if crossed and (whole := tallied(s, job)) is not None:
         answer = indices_in(whole, plan.cases, plan.reductions, of or names)
     else:
-        table = _table(s, job, names)[0] if plan.cases.sampling == "saltelli" else known(s, job).schema.empty_table()
+        table = _table(s, job, names)[0] if crossed else known(s, job).schema.empty_table()
         answer = indices_of(plan.cases, plan.reductions, table, of or names)
     return _json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
 
@@ -212,8 +211,7 @@ async def spreads(
 
 
 def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None, above: list[str] | None) -> Response:
-    there = found(s, job)
-    plan = known(s, job).plan
+    there, plan = found(s, job), known(s, job).plan
     bounds: dict[str, list[str]] = {}
     for text in above or ():
         name, _, value = text.rpartition("=")
@@ -223,7 +221,8 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
         raise SceneError(problems)
     table, drawn = _table(s, job, [*names, *bounds])
     told = spreads_of(plan.cases, plan.reductions, table, names, chosen, bounds)
-    return _json({"complete": there.done == there.cases, "spreads": [x.document() for x in told], "drawn": drawn})
+    spread = [x.document() | of_drawn(x.note, drawn) for x in told]
+    return _json({"complete": there.done == there.cases, "spreads": spread, "drawn": drawn})
 
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=documented(404, 409))

@@ -119,6 +119,12 @@ def drawn_of(tally: Tally | None) -> dict[str, Any] | None:
     return None if tally is None else {"cases": len(tally.drawn), "of": tally.cases}
 
 
+def of_drawn(note: str, drawn: dict[str, Any] | None) -> dict[str, str]:
+    """A note, with what is to be known where not all cases were drawn."""
+    some = drawn is not None and drawn["cases"] < drawn["of"]
+    return {"note": f"{note}; {drawn['cases']} of {drawn['of']} cases, drawn by chance" if some and drawn else note}
+
+
 def rows_drawn(tally: Tally, shown: Any) -> Any:
     """The rows that were drawn, with the columns of a schema, in order of cases."""
     return tally.drawn.sort_by("case").select(shown.names).cast(shown)

@@ -83,7 +83,7 @@ class Active:
 
     def together(self, most: int) -> int:
         """How many chunks may be cut at once, at most ``most``: as many as there is time for, whatever each is granted."""
-        return max(1, min(most, TOGETHER, int(self.left / (WALL * self.patience + BUILDING)))) if self.warm else 1
+        return int(max(1, min(most, TOGETHER, self.left / (WALL * self.patience + BUILDING)))) if self.warm else 1
 
     def sizes(self, count: int, longest: float, slots: int, handing: Handing) -> list[int]:
         """Numbers of cases for the next chunks, as they are when one is cut after the other."""
@@ -101,7 +101,7 @@ class Active:
             return FIRST_CHUNK
         left = max(1, self.known - (self.planned if planned is None else planned))
         share = max(SHORTEST, self.left / (4 * slots))
-        least = handing.shortest(left * self.cost, slots)
+        least = handing.shortest(left * self.cost, slots, self.together(slots))
         seconds = min(longest, share, max(SHORTEST, least, left * self.cost / (slots * PIECES)))
         spread = max(1, left // (2 * slots), int(min(longest, least) / self.cost))
         return int(min(max(1, seconds / self.cost), LARGEST_CHUNK, spread))

@@ -15,7 +15,7 @@ from service.executor.cluster import Cluster, NoCluster
 from service.executor.landed import Landings
 from service.executor.parts import Parts
 from service.executor.sealed import Piece
-from service.executor.sizing import Handing, look_pause
+from service.executor.sizing import look_pause
 from service.executor.work import run_chunk
 from service.metrics import Metrics
 from service.settings import Settings
@@ -39,7 +39,6 @@ class Dispatcher(Landings):
         self.thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self.woken, self.stopping = threading.Event(), threading.Event()
         self.trouble = ""
-        self.handing = Handing()
 
     def start(self) -> None:
         """Start the thread."""
@@ -90,7 +89,6 @@ class Dispatcher(Landings):
 
     def _turn(self) -> bool:
         """One turn: take results that came back, renew leases, send off more chunks. True when something was done."""
-        began, self.moved = time.perf_counter(), 0
         busy = self._take_landed()
         if time.monotonic() - self.claimed > self.settings.lease / 3:
             self._claim()
@@ -100,9 +98,7 @@ class Dispatcher(Landings):
             except LeaseLost:
                 self._forget(active)
         self.cluster.slots()
-        busy = self._send() or busy
-        self.handing.turned(self.moved, time.perf_counter() - began)
-        return busy
+        return self._send() or busy
 
     # -- sending ------------------------------------------------------------------------------------------------------------
 
@@ -133,7 +129,8 @@ class Dispatcher(Landings):
                 self._stop_job(active, "failed", [OUT_OF_TIME])
             return 0
         slots = max(1, self.cluster.counted)
-        longest = self.handing.longest(self.settings.chunk_seconds, slots)
+        longest = self.handing.longest(self.settings.chunk_seconds, slots, active.together(slots))
+        began = time.perf_counter()
         sizes = active.sizes(active.together(most), longest, slots, self.handing)
         try:
             chunks = self.store.cuts(self.name, active.job.id, sizes, self._delay(self.settings.attempts) + 1.0)
@@ -154,6 +151,7 @@ class Dispatcher(Landings):
             except NoCluster:
                 self._give_back(todo[k:], "no cluster")
                 raise
+        self.handing.took(len(chunks), time.perf_counter() - began)
         return len(todo)
 
     def _submit(self, active: Active, chunk: Chunk, grant: tuple[float, float], pause: float) -> None:
@@ -162,7 +160,6 @@ class Dispatcher(Landings):
         values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
         future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant, values, pause)
         active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), grant[0]
-        self.moved += 1
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._came(job, start, f))
 
     def _give_back(self, chunks: list[Chunk], why: str) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 import queue
+import time
 from typing import Any
 
 from service.executor.active import WALL, Active
 from service.executor.held import HeldJobs
 from service.executor.parts import Parts
 from service.executor.sealed import Spoiled, document_bytes
-from service.executor.sizing import TOGETHER
+from service.executor.sizing import TOGETHER, Handing
 from service.executor.work import Cancelled, OutOfTime
 from service.metrics import Metrics
 from service.settings import Settings
@@ -24,11 +25,11 @@ Report = tuple[Done | None, Lost | None]
 
 
 class Landings(HeldJobs):
-    """The jobs that are held, and what lands of them. moved: pieces handed out or taken back in this turn."""
+    """The jobs that are held, and what lands of them. handing: what it costs to hand pieces out and to take them back."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings, metrics: Metrics):
         super().__init__(store, parts, settings)
-        self.metrics, self.moved = metrics, 0
+        self.metrics, self.handing = metrics, Handing()
 
     def _take_landed(self) -> bool:
         """Record everything that has come back from the cluster."""
@@ -66,7 +67,7 @@ class Landings(HeldJobs):
 
     def _landed(self, active: Active, futures: dict[int, Any]) -> None:
         """Record chunks of a job that came back with a result or an error."""
-        reports: dict[int, Report] = {}
+        began, reports = time.perf_counter(), dict[int, Report]()
         for start, future in futures.items():
             self._renew()
             reports[start] = self._report(active, start, future)
@@ -80,7 +81,7 @@ class Landings(HeldJobs):
                 self.metrics.chunk_lost(states[start])
                 told = (chunk.job, start, chunk.stop - 1, lost[start].error, states[start])
                 log.warning("job %s, cases %d to %d: %s (%s)", *told)
-        self.moved += len(reports)
+        self.handing.took(len(reports), time.perf_counter() - began)
         if active.planned >= active.known and not active.flying:
             self._end_if_over(active)
 

@@ -174,6 +174,7 @@ class LandingStore(HookStore):
             values = {"state": "waiting" if goes_on else "dropped", "attempts": 0, "not_before": 0.0, "error": why[:2000]}
             c.execute(update(chunks).where(done, or_(chunks.c.start == start, chunks.c.counts == "")).values(values))
             self._summed(c, row)
+            c.execute(update(jobs).where(jobs.c.id == job).values(ends=""))
             if goes_on and row["state"] not in ACTIVE:
                 free = {"state": "running", "finished": None, "problems": "[]", "lease_owner": None, "lease_until": 0.0}
                 c.execute(update(jobs).where(jobs.c.id == job).values(free))

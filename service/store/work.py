@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from hashlib import sha256
 from typing import Any
 
 from sqlalchemy import Connection, and_, case, insert, or_, select, update
@@ -126,11 +127,15 @@ class WorkStore(LandingStore):
             found = c.execute(query if stop is None else query.where(chunks.c.start < stop)).mappings()
             return [chunk_of(row) for row in found]
 
-    def ends(self, job: str) -> list[int]:
-        """Where the chunks end whose parts are there, in order."""
-        query = select(chunks.c.stop).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
+    def ends(self, job: str) -> str:
+        """A sum (SHA-256) of where the chunks end whose parts are there, in order."""
         with transaction(self.engine) as c:
-            return [int(stop) for stop in c.execute(query).scalars()]
+            return self._ends(c, job)
+
+    @staticmethod
+    def _ends(c: Connection, job: str) -> str:
+        query = select(chunks.c.stop).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
+        return sha256(json.dumps([int(stop) for stop in c.execute(query).scalars()]).encode()).hexdigest()
 
     def ask(self, server: str, job: str, known: int, over: bool) -> None:
         """So many cases of a study are known now; ``over``: there will be no more."""
@@ -173,6 +178,7 @@ class WorkStore(LandingStore):
             "problems": json.dumps(problems),
             "lease_owner": None,
             "lease_until": 0.0,
+            "ends": self._ends(c, job) if state == "done" else "",
         }
         c.execute(update(jobs).where(jobs.c.id == job).values(values))
         self._event(c, job, state, {"problems": problems})

@@ -76,6 +76,12 @@ def test_sums_are_exact_and_the_same_however_they_are_cut(numbers: list[float], 
     assert not whole or whole[0] == float(sum(map(Fraction, numbers), Fraction()))
 
 
+@given(st.lists(st.lists(st.floats(-1e280, 1e280), min_size=3, max_size=3), max_size=20))
+def test_sums_of_columns_are_those_of_their_numbers(rows: list[list[float]]) -> None:
+    columns = np.array(rows).reshape(-1, 3)
+    assert exact.sums(columns).tolist() == exact.padded([exact.expansion(c) for c in columns.T.tolist()]).tolist()
+
+
 @given(st.floats(-1e100, 1e100), st.floats(-1e100, 1e100))
 def test_products_are_exact_with_what_rounding_took(a: float, b: float) -> None:
     got = sum(map(Fraction, exact.products(np.array([[a]]), np.array([[b]])).ravel().tolist()))

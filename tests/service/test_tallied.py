@@ -123,6 +123,7 @@ def test_where_some_cases_are_drawn_it_is_said_and_sums_and_ends_are_of_all(
     got = asked(server, job)
     n = got[2]["drawn"]["cases"]
     assert 20 < n < 120
+    assert {x["note"].rpartition("; ")[2] for x in got[1]["spreads"]} == {f"{n} of {CASES} cases, drawn by chance"}
     assert got[1]["drawn"] == got[3]["drawn"] == {"cases": n, "of": CASES}
     assert sum(got[2]["cells"]["cases"]) == got[2]["cases"] == n
     assert got[3]["cases"] + got[3]["left_out"] + sum(got[3]["missing"].values()) == n

@@ -84,3 +84,22 @@ def test_of_many_chunks_recorded_at_once_all_are_or_none(store: WorkStore, monke
     end = store.job(job.id)
     assert end is not None
     assert (end.done, end.seconds) == (0, 0.0)
+
+
+def test_where_pieces_end_is_kept_with_a_job_that_is_done_until_some_are_made_again(store: WorkStore) -> None:
+    def ended(sizes: tuple[int, ...]) -> Job:
+        job = taken(store, sum(sizes))
+        for chunk in store.cuts(ME, job.id, sizes):
+            store.chunk_done(ME, job.id, chunk.start, Done({"done": chunk.stop - chunk.start}, 0.5, 0.0, 10))
+        going = store.job(job.id)
+        assert going is not None
+        assert going.ends == ""
+        assert store.end_if_over(ME, job.id) == "done"
+        return store.job(job.id) or going
+
+    one, same, other = ended((10, 20)), ended((10, 20)), ended((20, 10))
+    assert one.ends == same.ends == store.ends(one.id) != other.ends
+    store.reopen(one.id, 10, "spoilt")
+    again = store.job(one.id)
+    assert again is not None
+    assert (again.state, again.ends) == ("running", "")
