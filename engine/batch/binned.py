@@ -3,7 +3,7 @@ the least, mean and largest value of a third number. Tables come one after anoth
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
@@ -149,9 +149,13 @@ def _column(column: Any) -> np.ndarray:
     return x.astype(str) if x.dtype == object else x.astype(float)
 
 
-def binned(tables: Iterable[Picked], x: str, y: str, bins: tuple[int, int]) -> tuple[Axis, Axis | None]:
-    """The axes for columns x and y ("" for none), of cases as they are ``picked``."""
+def binned(
+    tables: Iterable[Picked], x: str, y: str, bins: tuple[int, int], ends: Mapping[str, tuple[float, float]] | None = None
+) -> tuple[Axis, Axis | None]:
+    """The axes for columns x and y ("" for none), of cases as they are ``picked``. ends: by column, what lies on its axis, too."""
     spans = [Span(n) for n in (x, y) if n]
+    for s in spans:
+        s.see(np.array((ends or {}).get(s.name, ())))
     for table in tables:
         for s in spans:
             s.see(table[s.name])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from engine.basics.problems import MOST, Problem, SceneError
-from engine.batch.evenly import REPLICATES, points, width
+from engine.batch.evenly import BITS, REPLICATES, points, width
 from engine.batch.spread import spread_of
 from engine.batch.written import Reader
 from engine.scene.model import Scene
@@ -89,6 +89,8 @@ def sampled(
     if method == "saltelli" and 1 <= count < LEAST_POINTS:
         what = f"{count} points are too few to tell how well indices are known"
         problems.append(Problem(f"{where}.count", what, f"at least {LEAST_POINTS}; some hundred are usual"))
+    if method == "sobol" and count > 1 << BITS:
+        problems.append(Problem(f"{where}.count", f"{count} are more than Sobol's points, {1 << BITS}", "latin or random has more"))
     spreads, units = [], []
     for path, given in ranges.items():
         reader = Reader(scene, path, f"{where}.{path}", problems)

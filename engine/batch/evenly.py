@@ -1,14 +1,13 @@
 """Numbers in [0, 1) for samples, a row for each case and a column for each varied number: by chance, one in every strip, or Sobol's
 points; and pairs of samples crossed as Saltelli does, of which Sobol indices are made.
 
-All follow from the seed by PCG64 and by integer arithmetic, so they are the same everywhere. Sobol's points come from SciPy as he
-has them; they are scrambled here (a random triangular matrix of bits and a shift for each number: Matoušek 1998), so that no case
-lies at an end and the seed decides.
+All follow from the seed by PCG64 and by integer arithmetic, so they are the same everywhere. Sobol's points are SciPy's, from the
+directions he has; they are scrambled here (a random triangular matrix of bits and a shift for each number: Matoušek 1998), so that
+no case lies at an end and the seed decides.
 """
 
 from __future__ import annotations
 
-import threading
 import warnings
 from functools import lru_cache
 from math import ceil
@@ -25,9 +24,8 @@ LARGE = 4_000_000
 """Numbers of cases above which a sample is never made whole (a Latin one of so many has other strips than a smaller one would)."""
 MOST_DIMENSIONS = 21_201
 """For so many numbers Sobol's points are tabulated."""
-
-
-_sequences = threading.local()
+TOGETHER = 10
+"""Bits of the numbers of Sobol's points that are added up once for all."""
 
 
 def width(method: str, paths: int) -> int:
@@ -57,13 +55,13 @@ def strips(count: int, seed: int, axis: int, cases: np.ndarray) -> np.ndarray:
     while outside.any():
         left, right = out[outside] >> half, out[outside] & mask
         for key in keys:
-            left, right = right, left ^ (_mixed(right + key) & mask)
+            left, right = right, left ^ (mixed(right + key) & mask)
         out[outside] = (left << half) | right
         outside = out >= count
     return out
 
 
-def _mixed(x: np.ndarray) -> np.ndarray:
+def mixed(x: np.ndarray) -> np.ndarray:
     """Each of 64 bits follows from all (the finaliser of SplitMix64: Steele, Lea, Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -82,20 +80,48 @@ def _replicate(bits: np.ndarray, seed: int, start: int, replicate: int) -> np.nd
 
 
 def _bits(axes: int, start: int, stop: int) -> np.ndarray:
-    """Sobol's points start … stop − 1, as integers of BITS bits (n × axes). The sequence goes one way, at some nanoseconds a
-    point: where it was is kept, for what follows."""
-    qmc = brought("scipy.stats", "analysis", "a Sobol sample").qmc
-    kept: dict[int, Any] = _sequences.__dict__.setdefault("of", {})
-    sequence = kept.pop(axes, None)
-    if sequence is None or sequence.num_generated > start:
-        sequence = qmc.Sobol(axes, scramble=False, bits=BITS)
-    if start > sequence.num_generated:
-        sequence.fast_forward(start - sequence.num_generated)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of numbers that are no power of 2
-        out = sequence.random(stop - start)
-    kept[axes] = sequence
-    return np.rint(out * (1 << BITS)).astype(np.uint64)
+    """Sobol's points start … stop − 1, as integers of BITS bits (n × axes). Point n is the sum, bit by bit and without carries, of
+    the directions that the Gray code of n names: so each is had by its number, and is the sum of those of its high and low bits."""
+    if stop > 1 << BITS:
+        raise ValueError(f"Sobol's sequence has 2^{BITS} points here")
+    numbers = np.arange(start, stop)
+    low, first = _first_points(axes), start >> TOGETHER
+    high = _summed(_directions(axes), np.arange(first, (max(start, stop - 1) >> TOGETHER) + 1) << TOGETHER)
+    return high[(numbers >> TOGETHER) - first] ^ low[numbers & ((1 << TOGETHER) - 1)]
+
+
+def _summed(directions: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Sobol's points of these numbers (n), of directions (axes × bits)."""
+    gray = (numbers ^ (numbers >> 1)).astype(np.uint64)
+    out = np.zeros((len(numbers), len(directions)), np.uint64)
+    for j, direction in enumerate(directions.T):
+        out ^= ((gray >> np.uint64(j)) & np.uint64(1))[:, None] * direction
+    return out
+
+
+@lru_cache(maxsize=16)
+def _first_points(axes: int) -> np.ndarray:
+    """The points of the numbers whose higher bits are all zero."""
+    return _summed(_directions(axes), np.arange(1 << TOGETHER))
+
+
+@lru_cache(maxsize=16)
+def _directions(axes: int) -> np.ndarray:
+    """Sobol's directions (axes × BITS) of Joe and Kuo, as SciPy has them."""
+    sequence = brought("scipy.stats", "analysis", "a Sobol sample").qmc.Sobol(axes, scramble=False, bits=BITS)
+    told = getattr(sequence, "_sv", None)
+    return walked(sequence, BITS) if told is None else np.asarray(told).astype(np.uint64)
+
+
+def walked(sequence: Any, bits: int) -> np.ndarray:
+    """The directions of a sequence at its start, from its points alone: point 2ᵏ − 1 has the Gray code 2ᵏ⁻¹. Takes seconds."""
+    out = []
+    for k in range(bits):
+        sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of numbers that are no power of 2
+            out.append(np.rint(sequence.random(1)[0] * (1 << bits)))
+    return np.column_stack(out).astype(np.uint64)
 
 
 def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> np.ndarray:

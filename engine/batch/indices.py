@@ -81,9 +81,7 @@ def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], un
     cases = table["case"].to_numpy()
     n = int(np.argmin(cases == np.arange(len(cases)))) if len(cases) and (cases != np.arange(len(cases))).any() else len(cases)
     points = n // each
-    if points < 2 * REPLICATES:
-        what = f"{points} points of the crossed sample have been run; {2 * REPLICATES} are the least"
-        raise SceneError([Problem("indices", what, "wait until more have been run, or give a larger count")])
+    enough(points)
     table = table.slice(0, points * each)
     outcome = np.array(table["outcome"].to_pylist(), object)
     out = []
@@ -97,6 +95,13 @@ def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], un
     return out
 
 
+def enough(points: int) -> None:
+    """SceneError where too few points have been run."""
+    if points < 2 * REPLICATES:
+        what = f"{points} points of the crossed sample have been run; {2 * REPLICATES} are the least"
+        raise SceneError([Problem("indices", what, "wait until more have been run, or give a larger count")])
+
+
 def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
     """Cases without a value, by why."""
     why = np.where(outcome == "done", "no value", outcome)[np.isnan(values)]
@@ -106,33 +111,38 @@ def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
 def _indices(told: tuple[str, str, tuple[str, ...]], f: np.ndarray, missing: dict[str, int]) -> Indices:
     """The indices of one result (points × cases of a point); NaN where a case has none."""
     of, unit, paths = told
-    d, notes = len(paths), []
+    d = len(paths)
     whole = ~np.isnan(f).any(axis=1)
     known = f[~np.isnan(f)]
     found = [NOTHING] * (2 + 2 * d + d * (d - 1) // 2)
-    flat = not len(known) or known.std() <= FLAT * np.abs(known).max()
-    if flat:
-        notes.append("it does not vary" if len(known) else "no case has a value")
-    elif whole.sum() < 2 * REPLICATES:
-        notes.append(f"only {int(whole.sum())} points have values in all their cases: nothing can be said")
-    else:
+    flat = not len(known) or bool(known.std() <= FLAT * np.abs(known).max())
+    if not flat and whole.sum() >= 2 * REPLICATES:
         found = _jackknifed(f[whole], np.arange(len(f))[whole] % REPLICATES)
     if not whole.all() and not flat:
-        lost, n = int((~whole).sum()), int(np.isnan(f).sum())
-        notes.append(
-            f"{n} of {f.size} cases have no value, which touches {lost} of {len(f)} points: the numbers are of the others, the "
-            "intervals hold also what comes out with the least, the mean and the largest value seen in place of the missing ones "
-            "(with values that follow the numbers in another way it may be something else still)"
-        )
         for fill in (known.min(), known.mean(), known.max()):
             there = _jackknifed(np.where(np.isnan(f), fill, f), np.arange(len(f)) % REPLICATES)
-            found = [_around(a, b) for a, b in zip(found, there, strict=True)]
+            found = [around(a, b) for a, b in zip(found, there, strict=True)]
+    notes = told_of(flat, int(whole.sum()), len(f), len(known), f.size)
     second = dict(zip(combinations(paths, 2), found[2 + 2 * d :], strict=True))
     first, total = tuple(found[2 : 2 + d]), tuple(found[2 + d : 2 + 2 * d])
     return Indices(of, unit, paths, first, total, second, found[0], found[1], len(f), f.size, missing, tuple(notes))
 
 
-def _around(a: Estimate, b: Estimate) -> Estimate:
+def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list[str]:
+    """What is to be known besides: of a result that has values in so many of its cases, in all of them in so many points."""
+    if flat:
+        return ["it does not vary" if known else "no case has a value"]
+    notes = [] if whole >= 2 * REPLICATES else [f"only {whole} points have values in all their cases: nothing can be said"]
+    if whole < points:
+        notes.append(
+            f"{cases - known} of {cases} cases have no value, which touches {points - whole} of {points} points: the numbers are "
+            "of the others, the intervals hold also what comes out with the least, the mean and the largest value seen in place of "
+            "the missing ones (with values that follow the numbers in another way it may be something else still)"
+        )
+    return notes
+
+
+def around(a: Estimate, b: Estimate) -> Estimate:
     """The first, with an interval that holds both."""
     if a.low is None or b.low is None or a.high is None or b.high is None:
         return a

@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 
 from engine.basics.problems import Problem, SceneError
 from engine.batch.binned import MOST_BINS, Axis, Bins, Within, binned, of_all
+from engine.batch.tally import Tally
 from engine.scene.dump import scene_to_yaml
 from service.api.delivery import DOCUMENTED, Answer, delivered, tag_of
 from service.api.jobs import Here, Reader, found
@@ -18,6 +19,7 @@ from service.api.problems import documented
 from service.api.reading import known, rows
 from service.api.results import replayed
 from service.api.service import Service
+from service.api.tallied import DRAWN, DrawnDocument, drawn_of, rows_drawn, tallied
 from service.plain import text_of
 from service.store.tables import ENDED
 
@@ -54,6 +56,15 @@ class CellsDocument(BaseModel):
     most: CELL
 
 
+class ColumnDocument(BaseModel):
+    """A column over all cases that are done: how many have a number, the least, the mean and the largest."""
+
+    known: int
+    least: float | None
+    mean: float | None
+    most: float | None
+
+
 class BinsDocument(BaseModel):
     """All cases of a job that are done, in bins."""
 
@@ -65,6 +76,8 @@ class BinsDocument(BaseModel):
     y: AxisDocument | None
     of: str | None
     cells: CellsDocument
+    drawn: DrawnDocument | None = DRAWN
+    whole: dict[str, ColumnDocument] | None = Field(None, description="Where cases are drawn: the columns over all cases, exactly.")
 
 
 class CaseEvent(BaseModel):
@@ -142,19 +155,21 @@ def _counted(
     s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: tuple[Within, ...]
 ) -> dict[str, Any]:
     """The document of all rows there are now: looked at twice, for the ends of the axes and for the bins; read twice where they are
-    too many to be kept between."""
+    too many to be kept between. Of very many cases some rows were drawn when they were run."""
     import pyarrow as pa
 
-    schema, there = known(s, job).schema, found(s, job)
+    schema, there, whole = known(s, job).schema, found(s, job), tallied(s, job)
     x, y, of = named
     wanted = dict.fromkeys([*(n for n in named if n), "case", "outcome", *(w.name for w in within)])
     shown = pa.schema([schema.field(n) for n in wanted])
 
     def read() -> Iterable[Any]:
-        return of_all(rows(s, job, shown, 0, there.cases), within, named)
+        tables = rows(s, job, shown, 0, there.cases) if whole is None else iter([rows_drawn(whole, shown)])
+        return of_all(tables, within, named)
 
-    held = list(read()) if there.cases * len(wanted) <= MOST_HELD else None
-    axes = binned((cases for cases, _, _ in (held or read())), x, y, most)
+    held = list(read()) if whole is not None or there.cases * len(wanted) <= MOST_HELD else None
+    ends = {n: e for n in (x, y) if whole is not None and not within and n and (e := whole.ends(n))}
+    axes = binned((cases for cases, _, _ in (held or read())), x, y, most, ends)
     counted, left_out = Bins(*axes, of), 0
     for cases, outcome, lost in held or read():
         counted.add(cases, outcome)
@@ -163,7 +178,13 @@ def _counted(
     return {
         "complete": there.done == there.cases, "cases": int(counted.count.sum()), "left_out": left_out,
         "missing": counted.missing, "x": told[0], "y": told[1], "of": of or None, "cells": counted.cells(),
+        "drawn": drawn_of(whole), "whole": {n: _column(whole, n) for n in named if n} if whole is not None else None,
     }  # fmt: skip
+
+
+def _column(whole: Tally, name: str) -> dict[str, Any]:
+    low, high = whole.ends(name) or (None, None)
+    return {"known": int(whole.known[whole.names.index(name)]), "least": low, "mean": whole.mean(name), "most": high}
 
 
 def _axis(schema: Any, a: Axis) -> dict[str, Any]:

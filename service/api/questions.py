@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from engine.basics.problems import Problem, SceneError
+from engine.basics.problems import SceneError
 from engine.batch.answers import indices_of, refused, spreads_of
 from engine.batch.quantiles import USUAL
+from engine.batch.tally import indices_in
 from engine.fits.cases import FitPlan
 from service.api.answers import StudyAnswer
 from service.api.fits import fit_answer
@@ -19,6 +20,7 @@ from service.api.jobs import Here, Reader, found
 from service.api.problems import Refusal, documented
 from service.api.reading import known, rows
 from service.api.service import Service
+from service.api.tallied import DRAWN, DrawnDocument, drawn_of, of_drawn, rows_drawn, tallied
 from service.executor.follows import seen_in
 from service.plain import text_of
 from service.request import study_of_document
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
     import pyarrow
 
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
-MOST_CASES = 2_000_000
 Of = Annotated[
     list[Annotated[str, Field(max_length=200)]] | None,
     Query(description="Results, as they were kept (repeatable; default: all).", max_length=100),
@@ -109,6 +110,7 @@ class SpreadsAnswer(BaseModel):
 
     complete: bool = Field(description="Whether all cases have been run.")
     spreads: list[SpreadDocument]
+    drawn: DrawnDocument | None = DRAWN
 
 
 @router.get("/{job}/indices", response_model=IndicesAnswer, responses=documented(404))
@@ -119,12 +121,14 @@ async def indices(job: str, caller: Reader, s: Here, of: Of = None) -> Response:
 
 
 def _indices(s: Service, job: str, of: list[str] | None) -> Response:
-    there = found(s, job)
-    plan = known(s, job).plan
+    there, plan = found(s, job), known(s, job).plan
     names = [n for n in of or [r.name for r in plan.reductions] if n in {r.name for r in plan.reductions}]
-    sampled = plan.cases.sampling == "saltelli"
-    table = _table(s, job, names) if sampled else known(s, job).schema.empty_table()
-    answer = indices_of(plan.cases, plan.reductions, table, of or names)
+    crossed = plan.cases.sampling == "saltelli"
+    if crossed and (whole := tallied(s, job)) is not None:
+        answer = indices_in(whole, plan.cases, plan.reductions, of or names)
+    else:
+        table = _table(s, job, names)[0] if crossed else known(s, job).schema.empty_table()
+        answer = indices_of(plan.cases, plan.reductions, table, of or names)
     return _json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
 
 
@@ -145,8 +149,7 @@ async def spreads(
 
 
 def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None, above: list[str] | None) -> Response:
-    there = found(s, job)
-    plan = known(s, job).plan
+    there, plan = found(s, job), known(s, job).plan
     bounds: dict[str, list[str]] = {}
     for text in above or ():
         name, _, value = text.rpartition("=")
@@ -154,8 +157,10 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
     names, chosen = list(of or [r.name for r in plan.reductions]), list(at or USUAL)
     if problems := refused(plan.cases, plan.reductions, names, chosen, bounds):
         raise SceneError(problems)
-    told = spreads_of(plan.cases, plan.reductions, _table(s, job, [*names, *bounds]), names, chosen, bounds)
-    return _json({"complete": there.done == there.cases, "spreads": [x.document() for x in told]})
+    table, drawn = _table(s, job, [*names, *bounds])
+    told = spreads_of(plan.cases, plan.reductions, table, names, chosen, bounds)
+    spread = [x.document() | of_drawn(x.note, drawn) for x in told]
+    return _json({"complete": there.done == there.cases, "spreads": spread, "drawn": drawn})
 
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=documented(404, 409))
@@ -185,14 +190,12 @@ def _json(data: Any) -> Response:
     return Response(text_of(data), media_type="application/json")
 
 
-def _table(s: Service, job: str, names: Iterable[str]) -> pyarrow.Table:
-    """The rows of a job so far: their outcomes and some results."""
+def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:
+    """The rows of a job so far: their outcomes and some results; of very many those that were drawn, and of how many."""
     import pyarrow as pa
 
-    there = found(s, job)
-    if there.cases > MOST_CASES:
-        what = f"{there.cases} cases are more than the {MOST_CASES} that this is worked out of here"
-        raise SceneError([Problem("cases", what, "fetch the table, and ask engine.batch.answers of it")])
-    schema = known(s, job).schema
+    there, schema, whole = found(s, job), known(s, job).schema, tallied(s, job)
     shown = pa.schema([schema.field(n) for n in dict.fromkeys(("case", "outcome", *names))])
-    return pa.concat_tables([shown.empty_table(), *rows(s, job, shown, 0, there.cases)])
+    if whole is not None:
+        return rows_drawn(whole, shown), drawn_of(whole)
+    return pa.concat_tables([shown.empty_table(), *rows(s, job, shown, 0, there.cases)]), None

@@ -128,12 +128,12 @@ def _tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Call
             repairs += 1
             if repairs > MOST_REPAIRS * (1 + len(todo)):
                 raise
-            todo.extendleft(reversed(_again(s, chunk, str(e))))
+            todo.extendleft(reversed(again(s, chunk, str(e))))
             continue
         yield table.select(schema.names).cast(schema)
 
 
-def _again(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
+def again(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
     """Have the cases of a chunk computed again; the chunks that hold them then, fewer where the job does not go on."""
     log.warning("job %s, cases %d to %d: %s; they are computed again", chunk.job, chunk.start, chunk.stop - 1, why)
     s.store.reopen(chunk.job, chunk.start, why)

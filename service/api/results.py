@@ -81,7 +81,7 @@ def _table(s: Service, job: str, kind: str, column: list[str] | None, first: int
 
     tag = None
     if there.state in ENDED and there.done == there.cases:
-        tag = tag_of(job, known(s, job).digest, kind, names, first, stop, s.store.ends(job), version())
+        tag = tag_of(job, known(s, job).digest, kind, names, first, stop, there.ends or s.store.ends(job), version())
     return Answer(make, MEDIA[kind], headers, tag)
 
 
@@ -136,7 +136,7 @@ def _rows(s: Service, job: str, kind: str, column: list[str] | None, first: int,
 
     tag = None
     if there.state in ENDED and there.done == there.cases:
-        ends = s.store.ends(job)
+        ends = there.ends or s.store.ends(job)
         tag = tag_of(job, known(s, job).digest + " rows", kind, names, first, stop, ends, version())
     return Answer(make, MEDIA[kind], headers, tag)
 

@@ -15,6 +15,7 @@ from service.api.delivery import Lengths
 from service.api.documents import job_document
 from service.api.reading import Library
 from service.api.reads import Reads
+from service.api.tallied import Tallies
 from service.desk.desk import Desk
 from service.executor.cluster import Cluster
 from service.executor.dispatcher import Dispatcher
@@ -74,6 +75,7 @@ class Service:
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
     library: Library = field(default_factory=Library)
+    tallies: Tallies = field(default_factory=Tallies)
     lengths: Lengths = field(default_factory=Lengths)
     reads: Reads = field(default_factory=Reads)
 

@@ -7,7 +7,7 @@ from math import inf
 from typing import Any
 
 from engine.studies.following import Follow
-from service.executor.sizing import Handing
+from service.executor.sizing import TOGETHER, Handing
 from service.store.rows import Chunk, Job
 
 FIRST_CHUNK = 8
@@ -85,17 +85,29 @@ class Active:
         self.granted.pop(start, None)
         self.spent += seconds
 
-    def size(self, longest: float, slots: int, handing: Handing) -> int:
-        """Number of cases for the next chunk. What is left is cut into PIECES chunks for each slot, so that a small job spreads,
-        but into none longer than ``longest`` seconds, or shorter than SHORTEST and than what handing out more of them is worth;
-        chunks shrink towards the end."""
+    def together(self, most: int) -> int:
+        """How many chunks may be cut at once, at most ``most``: as many as there is time for, whatever each is granted."""
+        return int(max(1, min(most, TOGETHER, self.left / (WALL * self.patience + BUILDING)))) if self.warm else 1
+
+    def sizes(self, count: int, longest: float, slots: int, handing: Handing) -> list[int]:
+        """Numbers of cases for the next chunks, as they are when one is cut after the other."""
+        found, planned = list[int](), self.planned
+        for _ in range(count):
+            found.append(self.size(longest, slots, handing, planned))
+            planned = min(self.known, planned + found[-1])
+        return found
+
+    def size(self, longest: float, slots: int, handing: Handing, planned: int | None = None) -> int:
+        """Number of cases for the next chunk, where so many are ``planned``. What is left is cut into PIECES chunks for each slot,
+        so that a small job spreads, but into none longer than ``longest`` seconds, or shorter than SHORTEST and than what handing
+        out more of them is worth; chunks shrink towards the end."""
         if self.apart:
             return 1
         if self.cost <= 0.0:
             return FIRST_CHUNK
-        left = max(1, self.known - self.planned)
+        left = max(1, self.known - (self.planned if planned is None else planned))
         share = max(SHORTEST, self.left / (4 * slots))
-        least = handing.shortest(left * self.cost, slots)
+        least = handing.shortest(left * self.cost, slots, self.together(slots))
         seconds = min(longest, share, max(SHORTEST, least, left * self.cost / (slots * PIECES)))
         spread = max(1, left // (2 * slots), int(min(longest, least) / self.cost))
         return int(min(max(1, seconds / self.cost), LARGEST_CHUNK, spread))

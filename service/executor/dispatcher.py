@@ -6,42 +6,39 @@ It works on the jobs this server holds (``held.py``): what it keeps in memory ca
 from __future__ import annotations
 
 import logging
-import queue
 import threading
 import time
 from typing import Any
 
-from service.executor.active import LEAST_GRANT, LEAST_LEFT, OUT_OF_TIME, WALL, Active
+from service.executor.active import LEAST_GRANT, LEAST_LEFT, OUT_OF_TIME, Active
 from service.executor.cluster import Cluster, NoCluster
-from service.executor.held import HeldJobs
+from service.executor.landed import Landings
 from service.executor.parts import Parts
-from service.executor.sealed import Piece, Spoiled, document_bytes
-from service.executor.sizing import Handing, look_pause
-from service.executor.work import Cancelled, OutOfTime, run_chunk
+from service.executor.sealed import Piece
+from service.executor.sizing import look_pause
+from service.executor.work import run_chunk
 from service.metrics import Metrics
 from service.settings import Settings
 from service.store.database import Unreachable
 from service.store.rows import Chunk
-from service.store.work import Done, LeaseLost, WorkStore
+from service.store.work import LeaseLost, Lost, WorkStore
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
 """How many chunks wait at the cluster for each that runs, so that no worker is idle until the next turn."""
 IDLE_SECONDS = 0.05
-RESULT_SECONDS = 10
 STOP_SECONDS = 2
 
 
-class Dispatcher(HeldJobs):
+class Dispatcher(Landings):
     """The thread that hands out chunks. trouble: what keeps it from working now, in words ("" when nothing does)."""
 
     def __init__(self, store: WorkStore, cluster: Cluster, parts: Parts, settings: Settings, metrics: Metrics):
-        super().__init__(store, parts, settings)
-        self.cluster, self.metrics = cluster, metrics
+        super().__init__(store, parts, settings, metrics)
+        self.cluster = cluster
         self.thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self.woken, self.stopping = threading.Event(), threading.Event()
         self.trouble = ""
-        self.handing, self.moved = Handing(), 0
 
     def start(self) -> None:
         """Start the thread."""
@@ -92,7 +89,6 @@ class Dispatcher(HeldJobs):
 
     def _turn(self) -> bool:
         """One turn: take results that came back, renew leases, send off more chunks. True when something was done."""
-        began, self.moved = time.perf_counter(), 0
         busy = self._take_landed()
         if time.monotonic() - self.claimed > self.settings.lease / 3:
             self._claim()
@@ -102,90 +98,7 @@ class Dispatcher(HeldJobs):
             except LeaseLost:
                 self._forget(active)
         self.cluster.slots()
-        busy = self._send() or busy
-        self.handing.turned(self.moved, time.perf_counter() - began)
-        return busy
-
-    # -- landing ------------------------------------------------------------------------------------------------------------
-
-    def _take_landed(self) -> bool:
-        """Record everything that has come back from the cluster."""
-        some = False
-        while True:
-            try:
-                job, start, future = self.landed.get_nowait()
-            except queue.Empty:
-                return some
-            some = True
-            active = self.jobs.get(job)
-            if active is None or start not in active.flying or active.flying[start][1] is not future:
-                continue
-            try:
-                self._renew()
-                self._landed(active, start, future)
-            except LeaseLost:
-                self._forget(active)
-            except Exception:
-                self.landed.put((job, start, future))  # the part is safe; say so when the database is back
-                raise
-
-    def _landed(self, active: Active, start: int, future: Any) -> None:
-        """Record one chunk that came back with a result or an error."""
-        chunk = active.flying[start][0]
-        got = self._result(future) if future.status == "finished" else None
-        granted = active.granted.get(start, 0.0)
-        if future.status == "error" and isinstance(future.exception(), OutOfTime):
-            got = {"counts": {}, "seconds": 0.0, "build_seconds": granted, "bytes": 0, "reached": start}
-        if got is not None:
-            self._recorded(active, chunk, granted, Done(**got))
-        else:
-            active.landed(start, 0.0)
-            self._lost(chunk, future)
-        active.flying.pop(start, None)
-        self.moved += 1
-        if active.planned >= active.known and not active.flying:
-            self._end_if_over(active)
-
-    def _recorded(self, active: Active, chunk: Chunk, granted: float, done: Done) -> None:
-        """Record what a chunk reports, and learn from it what a case costs."""
-        n = sum(done.counts.values())
-        if not n and chunk.stop - chunk.start == 1 and granted >= WALL * active.patience:
-            what = f"the case was not over after {granted:.3g} s, far beyond its patience: is the machine stopped, or overloaded?"
-            self.store.chunk_lost(self.name, chunk.job, chunk.start, what, self.settings.attempts, self.settings.retry_delay)
-        else:
-            self.store.chunk_done(self.name, chunk.job, chunk.start, done)
-        active.landed(chunk.start, done.seconds + done.build_seconds)
-        self.metrics.chunk(n, done.seconds)
-        if done.seconds > 0.0:
-            now = done.seconds / max(n, 1)
-            active.cost = now if not active.cost else 0.7 * active.cost + 0.3 * now
-        active.warm = active.warm or done.seconds > 0.0  # the kernel is there
-
-    @staticmethod
-    def _result(future: Any) -> dict[str, Any] | None:
-        """What the chunk reports; None when the report is lost (its part may be there, and the next attempt will find it)."""
-        try:
-            return dict(future.result(timeout=RESULT_SECONDS))
-        except Exception as e:  # noqa: BLE001  # whatever became of the worker, the chunk is simply asked for again
-            log.info("a result went missing: %s", e)
-            return None
-
-    def _lost(self, chunk: Chunk, future: Any) -> None:
-        """An attempt came to nothing: by its own fault (an error, a worker killed again and again) or the cluster's."""
-        failed = future.status == "error"
-        error = future.exception() if failed else None
-        blame = failed and not isinstance(error, Cancelled)
-        if isinstance(error, Spoiled):
-            self.parts.write(self.parts.job_file(chunk.job), document_bytes(self.store.document(chunk.job)))
-        text = f"{type(error).__name__}: {error}" if failed else "the cluster went away"
-        delay = self._delay(chunk.attempts) if blame else 0.5
-        state = self.store.chunk_lost(self.name, chunk.job, chunk.start, text, self.settings.attempts, delay, blame)
-        self.metrics.chunk_lost(state)
-        log.warning("job %s, cases %d to %d: %s (%s)", chunk.job, chunk.start, chunk.stop - 1, text, state)
-
-    def _delay(self, attempts: int) -> float:
-        """Seconds after which a chunk is tried again that was tried so many times."""
-        return self.settings.retry_delay * 2.0 ** max(0, attempts - 1)
+        return self._send() or busy
 
     # -- sending ------------------------------------------------------------------------------------------------------------
 
@@ -196,50 +109,62 @@ class Dispatcher(HeldJobs):
         room = self.cluster.slots() * (1 + AHEAD) - sum(len(a.flying) for a in self.jobs.values())
         some, turn = False, list(self.jobs.values())
         while room > 0 and turn:
+            share = max(1, room // len(turn))
             for active in list(turn):
                 if room <= 0:
                     break
-                if (active.flying and not active.warm) or not self._send_one(active):
+                sent = 0 if active.flying and not active.warm else self._send_some(active, min(share, room))
+                if not sent:
                     turn.remove(active)
                     continue
-                some, room = True, room - 1
+                some, room = True, room - sent
         return some
 
-    def _send_one(self, active: Active) -> bool:
-        """Send one chunk of a job; False when it has none to send now."""
+    def _send_some(self, active: Active, most: int) -> int:
+        """Send the next chunks of a job, at most so many, cut in one commit; how many it were: 0 when it has none to send now."""
         if time.monotonic() < active.nothing_until:
-            return False
+            return 0
         if active.left < (LEAST_GRANT if active.flying else LEAST_LEFT):
             if not active.flying:
                 self._stop_job(active, "failed", [OUT_OF_TIME])
-            return False
+            return 0
         slots = max(1, self.cluster.counted)
-        longest = self.handing.longest(self.settings.chunk_seconds, slots)
-        size = active.size(longest, slots, self.handing)
+        longest = self.handing.longest(self.settings.chunk_seconds, slots, active.together(slots))
+        began = time.perf_counter()
+        sizes = active.sizes(active.together(most), longest, slots, self.handing)
         try:
-            chunk = self.store.cut(self.name, active.job.id, size, self._delay(self.settings.attempts) + 1.0)
+            chunks = self.store.cuts(self.name, active.job.id, sizes, self._delay(self.settings.attempts) + 1.0)
         except LeaseLost:
             self._forget(active)
-            return False
-        if chunk is None:
+            return 0
+        if not chunks:
             active.nothing_until = time.monotonic() + 0.3
-            return False
-        active.planned = max(active.planned, chunk.stop)
-        if chunk.stop > active.known:  # of a study that was taken over, before its earlier results are there again
-            self.store.chunk_lost(self.name, chunk.job, chunk.start, "not known yet", self.settings.attempts, 0.5, blame=False)
-            return False
-        grant = active.grant(chunk, longest, slots)
-        try:
-            piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
-            values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
-            future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant, values, look_pause(slots))
-        except NoCluster:
-            self.store.chunk_lost(self.name, chunk.job, chunk.start, "no cluster", self.settings.attempts, 0.5, blame=False)
-            raise
+            return 0
+        active.planned = max(active.planned, *(chunk.stop for chunk in chunks))
+        early = [chunk for chunk in chunks if chunk.stop > active.known]
+        if early:  # of a study that was taken over, before its earlier results are there again
+            self._give_back(early, "not known yet")
+        todo = [chunk for chunk in chunks if chunk.stop <= active.known]
+        for k, chunk in enumerate(todo):
+            try:
+                self._submit(active, chunk, active.grant(chunk, longest, slots), look_pause(slots))
+            except NoCluster:
+                self._give_back(todo[k:], "no cluster")
+                raise
+        self.handing.took(len(chunks), time.perf_counter() - began)
+        return len(todo)
+
+    def _submit(self, active: Active, chunk: Chunk, grant: tuple[float, float], pause: float) -> None:
+        """Send a chunk to the cluster."""
+        piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
+        values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
+        future = self.cluster.submit(run_chunk, self.parts.url, piece, *grant, values, pause)
         active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), grant[0]
-        self.moved += 1
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._came(job, start, f))
-        return True
+
+    def _give_back(self, chunks: list[Chunk], why: str) -> None:
+        """Chunks of a job that were cut and cannot be sent now: they wait."""
+        self.store.settle(self.name, chunks[0].job, {}, {c.start: Lost(why, 0.5, False) for c in chunks}, self.settings.attempts)
 
     def _came(self, job: str, start: int, future: Any) -> None:
         self.landed.put((job, start, future))

@@ -18,10 +18,11 @@ from service.executor.active import Active
 from service.executor.follows import seen_in
 from service.executor.parts import Parts
 from service.executor.sealed import Piece, digest_of, document_bytes
+from service.executor.sizing import TOGETHER
 from service.request import study_of_document
 from service.settings import Settings
 from service.store.rows import Chunk, Job
-from service.store.work import Done, WorkStore
+from service.store.work import Done, Lost, WorkStore
 
 
 class HeldJobs:
@@ -74,10 +75,10 @@ class HeldJobs:
     def _take_stock(self, active: Active) -> None:
         """Settle chunks that are recorded as running while nothing here works on them: those of the server before this one, and
         those whose cutting was recorded although the database was gone before it could say so."""
-        for chunk in self.store.running(active.job.id):
-            self._renew()
-            if chunk.start not in active.flying:
-                self._settle(active, chunk)
+        left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
+        there = self.parts.names(active.job.id) if left else set()
+        for k in range(0, len(left), TOGETHER):
+            self._settle(active, left[k : k + TOGETHER], there)
         self.store.begin(self.name, active.job.id)
         active.sure = True
         self._go_on(active)
@@ -87,15 +88,19 @@ class HeldJobs:
         for active in self.jobs.values():
             active.sure = False
 
-    def _settle(self, active: Active, chunk: Chunk) -> None:
-        """Decide on a chunk whose future is gone: it is done when its part is there, else it is run again."""
-        there = self.parts.counted(Piece(chunk.job, active.document, chunk.start, chunk.stop))
-        if there is not None:
-            self.store.chunk_done(self.name, chunk.job, chunk.start, Done(there[0], 0.0, 0.0, there[1]))
-        else:
-            self.store.chunk_lost(
-                self.name, chunk.job, chunk.start, "its server went away", self.settings.attempts, 0.0, blame=False
-            )
+    def _settle(self, active: Active, chunks: list[Chunk], there: set[str]) -> None:
+        """Decide on chunks whose futures are gone: those are done whose parts are there (``there``: names of files), the others are
+        run again."""
+        done: dict[int, Done] = {}
+        for chunk in chunks:
+            self._renew()
+            piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
+            found = self.parts.counted(piece) if self.parts.part(piece).rpartition("/")[2] in there else None
+            if found is not None:
+                done[chunk.start] = Done(found[0], 0.0, 0.0, found[1])
+        gone = {c.start: Lost("its server went away", 0.0, False) for c in chunks if c.start not in done}
+        self._renew()
+        self.store.settle(self.name, active.job.id, done, gone, self.settings.attempts)
 
     def _forget(self, active: Active) -> None:
         for _, future in active.flying.values():

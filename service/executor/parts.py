@@ -43,9 +43,21 @@ class Parts:
 
     def write_part(self, piece: Piece, table: pyarrow.Table) -> int:
         """Write a table as the part of a piece and return its size in bytes."""
+        return self.write_table(self.part(piece), piece, table)
+
+    def write_table(self, path: str, piece: Piece, table: pyarrow.Table) -> int:
+        """Write a table as what belongs to a piece, and return its size in bytes."""
         data = sealed(table, piece)
-        self.write(self.part(piece), data)
+        self.write(path, data)
         return len(data)
+
+    def tally(self, piece: Piece) -> str:
+        """Path of the tally of a piece's cases."""
+        return f"{self.root}/{piece.job}/tally-{piece.start:09d}-{piece.stop:09d}.parquet"
+
+    def all_tally(self, job: str) -> str:
+        """Path of the tally of all cases of a job."""
+        return f"{self.root}/{job}/tally.parquet"
 
     def rows_part(self, piece: Piece) -> str:
         """Path of the part that holds the rows kept of a piece's cases."""
@@ -54,9 +66,7 @@ class Parts:
     def write_rows(self, piece: Piece, table: pyarrow.Table) -> int:
         """Write the rows kept of a piece's cases, and return their size in bytes. The piece's own part is written after them: where
         that is, these are."""
-        data = sealed(table, piece.of_rows)
-        self.write(self.rows_part(piece), data)
-        return len(data)
+        return self.write_table(self.rows_part(piece), piece.of_rows, table)
 
     def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
         """The rows kept of a piece's cases; Spoiled when they are not what was written. Then the piece's part is taken away, so
@@ -87,18 +97,36 @@ class Parts:
             table, size = self.read_part(piece, ["outcome"])
         except Spoiled:
             return None
-        rows = self.rows_part(piece)
-        return outcomes(table), size + (int(self.fs.size(rows)) if self.exists(rows) else 0)
+        beside = (self.rows_part(piece), self.tally(piece))
+        return outcomes(table), size + sum(int(self.fs.size(path)) for path in beside if self.exists(path))
 
     def exists(self, path: str) -> bool:
         """Whether a file is there (asked afresh)."""
         self.fs.invalidate_cache()
         return bool(self.fs.exists(path))
 
+    def names(self, job: str) -> set[str]:
+        """Names of all files that a job has kept (asked afresh)."""
+        self.fs.invalidate_cache()
+        try:
+            return {str(x).rpartition("/")[2] for x in self.fs.ls(f"{self.root}/{job}", detail=False)}
+        except FileNotFoundError:
+            return set()
+
     def read(self, path: str) -> bytes:
         """A file's bytes."""
         data: Any = self.fs.cat_file(path)
         return bytes(data)
+
+    def read_many(self, paths: list[str]) -> list[bytes | None]:
+        """The bytes of files, at the same time where the store can do that; None of those that cannot be read."""
+        if len(paths) == 1:
+            try:
+                return [self.read(paths[0])]
+            except OSError:
+                return [None]
+        found: Any = self.fs.cat(paths, on_error="return")
+        return [bytes(data) if isinstance(data := found.get(path), bytes) else None for path in paths]
 
     def folders(self) -> list[str]:
         """What lies where parts are kept."""

@@ -41,6 +41,11 @@ class Piece:
         return Piece(self.job, f"{self.document} rows", self.start, self.stop)
 
     @property
+    def of_tally(self) -> Piece:
+        """Whose the tally of these cases is."""
+        return Piece(self.job, f"{self.document} tally", self.start, self.stop)
+
+    @property
     def text(self) -> str:
         """The piece as it stands in its part."""
         return json.dumps([self.job, self.document, self.start, self.stop])

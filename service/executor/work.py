@@ -22,6 +22,7 @@ from engine.studies.following import Told
 from service.executor.parts import Parts, outcomes
 from service.executor.sealed import Piece, Spoiled, digest_of
 from service.executor.stages import DERIVING, RUNNING, Tell, staged
+from service.executor.tallied import is_tallied, write_tally
 from service.plain import text_of
 from service.request import plan_of_document
 
@@ -84,6 +85,8 @@ def _written(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner)
     if runner.plan.series is not None and runner.rows is not None:
         kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
         size = parts.write_rows(piece, kept)
+    if is_tallied(runner.plan):
+        size += write_tally(parts, piece, runner.plan, table)
     return size + parts.write_part(piece, table)
 
 

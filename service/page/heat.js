@@ -42,6 +42,9 @@ export function span(values) {
   return top === most && foot === least ? {} : { zmin: foot, zmax: top };
 }
 
+// Which cases are counted: all, those selected, or of very many some.
+const counted = (got, selection) => (got.drawn ? `${few(got.cases, "case")} of ${many(got.drawn.of)}, drawn by chance` : `${selection.size ? "" : "All "}${few(got.cases, "case")}`);
+
 // A result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
   const n = table.large ? fit(table.job.cases / 2) : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
@@ -58,7 +61,7 @@ export async function field(box, { table, x, y, up, selection, still }, kind) {
   await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(y))) }, said);
   const most = Math.max(0, ...c.cases), none = c.mean.filter((v) => v == null).length;
   return [
-    `${selection.size ? "" : "All "}${few(coarse.cases, "case")}${most > 1 ? `, up to ${many(most)} in a cell, which shows their mean` : ""}.`,
+    `${counted(coarse, selection)}${most > 1 ? `, up to ${many(most)} in a cell, which shows their mean` : ""}.`,
     none ? `${few(none, "cell")} without this number.` : "", traces.length > 1 ? "Marks: cells in which cases did not end as done." : "",
     "zmax" in ends ? `Colours go from ${number(ends.zmin)} to ${number(ends.zmax)}; some cells lie far beyond.` : "",
   ];
@@ -84,5 +87,5 @@ export async function density(box, { table, x, up, selection, still }) {
   const said = `${words(table.column(up))} against ${words(table.column(x))}: how many of ${few(all.cases, "case")} lie where`;
   await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
   const lost = Object.values(got.missing).reduce((a, b) => a + b, 0);
-  return [`${selection.size ? "" : "All "}${few(all.cases, "case")}, counted in cells.`, lost ? `${few(lost, "case")} without this number.` : "", traces.length > 1 ? "Marks below: where cases did not end as done." : "", "A click looks at one of a cell's cases."];
+  return [`${counted(all, selection)}, counted in cells.`, lost ? `${few(lost, "case")} without this number.` : "", traces.length > 1 ? "Marks below: where cases did not end as done." : "", "A click looks at one of a cell's cases."];
 }

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import Connection, and_, func, insert, or_, select, update
+from sqlalchemy import Connection, and_, bindparam, func, insert, or_, select, update
 
 from service.store.database import transaction
 from service.store.hooks import HookStore
@@ -38,8 +39,17 @@ class Done:
     reached: int | None = None
 
 
+@dataclass(frozen=True)
+class Lost:
+    """An attempt at a chunk that came to nothing: why, s until the next, whether it counts."""
+
+    error: str
+    delay: float
+    blame: bool = True
+
+
 class LandingStore(HookStore):
-    """The part of the server's side that is about single chunks."""
+    """The part of the server's side that is about what becomes of chunks."""
 
     def _held(self, c: Connection, server: str, job: str) -> Any:
         """The job's row, locked; LeaseLost when another server has it."""
@@ -50,34 +60,85 @@ class LandingStore(HookStore):
 
     def chunk_done(self, server: str, job: str, start: int, done: Done) -> None:
         """Record that a chunk's part is there, whole or up to ``done.reached``. A report that comes twice counts once."""
-        with transaction(self.engine, writing=True) as c:
-            row = self._held(c, server, job)
-            at = and_(chunks.c.job == job, chunks.c.start == start)
-            chunk = c.execute(select(chunks).where(at)).mappings().one()
-            if chunk["state"] == "done":
-                return
-            self._spent(c, row, done)
-            stop = chunk["stop"] if done.reached is None else done.reached
-            if stop > start:
-                what = {"state": "done", "stop": stop, "error": "", "counts": json.dumps(done.counts), "bytes": done.bytes}
-                c.execute(update(chunks).where(at).values(what))
-            self._split(c, job, chunk, stop)
-            self._attempt_ended(c, job, start, done.worker, "done" if stop == chunk["stop"] else f"overran at case {stop}")
+        self.settle(server, job, {start: done})
 
-    def _spent(self, c: Connection, row: Any, done: Done) -> None:
-        """Add what a chunk reports to its job's sums, and to what is known of its pace."""
-        counts, n = Counter(json.loads(row["counts"])) + Counter(done.counts), sum(done.counts.values())
+    def chunk_lost(self, server: str, job: str, start: int, error: str, most: int, delay: float, blame: bool = True) -> str:
+        """Record an attempt that came to nothing: the chunk waits ``delay`` seconds for the next one, or has failed after ``most``.
+        Without ``blame`` (the scheduler went away, the server was restarted) it is not counted. Returns the chunk's state."""
+        return self.settle(server, job, {}, {start: Lost(error, delay, blame)}, most)[start]
+
+    def settle(
+        self, server: str, job: str, done: Mapping[int, Done], lost: Mapping[int, Lost] | None = None, most: int = 1
+    ) -> dict[int, str]:
+        """Record what became of some chunks of a job, by their first cases, all or none of it: parts that are there, attempts that
+        came to nothing (a chunk has failed after ``most``). Returns the states of those that were lost."""
+        lost = lost or {}
+        with transaction(self.engine, writing=True) as c:
+            row, now = self._held(c, server, job), self.now(c)
+            found = c.execute(select(chunks).where(chunks.c.job == job, chunks.c.start.in_([*done, *lost]))).mappings()
+            there = {int(x["start"]): x for x in found}
+            self._are_done(c, row, [(there[start], d) for start, d in done.items() if there[start]["state"] != "done"], now)
+            going = [(there[start], gone) for start, gone in lost.items() if there[start]["state"] == "running"]
+            return {start: str(there[start]["state"]) for start in lost} | self._are_lost(c, job, going, most, now)
+
+    def _are_done(self, c: Connection, row: Any, landed: list[tuple[Any, Done]], now: float) -> None:
+        """Record chunks (their rows) whose parts are there."""
+        if not landed:
+            return
+        self._spent(c, row, [d for _, d in landed], now)
+        stops = [chunk["stop"] if d.reached is None else d.reached for chunk, d in landed]
+        kept = [
+            {"at": chunk["start"], "until": stop, "told": json.dumps(d.counts), "size": d.bytes}
+            for (chunk, d), stop in zip(landed, stops, strict=True)
+            if stop > chunk["start"]
+        ]
+        if kept:
+            told: dict[str, Any] = {"stop": bindparam("until"), "counts": bindparam("told"), "bytes": bindparam("size")}
+            here = and_(chunks.c.job == row["id"], chunks.c.start == bindparam("at"))
+            c.execute(update(chunks).where(here).values(told | {"state": "done", "error": ""}), kept)
+        ended = []
+        for (chunk, d), stop in zip(landed, stops, strict=True):
+            self._split(c, row["id"], chunk, stop)
+            result = "done" if stop == chunk["stop"] else f"overran at case {stop}"
+            ended.append({"at": chunk["start"], "by": d.worker[:255], "told": result})
+        self._attempts_ended(c, row["id"], ended, now)
+
+    def _are_lost(self, c: Connection, job: str, gone: list[tuple[Any, Lost]], most: int, now: float) -> dict[int, str]:
+        """Record attempts at chunks (their rows) that came to nothing; the states of these by their first cases."""
+        if not gone:
+            return {}
+        states, values, told, failed = {}, [], [], 0
+        for chunk, lost in gone:
+            tried = chunk["attempts"] if lost.blame else max(0, chunk["attempts"] - 1)
+            state = states[int(chunk["start"])] = "failed" if tried >= most else "waiting"
+            due, why = now + lost.delay, lost.error[:2000]
+            values.append({"at": chunk["start"], "now": state, "tried": tried, "due": due, "why": why})
+            about = {"first_case": chunk["start"], "last_case": chunk["stop"] - 1, "attempt": tried, "error": lost.error[:300]}
+            told.append(("chunk_failed" if state == "failed" else "chunk_retried", about))
+            failed += chunk["stop"] - chunk["start"] if state == "failed" else 0
+        named = {"state": "now", "attempts": "tried", "not_before": "due", "error": "why"}
+        new: dict[str, Any] = {column: bindparam(name) for column, name in named.items()}
+        c.execute(update(chunks).where(chunks.c.job == job, chunks.c.start == bindparam("at")).values(new), values)
+        self._attempts_ended(c, job, [{"at": v["at"], "by": "", "told": v["why"]} for v in values], now)
+        if failed:
+            c.execute(update(jobs).where(jobs.c.id == job).values(lost=jobs.c.lost + failed))
+        self._events(c, job, told)
+        return states
+
+    def _spent(self, c: Connection, row: Any, landed: Sequence[Done], now: float) -> None:
+        """Add what chunks report to their job's sums, and to what is known of its pace."""
+        counts = sum((Counter(d.counts) for d in landed), Counter(json.loads(row["counts"])))
+        n, build = sum(sum(d.counts.values()) for d in landed), sum(d.build_seconds for d in landed)
         values: dict[str, Any] = {
             "done": jobs.c.done + n,
-            "bytes": jobs.c.bytes + done.bytes,
-            "seconds": jobs.c.seconds + done.seconds,
-            "build_seconds": jobs.c.build_seconds + done.build_seconds,
+            "bytes": jobs.c.bytes + sum(d.bytes for d in landed),
+            "seconds": jobs.c.seconds + sum(d.seconds for d in landed),
+            "build_seconds": jobs.c.build_seconds + build,
             "counts": json.dumps(counts),
         }
-        now = self.now(c)
         since = row["landed"] or row["started"]
         if n and since is not None and now >= since:
-            taken = max(0.0, now - since - done.build_seconds) / n
+            taken = max(0.0, now - since - build) / n
             weight = max(RECENT, n / (row["done"] + n)) if row["pace"] else 1.0
             values |= {"pace": row["pace"] + weight * (taken - row["pace"])}
         if n:
@@ -99,26 +160,6 @@ class LandingStore(HookStore):
                 c.execute(insert(chunks).values(values | {"job": job, "start": low}))
         self._event(c, job, "chunk_split", {"first_case": chunk["start"], "last_case": stop - 1, "overran": reached})
 
-    def chunk_lost(self, server: str, job: str, start: int, error: str, most: int, delay: float, blame: bool = True) -> str:
-        """Record an attempt that came to nothing: the chunk waits ``delay`` seconds for the next one, or has failed after ``most``.
-        Without ``blame`` (the scheduler went away, the server was restarted) it is not counted. Returns the chunk's state."""
-        with transaction(self.engine, writing=True) as c:
-            self._held(c, server, job)
-            at = and_(chunks.c.job == job, chunks.c.start == start)
-            row = c.execute(select(chunks).where(at)).mappings().one()
-            if row["state"] != "running":
-                return str(row["state"])
-            tried = row["attempts"] if blame else max(0, row["attempts"] - 1)
-            state = "failed" if tried >= most else "waiting"
-            values = {"state": state, "attempts": tried, "not_before": self.now(c) + delay, "error": error[:2000]}
-            c.execute(update(chunks).where(at).values(values))
-            self._attempt_ended(c, job, start, "", error)
-            about = {"first_case": row["start"], "last_case": row["stop"] - 1, "attempt": tried, "error": error[:300]}
-            if state == "failed":
-                c.execute(update(jobs).where(jobs.c.id == job).values(lost=jobs.c.lost + row["stop"] - row["start"]))
-            self._event(c, job, "chunk_failed" if state == "failed" else "chunk_retried", about)
-            return state
-
     def reopen(self, job: str, start: int, why: str) -> None:
         """The part of a chunk that is done cannot be read back: its cases are to be computed again, with those of other chunks of
         which nothing is known. A job that ended goes on for them, but for one that was cancelled or is out of its budget: there the
@@ -133,6 +174,7 @@ class LandingStore(HookStore):
             values = {"state": "waiting" if goes_on else "dropped", "attempts": 0, "not_before": 0.0, "error": why[:2000]}
             c.execute(update(chunks).where(done, or_(chunks.c.start == start, chunks.c.counts == "")).values(values))
             self._summed(c, row)
+            c.execute(update(jobs).where(jobs.c.id == job).values(ends=""))
             if goes_on and row["state"] not in ACTIVE:
                 free = {"state": "running", "finished": None, "problems": "[]", "lease_owner": None, "lease_until": 0.0}
                 c.execute(update(jobs).where(jobs.c.id == job).values(free))
@@ -151,10 +193,11 @@ class LandingStore(HookStore):
         values = {"done": n, "counts": json.dumps(counts), "bytes": sum(x.bytes for x in there), "seconds": seconds}
         c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
 
-    def _attempt_ended(self, c: Connection, job: str, start: int, worker: str, result: str) -> None:
-        last = select(func.max(attempts.c.id)).where(attempts.c.job == job, attempts.c.start == start).scalar_subquery()
-        told = {"ended": self.now(c), "worker": worker[:255], "result": result[:2000]}
-        c.execute(update(attempts).where(attempts.c.id == last).values(told))
+    def _attempts_ended(self, c: Connection, job: str, ended: list[dict[str, Any]], now: float) -> None:
+        """The last attempts at chunks are over: at which (their first cases), by whom, with what result."""
+        last = select(func.max(attempts.c.id)).where(attempts.c.job == job, attempts.c.start == bindparam("at")).scalar_subquery()
+        values = {"ended": now, "worker": bindparam("by"), "result": bindparam("told")}
+        c.execute(update(attempts).where(attempts.c.id == last).values(values), ended)
 
     def attempts(self, job: str) -> list[dict[str, Any]]:
         """Every attempt at a chunk of the job, in order."""

@@ -11,7 +11,7 @@ from typing import Any
 class Job:
     """A job as it is stored; asked: cases known so far where they follow from results. Times are seconds since the epoch; counts:
     number of cases by outcome; lost: cases in failed chunks; seconds: spent on stepping; pace: wall seconds a case, of late;
-    landed: when rows last came in."""
+    landed: when rows last came in; ends: a sum of where its chunks end, where that is known."""
 
     id: str
     created: float
@@ -36,6 +36,7 @@ class Job:
     landed: float | None = None
     tags: tuple[str, ...] = ()
     asked: int | None = None
+    ends: str = ""
 
     @property
     def known(self) -> int:

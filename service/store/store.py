@@ -156,7 +156,11 @@ class Store:
     # -- events -------------------------------------------------------------------------------------------------------------
 
     def _event(self, c: Any, job: str, kind: str, data: dict[str, Any]) -> None:
-        c.execute(insert(events).values(job=job, time=self.now(c), kind=kind, data=json.dumps(data)))
+        self._events(c, job, [(kind, data)])
+
+    def _events(self, c: Any, job: str, told: Sequence[tuple[str, dict[str, Any]]]) -> None:
+        now = self.now(c)
+        c.execute(insert(events), [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
 
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """Events of a job with ids above ``after``, in order."""

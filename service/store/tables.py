@@ -6,7 +6,8 @@ running → waiting → running … (at most as many attempts as allowed) → fa
 the rest of it is waiting as pieces of its own. A server works on a job while it holds its lease.
 
 Of a job: asked, how many of its cases are known so far where they follow from results (a study), else null; pace, wall seconds a
-case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease, which is for ``lease`` seconds.
+case takes with all workers, of late; landed: when rows last came in; beat: renewals of its lease, which is for ``lease`` seconds;
+ends: of a job that is done, a sum of where its chunks end ("": not known).
 Of a chunk: counts, its cases by outcome, and bytes, of the part that is there.
 """
 
@@ -59,6 +60,7 @@ jobs = Table(
     Column("lease", Float, nullable=False, default=0.0, server_default="0"),
     Column("tags", Text, nullable=False, default="[]", server_default="[]"),
     Column("notify", Text, nullable=False, default="", server_default=""),
+    Column("ends", String(64), nullable=False, default="", server_default=""),
     UniqueConstraint("owner", "idempotency_key"),
     Index("ix_jobs_owner_created", "owner", "created"),
     Index("ix_jobs_created_id", "created", "id"),

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
+from dataclasses import replace
+from hashlib import sha256
 from typing import Any
 
 from sqlalchemy import Connection, and_, case, insert, or_, select, update
 
 from service.store.database import transaction
-from service.store.landing import OVERRAN, Done, LandingStore, LeaseLost
+from service.store.landing import OVERRAN, Done, LandingStore, LeaseLost, Lost
 from service.store.rows import Chunk, Job, chunk_of, job_of
 from service.store.tables import ACTIVE, attempts, chunks, jobs
 
@@ -68,26 +71,42 @@ class WorkStore(LandingStore):
     def cut(self, server: str, job: str, size: int, pause: float = 3000.0) -> Chunk | None:
         """The next chunk to run: one whose retry is due, else at most ``size`` new cases, else a case that overran in its piece;
         None when there is none now."""
+        found = self.cuts(server, job, [size], pause)
+        return found[0] if found else None
+
+    def cuts(self, server: str, job: str, sizes: Sequence[int], pause: float = 3000.0) -> list[Chunk]:
+        """The next chunks to run, at most so many as there are sizes: first those whose retry is due, then new cases (of the k-th
+        chunk at most ``sizes[k]``), then cases that overran in their pieces. All are recorded, or none."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._held(c, server, job), self.now(c)
-            known = row["cases"] if row["asked"] is None else row["asked"]
-            over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
-            due = and_(chunks.c.job == job, chunks.c.state == "waiting", over)
-            last = case((chunks.c.error == OVERRAN, 1), else_=0)
-            old = c.execute(select(chunks).where(due).order_by(last, chunks.c.start).limit(1)).mappings().first()
-            if old is not None and (old["error"] != OVERRAN or row["planned"] >= known):
-                at = and_(chunks.c.job == job, chunks.c.start == old["start"])
-                c.execute(update(chunks).where(at).values(state="running", attempts=chunks.c.attempts + 1))
-                start, stop = old["start"], old["stop"]
-            elif row["planned"] < known:
-                start, stop = row["planned"], min(row["planned"] + size, known)
-                c.execute(insert(chunks).values(job=job, start=start, stop=stop, state="running", attempts=1))
-                c.execute(update(jobs).where(jobs.c.id == job).values(planned=stop))
-            else:
-                return None
-            c.execute(insert(attempts).values(job=job, start=start, begun=now))
-            found = c.execute(select(chunks).where(chunks.c.job == job, chunks.c.start == start)).mappings().one()
-            return chunk_of(found)
+            due = self._due(c, job, now, pause, len(sizes))
+            again = [chunk_of(x) for x in due if x["error"] != OVERRAN]
+            fresh, start, known = [], row["planned"], row["cases"] if row["asked"] is None else row["asked"]
+            for size in sizes[len(again) :]:
+                if start < known:
+                    fresh.append(Chunk(job, start, min(start + size, known), "running", 1, 0.0, ""))
+                    start = fresh[-1].stop
+            last = [chunk_of(x) for x in due if x["error"] == OVERRAN and start >= known][: len(sizes) - len(again) - len(fresh)]
+            if again or last:
+                those = and_(chunks.c.job == job, chunks.c.start.in_([x.start for x in again + last]))
+                c.execute(update(chunks).where(those).values(state="running", attempts=chunks.c.attempts + 1))
+            if fresh:
+                new = [{"job": job, "start": x.start, "stop": x.stop, "state": "running", "attempts": 1} for x in fresh]
+                c.execute(insert(chunks), new)
+                c.execute(update(jobs).where(jobs.c.id == job).values(planned=start))
+            again, last = ([replace(x, state="running", attempts=x.attempts + 1) for x in some] for some in (again, last))
+            cut = again + fresh + last
+            if cut:
+                c.execute(insert(attempts), [{"job": job, "start": x.start, "begun": now} for x in cut])
+            return cut
+
+    @staticmethod
+    def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Any]:
+        """Chunks that wait and whose time has come, cases that overran last."""
+        over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
+        last = case((chunks.c.error == OVERRAN, 1), else_=0)
+        due = select(chunks).where(chunks.c.job == job, chunks.c.state == "waiting", over).order_by(last, chunks.c.start)
+        return list(c.execute(due.limit(most)).mappings())
 
     def running(self, job: str) -> list[Chunk]:
         """Chunks recorded as running; after a restart, nobody works on them any more."""
@@ -108,11 +127,15 @@ class WorkStore(LandingStore):
             found = c.execute(query if stop is None else query.where(chunks.c.start < stop)).mappings()
             return [chunk_of(row) for row in found]
 
-    def ends(self, job: str) -> list[int]:
-        """Where the chunks end whose parts are there, in order."""
-        query = select(chunks.c.stop).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
+    def ends(self, job: str) -> str:
+        """A sum (SHA-256) of where the chunks end whose parts are there, in order."""
         with transaction(self.engine) as c:
-            return [int(stop) for stop in c.execute(query).scalars()]
+            return self._ends(c, job)
+
+    @staticmethod
+    def _ends(c: Connection, job: str) -> str:
+        query = select(chunks.c.stop).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
+        return sha256(json.dumps([int(stop) for stop in c.execute(query).scalars()]).encode()).hexdigest()
 
     def ask(self, server: str, job: str, known: int, over: bool) -> None:
         """So many cases of a study are known now; ``over``: there will be no more."""
@@ -155,6 +178,7 @@ class WorkStore(LandingStore):
             "problems": json.dumps(problems),
             "lease_owner": None,
             "lease_until": 0.0,
+            "ends": self._ends(c, job) if state == "done" else "",
         }
         c.execute(update(jobs).where(jobs.c.id == job).values(values))
         self._event(c, job, state, {"problems": problems})
@@ -162,4 +186,4 @@ class WorkStore(LandingStore):
         return state
 
 
-__all__ = ["Done", "LeaseLost", "WorkStore"]
+__all__ = ["Done", "LeaseLost", "Lost", "WorkStore"]

@@ -6,9 +6,13 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
+from engine.basics.problems import SceneError
 from engine.batch import evenly
-from engine.batch.evenly import LARGE, latin, points, strips, width
+from engine.batch.cases import sampled
+from engine.batch.evenly import BITS, LARGE, _bits, _directions, latin, points, strips, walked, width
+from tests.batch.sampling import MU, scene
 
 POINTS = 1000
 
@@ -54,3 +58,29 @@ def test_a_piece_of_a_thousand_million_cases_takes_the_memory_of_its_rows(method
     assert rows.shape == (1000, 2)
     assert ((rows > 0) & (rows < 1)).all()
     assert peak < 100 * rows.nbytes < 8 * LARGE
+
+
+@pytest.mark.parametrize("axes", [1, 2, 7, 300])
+@pytest.mark.filterwarnings("ignore:The balance properties")
+def test_sobol_points_by_their_numbers_are_those_of_the_sequence_to_the_bit(axes: int) -> None:
+    chance = np.random.default_rng(axes)
+    starts = [0, 1, 1023, 1024, *chance.integers(0, 1 << 20, 12)]
+    starts += [(1 << 26) - 700] if axes < 3 else []  # walking there takes SciPy a second
+    for start in sorted(map(int, starts)):
+        stop = start + int(chance.choice([1, 2, 1024, 2500]))
+        sequence = qmc.Sobol(axes, scramble=False, bits=BITS)
+        if start:
+            sequence.fast_forward(start)
+        assert np.array_equal(_bits(axes, start, stop), sequence.random(stop - start) * (1 << BITS)), (start, stop)
+    assert _bits(axes, 5, 5).shape == (0, axes)
+
+
+def test_directions_are_those_that_the_points_of_the_sequence_name() -> None:
+    for axes in (1, 5, 40):
+        assert np.array_equal(walked(qmc.Sobol(axes, scramble=False, bits=BITS), 14), _directions(axes)[:, :14] >> np.uint64(16))
+
+
+def test_the_last_point_is_had_as_soon_as_the_first_and_no_more_are_promised_than_there_are() -> None:
+    assert points(1 << BITS, 2, 1, "sobol", (1 << BITS) - 1, 1 << BITS).shape == (1, 2)
+    with pytest.raises(SceneError, match="more than Sobol's points"):
+        sampled(scene(), {MU: (0, 1)}, (1 << BITS) + 1, 0, "sobol")

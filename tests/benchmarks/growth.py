@@ -3,8 +3,8 @@
 ``python -m tests.benchmarks.growth [-o FIGURE.png]`` measures on this machine, in seconds: a piece handed out and recorded by the
 store (SQLite; PostgreSQL where there is one), a lease renewed, a part written, read and counted, rows of a table of pieces read.
 ``--real`` lets the real dispatcher with its real store hand out pieces to workers that only wait, some hundred of them.
-Then a model with these constants: one dispatcher that takes back and hands out one piece after the other, workers with a piece at
-work and one waiting, pieces as large as ``Active.size`` says; its only inputs are the constants and the cost of a case.
+Then a model with these constants: one dispatcher that takes back and hands out pieces, one or many in a commit, workers with a
+piece at work and one waiting, pieces as large as ``Active.size`` says; its only inputs are the constants and the cost of a case.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from service.executor.active import Active
 from service.executor.dispatcher import AHEAD
 from service.executor.parts import Parts
 from service.executor.sealed import Piece
-from service.executor.sizing import Handing
+from service.executor.sizing import TOGETHER, Handing
 from service.store.landing import Done
 from service.store.rows import Job
 from service.store.work import WorkStore
@@ -38,47 +38,70 @@ CHUNK_SECONDS = 2.0
 
 @dataclass(frozen=True)
 class Fleet:
-    """workers; case: s to step one; cut, land: s of the dispatcher to hand out a piece and to take it back; part: s of a worker to
-    write a part, for each piece."""
+    """workers; case: s to step one; cut, land: s of the dispatcher for a commit that hands out pieces, and for one that takes them
+    back; each: s of it for each piece, besides; together: pieces of one commit, at most; part: s of a worker to write a part, for
+    each piece."""
 
     workers: int
     case: float = 1e-3
     cut: float = 2.5e-3
     land: float = 2.5e-3
     part: float = 0.05
+    each: float = 0.0
+    together: int = 1
 
 
 @dataclass(frozen=True)
 class End:
-    """seconds until all is recorded; pieces; share: of the workers' time that was stepping; busy: of the dispatcher's."""
+    """seconds until all is recorded; pieces; share: of the workers' time that was stepping; busy: of the dispatcher's; cost: s of
+    the dispatcher for a piece."""
 
     seconds: float
     pieces: int
     share: float
     busy: float
+    cost: float
 
 
 def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
     """A job of so many cases. learns: whether sizes of pieces follow from what handing them out costs."""
     job = Job("", 0.0, None, None, "", "", "", "", "running", cases, 0, 0, 0, {}, 0.0, 0.0, 0, inf, [])
-    active, handing = Active(job, cost=fleet.case, warm=True), Handing(fleet.cut + fleet.land if learns else 0.0)
-    longest = handing.longest(CHUNK_SECONDS, fleet.workers)
+    active, handing = Active(job, cost=fleet.case, warm=True), Handing()
+    if fleet.together == 1:  # each piece costs what it costs
+        handing = Handing(each=(0.5 * (fleet.cut + fleet.land) + fleet.each) * learns)
+
+    def took(n: int, seconds: float) -> None:
+        if learns and fleet.together > 1:
+            handing.took(n, seconds)
+
     free, landing = [0.0] * fleet.workers, list[float]()
     now, busy, flying, pieces = 0.0, 0.0, 0, 0
     while active.planned < cases or flying:
-        if landing and landing[0] <= now:
-            heapq.heappop(landing)
-            now, busy, flying = now + fleet.land, busy + fleet.land, flying - 1
-        elif active.planned < cases and flying < fleet.workers * (1 + AHEAD):
-            n = min(active.size(longest, fleet.workers, handing), cases - active.planned)
-            now, busy, flying, pieces = now + fleet.cut, busy + fleet.cut, flying + 1, pieces + 1
-            active.planned += n
-            over = max(heapq.heappop(free), now) + n * fleet.case + fleet.part
-            heapq.heappush(free, over)
-            heapq.heappush(landing, over)
-        else:
+        began = now
+        while landing and landing[0] <= now:
+            back = 0
+            while landing and landing[0] <= now and back < fleet.together:
+                heapq.heappop(landing)
+                back += 1
+            now, flying = now + fleet.land + back * fleet.each, flying - back
+            took(back, fleet.land + back * fleet.each)
+        while active.planned < cases and flying < fleet.workers * (1 + AHEAD):
+            longest = handing.longest(CHUNK_SECONDS, fleet.workers, fleet.together)
+            sizes = active.sizes(min(fleet.together, fleet.workers * (1 + AHEAD) - flying), longest, fleet.workers, handing)
+            now += fleet.cut + len(sizes) * fleet.each
+            took(len(sizes), fleet.cut + len(sizes) * fleet.each)
+            for n in sizes:
+                n = min(n, cases - active.planned)
+                active.planned += n
+                if n:
+                    over = max(heapq.heappop(free), now) + n * fleet.case + fleet.part
+                    heapq.heappush(free, over)
+                    heapq.heappush(landing, over)
+                    flying, pieces = flying + 1, pieces + 1
+        busy += now - began
+        if now == began:
             now = landing[0]
-    return End(now, pieces, cases * fleet.case / (now * fleet.workers), busy / now)
+    return End(now, pieces, cases * fleet.case / (now * fleet.workers), busy / now, busy / pieces)
 
 
 # -- constants -----------------------------------------------------------------------------------------------------------------
@@ -132,11 +155,25 @@ def of_store(store: WorkStore, pieces: int) -> dict[str, float]:
     return {
         "cut": statistics.median(cuts[pieces // 2 :]),
         "land": statistics.median(lands[pieces // 2 :]),
+        **of_many(store, job.id, pieces),
         "lease": timed(lambda: store.claim("server", 1e9), 20),
         "rows of all pieces, each": timed(lambda: store.finished(job.id), 5) / pieces,
         "one piece of all": timed(lambda: store.finished(job.id, 5000, 6000), 20),
         "ends of all pieces, each": timed(lambda: store.ends(job.id), 5) / pieces,
     }
+
+
+def of_many(store: WorkStore, job: str, pieces: int) -> dict[str, float]:
+    """s of commits of many pieces, by piece."""
+    cuts, lands = [], []
+    for _ in range(max(5, pieces // TOGETHER)):
+        began = time.perf_counter()
+        some = store.cuts("server", job, [1000] * TOGETHER)
+        cuts.append(time.perf_counter() - began)
+        began = time.perf_counter()
+        store.settle("server", job, {c.start: Done({"done": 1000}, 1.0, 0.0, 25_000, "worker") for c in some})
+        lands.append(time.perf_counter() - began)
+    return {"cut, of many each": statistics.median(cuts) / TOGETHER, "land, of many each": statistics.median(lands) / TOGETHER}
 
 
 def of_parts(cases: int) -> dict[str, float]:
@@ -171,19 +208,17 @@ def constants(pieces: int) -> dict[str, dict[str, float]]:
     return found
 
 
-def compared(case: float, cases: int = 200_000, workers: int = 300) -> None:
-    """The real dispatcher before workers that wait, and what the model says of it, whose pieces cost what they cost a dispatcher
-    that does nothing else; printed."""
+def compared(fleet: Fleet, cases: int = 200_000, workers: int = 300) -> None:
+    """The real dispatcher before workers that wait, and what the model says of it; printed."""
     from tests.benchmarks.growth_real import real
 
+    case = fleet.case
     least = cases * case / workers
     print(f"{cases} cases of {1e3 * case:.1f} ms on {workers} workers that wait: {least:.1f} s if nothing else took time")
-    cost = 0.0
     for learns in (False, True):
         seconds, pieces, _ = real(cases, workers, case, learns)
-        cost = cost or seconds / pieces
-        end = simulated(cases, Fleet(workers, case, cost / 2, cost / 2, 0.0), learns)
-        said = f"{seconds:.1f} s, {pieces} pieces; model with {1e3 * cost:.1f} ms a piece: {end.seconds:.1f} s, {end.pieces}"
+        end = simulated(cases, replace(fleet, workers=workers), learns)
+        said = f"{seconds:.1f} s, {pieces} pieces; model: {end.seconds:.1f} s, {end.pieces}"
         print(f"  sized by {'cost' if learns else 'time'}: {said}", flush=True)
 
 
@@ -196,24 +231,29 @@ def main() -> None:
     ask.add_argument("--real", action="store_true")
     asked = ask.parse_args()
     found = constants(asked.pieces)
+    part = found["parts of 50,000"]["part written"]
+    sqlite, store = (next(v for k, v in some if "SQL" in k) for some in (found.items(), reversed(found.items())))
     if asked.real:
-        compared(2 * asked.case)
-    store = next(v for k, v in reversed(found.items()))
-    base = {"case": asked.case, "cut": store["cut"], "land": store["land"], "part": found["parts of 50,000"]["part written"]}
-    told = [told_of(10**9, Fleet(workers=w, **base), learns) for w in (10, 100, 1000, 10_000) for learns in (False, True)]
-    print(f"{'workers':>8s} {'pieces':>9s} {'sized by':>9s} {'seconds':>10s} {'of bare':>8s} {'dispatcher':>10s}")
-    for w, learns, end in told:
-        by = "cost" if learns else "time"
-        print(f"{w:8d} {end.pieces:9d} {by:>9s} {end.seconds:10.0f} {end.share:8.3f} {end.busy:10.3f}")
+        compared(fleet_of(sqlite, 2 * asked.case, 0.0, TOGETHER))
+    fleets = [fleet_of(store, asked.case, part, together) for together in (1, TOGETHER)]
+    words = ("workers", "a commit", "pieces", "seconds", "stepping", "dispatcher", "ms a piece")
+    print(" ".join(f"{word:>10s}" for word in words))
+    for fleet in (replace(f, workers=w) for w in (10, 100, 1000, 10_000) for f in fleets):
+        end = simulated(10**9, fleet)
+        told = f"{end.pieces:10d} {end.seconds:10.0f} {end.share:10.3f} {end.busy:10.3f} {1e3 * end.cost:10.2f}"
+        print(f"{fleet.workers:10d} {fleet.together:10d} {told}")
     if asked.figure:
         from tests.benchmarks.growth_figure import draw
 
-        draw(asked.figure, base)
+        draw(asked.figure, fleets)
 
 
-def told_of(cases: int, fleet: Fleet, learns: bool) -> tuple[int, bool, End]:
-    """A simulated job with what it was."""
-    return fleet.workers, learns, simulated(cases, fleet, learns)
+def fleet_of(store: dict[str, float], case: float, part: float, together: int) -> Fleet:
+    """A fleet before a store of which this was measured, that has so many pieces in a commit."""
+    one, many = store["cut"] + store["land"], store["cut, of many each"] + store["land, of many each"]
+    each = max(0.0, (many - one / TOGETHER) / (1.0 - 1.0 / TOGETHER))
+    fixed = (one - each) / one
+    return Fleet(1, case, fixed * store["cut"], fixed * store["land"], part, each / 2, together)
 
 
 if __name__ == "__main__":

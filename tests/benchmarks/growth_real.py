@@ -14,7 +14,7 @@ from typing import Any
 from service.executor.dispatcher import Dispatcher
 from service.executor.parts import Parts
 from service.executor.sealed import Piece
-from service.executor.sizing import Handing
+from service.executor.sizing import TOGETHER, Handing
 from service.metrics import Metrics
 from service.settings import Settings
 from service.store.work import WorkStore
@@ -23,7 +23,7 @@ from service.store.work import WorkStore
 class Unlearning(Handing):
     """Pieces as they were before their sizes followed from what they cost."""
 
-    def turned(self, moved: int, seconds: float) -> None:
+    def took(self, pieces: int, seconds: float) -> None:
         """Learn nothing."""
 
 
@@ -106,4 +106,4 @@ def real(cases: int, workers: int, case: float, learns: bool) -> tuple[float, in
         seconds, pieces = time.perf_counter() - began, len(store.finished(job.id))
         dispatcher.stop()
         store.close()
-        return seconds, pieces, learnt.cost
+        return seconds, pieces, learnt.cost(TOGETHER)

@@ -11,7 +11,7 @@ from service.store.database import Unreachable
 from tests.service.serving import SMALL, InProcess
 
 
-@pytest.mark.parametrize("write", ["claim", "begin", "cut", "chunk_done", "end_if_over"])
+@pytest.mark.parametrize("write", ["claim", "begin", "cuts", "settle", "end_if_over"])
 def test_a_job_goes_on_where_a_write_was_kept_that_nobody_was_told_of(
     server: InProcess, monkeypatch: pytest.MonkeyPatch, write: str
 ) -> None:

@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 
 from service.executor import held
-from service.executor.dispatcher import Dispatcher
 from service.executor.held import HeldJobs
+from service.executor.landed import Landings
+from service.metrics import Metrics
+from service.store.work import Lost
 
 LEASE, PIECES = 6.0, 100
 
@@ -29,6 +31,10 @@ class Clock:
     def works(self, *given: Any) -> None:
         self.now += 1.0
 
+    def reports(self, *given: Any) -> tuple[None, Lost]:
+        self.works()
+        return None, Lost("gone", 0.0)
+
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
@@ -37,30 +43,38 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return made
 
 
-def settled_one_by_one(jobs: HeldJobs, clock: Clock) -> None:
-    """Pieces of the server before this one."""
-    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying={}, follow=None, sure=False)
-    jobs.store.running = lambda job: [SimpleNamespace(start=k) for k in range(PIECES)]  # type: ignore[method-assign]
-    jobs._settle = clock.works  # type: ignore[method-assign]
+def settled(jobs: HeldJobs, clock: Clock) -> None:
+    """Pieces of the server before this one, whose parts are there to be read."""
+    active = SimpleNamespace(job=SimpleNamespace(id="job"), document="", flying={}, follow=None, sure=False)
+    chunks: Any = [SimpleNamespace(job="job", start=k, stop=k + 1) for k in range(PIECES)]
+    parts: Any = SimpleNamespace(part=lambda piece: f"job/{piece.start}", names=lambda job: set(map(str, range(PIECES))))
+    parts.counted, jobs.parts = clock.works, parts
+    jobs.store.running = lambda job: chunks  # type: ignore[method-assign]
     jobs._take_stock(active)  # type: ignore[arg-type]
     assert active.sure
 
 
-def recorded_one_by_one(jobs: HeldJobs, clock: Clock) -> None:
+def recorded(jobs: HeldJobs, clock: Clock) -> None:
     """Pieces that came back all at once."""
-    future = object()
-    jobs.jobs["job"] = SimpleNamespace(flying=dict.fromkeys(range(PIECES), (None, future)))  # type: ignore[assignment]
+    future, chunk = object(), SimpleNamespace(job="job", stop=1)
+    flying = dict.fromkeys(range(PIECES), (chunk, future))
+    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, planned=0, known=1, landed=lambda *given: None)
+    jobs.jobs["job"] = active  # type: ignore[assignment]
     jobs.landed = queue.SimpleQueue()
     for k in range(PIECES):
         jobs.landed.put(("job", k, future))
-    jobs._landed = clock.works  # type: ignore[attr-defined]
-    assert Dispatcher._take_landed(jobs)  # type: ignore[arg-type]
+    jobs._report = clock.reports  # type: ignore[attr-defined]
+    assert jobs._take_landed()  # type: ignore[attr-defined]
+    assert not flying
 
 
-@pytest.mark.parametrize("many", [settled_one_by_one, recorded_one_by_one])
+@pytest.mark.parametrize("many", [settled, recorded])
 def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Clock) -> None:
-    store = SimpleNamespace(claim=clock.claim, begin=lambda *given: None)
-    jobs = HeldJobs(store, None, SimpleNamespace(lease=LEASE))  # type: ignore[arg-type]
+    def settle(server: str, job: str, done: Any, lost: Any, most: int) -> dict[int, str]:
+        return dict.fromkeys(lost, "waiting")
+
+    store = SimpleNamespace(claim=clock.claim, begin=lambda *given: None, settle=settle)
+    jobs = Landings(store, None, SimpleNamespace(lease=LEASE, attempts=5), Metrics())  # type: ignore[arg-type]
     jobs.claimed = began = clock.now
     many(jobs, clock)
     assert clock.now - began == PIECES

@@ -125,7 +125,6 @@ def test_parts_of_some_cases_are_found_without_listing_all(store: WorkStore) -> 
     assert [c.start for c in store.finished(job.id, 40, 41)] == [40]
     assert store.finished(job.id, 100) == []
     assert store.finished(job.id) == store.finished(job.id, 0, 100)
-    assert store.ends(job.id) == [c.stop for c in store.finished(job.id)]
 
 
 def test_a_lost_chunk_is_tried_again_and_fails_clearly_in_the_end(store: WorkStore) -> None:

@@ -1,0 +1,21 @@
+"""Where the pieces of a job that is done end, as a sum: of older jobs it is found when it is asked for."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Add the column."""
+    with op.batch_alter_table("jobs", schema=None) as jobs:
+        jobs.add_column(sa.Column("ends", sa.String(length=64), nullable=False, server_default=""))
+
+
+def downgrade() -> None:
+    """Drop it."""
+    with op.batch_alter_table("jobs", schema=None) as jobs:
+        jobs.drop_column("ends")
