@@ -13,6 +13,8 @@ from engine.bounds.space import RANK
 
 ROUNDS = 6
 """Which equations frictions are told apart by is chosen anew with what they turn out to be at most; it settles in two or three."""
+CONTRACTS = 1.0 - 1e-12
+"""Largest eigenvalue up to which what frictions do to each other comes to an end: nearer to 1 there is only round-off."""
 ROOM = 1.0 + 1e-9
 """Round-off of the bounds, a thousand times."""
 
@@ -36,7 +38,7 @@ def reached(program: Program, sizes: list[int], holds: Holds, stress: dict[int, 
         b, C = _response([program.terms[j] for j in terms], F, widths, weight)
         A = C @ W
         values, vectors = np.linalg.eig(A)
-        if np.abs(values).max() < 1.0:
+        if np.abs(values).max() < CONTRACTS:
             best = np.minimum(best, np.linalg.solve(np.eye(len(A)) - A, b + apart))
             most = W @ best
         else:

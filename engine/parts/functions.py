@@ -113,8 +113,7 @@ def _events(s: Scene) -> None:
 
 
 def _depths(s: Scene, tape: Tape, d: Device, q: Block, rate: Block) -> None:
-    """How deep the stops and the latch of a freedom are pressed; behind, how far stops are from letting go (hooks: any number that
-    is not 0 does)."""
+    """How deep the stops and the latch of a freedom are pressed; behind, how far stops are from letting go (of a latch: 1)."""
     for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
         if bound is not None and d.stop:
             out = Block(Space.OUT, d.stop.flags[upper], 1)
@@ -126,6 +125,7 @@ def _depths(s: Scene, tape: Tape, d: Device, q: Block, rate: Block) -> None:
         s.call(tape, devices.latch("depths"), q=q, release=release, out=both, **s.latch(tape, d.latch))
         for at, flag in enumerate((s.system.hook(d.latch.hook), d.latch.pressed)):
             tape.copy(both.part(at, 1), Block(Space.OUT, flag, 1))
+            tape.copy(s.numbers([1.0]), Block(Space.OUT, s.system.stops + flag, 1))
 
 
 def _energy(s: Scene) -> None:

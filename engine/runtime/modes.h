@@ -93,7 +93,6 @@ static inline int tr_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_f
 static inline void tr_depths_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + 1];
-  for (int i = 0; i < n; ++i) both[n + i] = 1.0; /* parts leave out what has none */
   if (n) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, both);
   for (int i = 0; i < n; ++i) depth[i] = both[i];
   for (int i = 0; i < n && pushes; ++i) pushes[i] = both[n + i];

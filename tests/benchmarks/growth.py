@@ -39,8 +39,8 @@ CHUNK_SECONDS = 2.0
 @dataclass(frozen=True)
 class Fleet:
     """workers; case: s to step one; cut, land: s of the dispatcher for a commit that hands out pieces, and for one that takes them
-    back; each: s of it for each piece, besides; together: pieces of one commit, at most; part: s of a worker to write a part, for
-    each piece."""
+    back; each: s of it for each piece, besides; together: pieces of one commit, at most; part, row: s of a worker to write a part,
+    and for each of its cases besides."""
 
     workers: int
     case: float = 1e-3
@@ -49,6 +49,7 @@ class Fleet:
     part: float = 0.05
     each: float = 0.0
     together: int = 1
+    row: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
                 n = min(n, cases - active.planned)
                 active.planned += n
                 if n:
-                    over = max(heapq.heappop(free), now) + n * fleet.case + fleet.part
+                    over = max(heapq.heappop(free), now) + n * (fleet.case + fleet.row) + fleet.part
                     heapq.heappush(free, over)
                     heapq.heappush(landing, over)
                     flying, pieces = flying + 1, pieces + 1
@@ -231,11 +232,12 @@ def main() -> None:
     ask.add_argument("--real", action="store_true")
     asked = ask.parse_args()
     found = constants(asked.pieces)
-    part = found["parts of 50,000"]["part written"]
+    small, large = (found[f"parts of {n}"]["part written"] for n in ("1,000 cases", "50,000"))
+    row = (large - small) / 49_000
     sqlite, store = (next(v for k, v in some if "SQL" in k) for some in (found.items(), reversed(found.items())))
     if asked.real:
         compared(fleet_of(sqlite, 2 * asked.case, 0.0, TOGETHER))
-    fleets = [fleet_of(store, asked.case, part, together) for together in (1, TOGETHER)]
+    fleets = [replace(fleet_of(store, asked.case, small, together), row=row) for together in (1, TOGETHER)]
     words = ("workers", "a commit", "pieces", "seconds", "stepping", "dispatcher", "ms a piece")
     print(" ".join(f"{word:>10s}" for word in words))
     for fleet in (replace(f, workers=w) for w in (10, 100, 1000, 10_000) for f in fleets):

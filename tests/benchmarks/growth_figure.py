@@ -27,7 +27,7 @@ def draw(path: Path, fleets: Sequence[Fleet]) -> None:
     axes.set(xscale="log", ylim=(0, 1.02), xlabel="workers", ylabel="share of the workers' time that is stepping")
     one, each = fleets[1].cut + fleets[1].land, 2 * fleets[1].each
     told = f"{1e3 * one:.2g} ms for two commits, {1e3 * each:.2g} ms a piece besides"
-    axes.set_title(f"Model: {1e3 * fleets[0].case:.2g} ms a case; of one dispatcher {told}", fontsize=10)
+    axes.set_title(f"{1e3 * fleets[0].case:.2g} ms a case; dispatcher: {told}", fontsize=9)
     axes.grid(alpha=0.3)
-    figure.legend(fontsize=8, loc="outside right upper", frameon=False)
+    figure.legend(fontsize=8, loc="outside right center", frameon=False)
     figure.savefig(path, dpi=110)

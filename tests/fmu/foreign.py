@@ -21,6 +21,7 @@ LACKED = {
 LONGEST = 16_380
 """Bytes of a string that it takes (C2026)."""
 PLAIN = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
+CONSTANT = re.compile(r"\bsizeof\b.*|\bTR_DOUBLES\(\w+\)")  # TR_DOUBLES is a sizeof in doubles
 SIZED = re.compile(r"^ +(?:const )?(?:double|int|char|long|tr_\w+|fmu_\w+) [^;=()]*?\w\[([^\]]*[a-z][^\]]*)\]", re.MULTILINE)
 
 
@@ -28,6 +29,7 @@ def refused(text: str) -> list[str]:
     """What Microsoft's compiler would not take in a C text: what it is, and where."""
     code = PLAIN.sub(lambda found: '""' if found[0].startswith('"') else " ", text)
     wrong = [f"{what}: {m[0]!r}" for pattern, what in LACKED.items() for m in re.finditer(pattern, code)]
-    wrong += [f"an array of variable length: {m[0].strip()}" for m in SIZED.finditer(code) if "sizeof" not in m[1]]
+    lengths = ((m[0].strip(), CONSTANT.sub("", m[1])) for m in SIZED.finditer(code))
+    wrong += [f"an array of variable length: {told}" for told, length in lengths if re.search("[a-z]", length)]
     wrong += [f"a string of {len(s)} bytes" for s in PLAIN.findall(text) if s.startswith('"') and len(s) > LONGEST]
     return wrong + [f"a letter beyond ASCII: {c!r}" for c in sorted(set(text)) if ord(c) > 127]
