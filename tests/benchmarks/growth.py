@@ -32,7 +32,6 @@ from service.store.work import WorkStore
 
 CHUNK_SECONDS = 2.0
 
-
 # -- the model -----------------------------------------------------------------------------------------------------------------
 
 
@@ -214,13 +213,12 @@ def compared(fleet: Fleet, cases: int = 200_000, workers: int = 300) -> None:
     from tests.benchmarks.growth_real import real
 
     case = fleet.case
-    least = cases * case / workers
-    print(f"{cases} cases of {1e3 * case:.1f} ms on {workers} workers that wait: {least:.1f} s if nothing else took time")
+    print(f"{cases} cases of {1e3 * case:.1f} ms on {workers} waiting workers: {cases * case / workers:.1f} s at least")
     for learns in (False, True):
         seconds, pieces, _ = real(cases, workers, case, learns)
         end = simulated(cases, replace(fleet, workers=workers), learns)
-        said = f"{seconds:.1f} s, {pieces} pieces; model: {end.seconds:.1f} s, {end.pieces}"
-        print(f"  sized by {'cost' if learns else 'time'}: {said}", flush=True)
+        how = "cost" if learns else "time"
+        print(f"  sized by {how}: {seconds:.1f} s, {pieces} pieces; model: {end.seconds:.1f} s, {end.pieces}", flush=True)
 
 
 def main() -> None:
@@ -242,8 +240,8 @@ def main() -> None:
     print(" ".join(f"{word:>10s}" for word in words))
     for fleet in (replace(f, workers=w) for w in (10, 100, 1000, 10_000) for f in fleets):
         end = simulated(10**9, fleet)
-        told = f"{end.pieces:10d} {end.seconds:10.0f} {end.share:10.3f} {end.busy:10.3f} {1e3 * end.cost:10.2f}"
-        print(f"{fleet.workers:10d} {fleet.together:10d} {told}")
+        print(f"{fleet.workers:10d} {fleet.together:10d} {end.pieces:10d} {end.seconds:10.0f} {end.share:10.3f} {end.busy:10.3f} "
+              f"{1e3 * end.cost:10.2f}")
     if asked.figure:
         from tests.benchmarks.growth_figure import draw
 

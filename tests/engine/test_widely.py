@@ -117,7 +117,7 @@ def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tupl
     moves what is light, and what stopped it then opened the loop again: it moved at up to 0.03 rad/s for half of that time."""
     case = rubbing("loop", 247)
     span, (method, rtol) = 3.0 * time_scale(case), setting
-    until = 0.55 if method == "rosenbrock" else 0.7  # on some processors it loses 2e-4 of the energy in one step at 0.56 of the span
+    until = 0.55 if method == "rosenbrock" else 0.7  # on some processors it loses 2e-4 of the energy in one step at 0.56
     r = simulate(case.scene, until=until * span, every=0, method=method, rtol=rtol, outputs=["j3.qd[*]", "energy.*"])
     stopped = max(e.time for e in r.events if (e.kind, e.joint) == ("stop", "j3"))
     rests = r.time > stopped
