@@ -27,8 +27,9 @@ MOST = 1.4
 """Evaluations of the tighter run over those of the first; a little more comes to 1.5."""
 LEAST = 1.15
 """The same where another has been given up before it."""
-LIMIT, SMALL = 1.5, 2000
-"""The same at which it is stopped, and evaluations of runs that take no time whatever they cost."""
+LIMIT, SMALL = 1.46, 2000
+"""The same at which it is stopped (the call that comes to it ends a little later), and evaluations of runs that take no time
+whatever they cost."""
 BEYOND = 1.05
 """Part of the time to the end of a run that ended early, at which the tighter one ends."""
 STATE = ("*.q[*]", "*.qd[*]")
