@@ -113,7 +113,7 @@ def searched(model: Model, w: Wanted, bound: Bound, progress: Progress | None = 
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
     rtol = float(np.clip(FIRST * bound.value / scale, TIGHTEST, LOOSEST))
     for _ in range(TRIES):
-        found = compared(model, w.until, w.every, replace(w.settings, rtol=rtol), progress)
+        found = compared(model, w.until, w.every, replace(w.settings, rtol=rtol), progress, limited=False)
         share = bound.share(found)
         if share <= 1.0 or rtol <= TIGHTEST or _stopped(found):
             break

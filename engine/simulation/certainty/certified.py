@@ -44,15 +44,18 @@ def prepared(scene: Scene, patterns: tuple[str, ...], kernel: str | None) -> Mod
     return Model(scene, (*patterns, *(p for p in STATE if select(everything, (p,)))), kernel)
 
 
-def compared(model: Model, until: float, every: float, settings: Settings, progress: Progress | None = None) -> Result:
-    """Carry out a run and a tighter one of a model that shows its state; the first with its ``certainty``."""
+def compared(
+    model: Model, until: float, every: float, settings: Settings, progress: Progress | None = None, limited: bool = True
+) -> Result:
+    """Carry out a run and a tighter one of a model that shows its state; the first with its ``certainty``. limited: the tighter one
+    is stopped where it would cost more than half as much again."""
     first = Counted(model, until, every, settings, _part(progress, 0.0))
     run = first.result()
     if run.outcome.name == "stopped" or len(run) == 0 or run.stats.steps == 0:
         return replace(run, certainty=_none(run))
     other = model if settings.step > 0.0 else elsewhere(model, until, run, first.times())
     ends = until if run.outcome.ok else min(until, BEYOND * run.outcome.time)
-    second = _Second(other, ends, every, settings, first, run, _part(progress, FIRST)).result()
+    second = _Second(other, ends, every, settings, first, run, _part(progress, FIRST), limited).result()
     tighter = second.result
     if len(tighter) == 0:
         return replace(run, certainty=_none(run))
@@ -86,6 +89,7 @@ class _Second:
     first: Counted
     run: Result
     progress: Progress | None
+    limited: bool
 
     def result(self) -> Tighter:
         """By a method of higher order where that will do, else by its own."""
@@ -104,7 +108,8 @@ class _Second:
     def _paced(self, chosen: Settings, spent: int, tolerances: tuple[float, float], given_up: float = 0.0) -> Paced:
         """A run as tight as its cost allows. tolerances: the tightest and the loosest."""
         first = self.run.stats.rhs_evaluations
-        most = (max(MOST * first - spent, LEAST * first), LIMIT * max(first, SMALL) - spent)
+        limit = LIMIT * max(first, SMALL) - spent if self.limited else np.inf
+        most = (max(MOST * first - spent, LEAST * first), limit)
         pace = self.first.pace(self.run, most, order_of(chosen, self.run.stats.counters), tolerances)
         return Paced(self.model, self.until, self.every, chosen, self.progress, pace=pace, given_up=given_up)
 
