@@ -33,15 +33,17 @@ static double tr_corner_at(tr_sim *s, int i, double f, double g) {
 /* Where in the acceptable step just made the first corner is; 1: there is none, or only at its ends. */
 static double tr_first_corner(tr_sim *s, double most) {
   const int n = s->k->nstops;
-  double depth[n + 1], begin[n + 1], end[n + 1], first = most;
+  double depth[n + 1], begin[n + 1], end[n + 1], first = most, kept[tr_solution_size(s)];
   const double near = fmax(CORNER_NEAR, CORNER_PART * s->set.rtol);
   int any = 0;
   for (int i = 0; i < n; ++i) any |= tr_pressed(s, i) && !tr_is_hook(s, i);
   if (!any || !s->set.locate || s->set.hfixed > 0.0) return 1.0;
   tr_depths_pushes(s, TR_A(s, y), depth, begin), tr_depths_pushes(s, TR_A(s, ynew), depth, end);
+  tr_keep_solution(s, kept); /* what the dense output is made of moves it */
   for (int i = 0; i < n; ++i) {
     if (!tr_pressed(s, i) || begin[i] * end[i] >= 0.0 || fabs(begin[i]) < near || fabs(end[i]) < near || !tr_have_dense(s)) continue;
     first = fmin(first, tr_corner_at(s, i, begin[i], end[i]));
   }
+  if (first < most) tr_put_solution(s, kept);
   return first < most * CORNER_LAST ? first : 1.0;
 }
