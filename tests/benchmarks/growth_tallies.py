@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import statistics
 import tempfile
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,19 +17,10 @@ from engine.simulation.settings import Run
 from service.executor.parts import Parts
 from service.executor.sealed import Piece
 from service.executor.tallied import AT_ONCE, tallies, write_tally
+from tests.benchmarks.growth import timed
 from tests.benchmarks.million import KEEP, SAMPLE
 
 BINS = ("joints.ball.friction.mu", "joints.ball.start.qd[2]", KEEP[0])
-
-
-def timed(f: Callable[[], Any], times: int) -> float:
-    """Median s of a call."""
-    took = []
-    for _ in range(times):
-        began = time.perf_counter()
-        f()
-        took.append(time.perf_counter() - began)
-    return statistics.median(took)
 
 
 def made(sampling: str, cases: int) -> tuple[Plan, Any]:
