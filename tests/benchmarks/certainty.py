@@ -165,18 +165,8 @@ def until_of(found: Result) -> float:
     return float(found.settings["until"])
 
 
-def main() -> None:
-    """Measure and print."""
-    asked = argparse.ArgumentParser()
-    asked.add_argument("--random", type=int, default=200)
-    asked.add_argument("--seed", default="held")
-    asked.add_argument("--only", default="")
-    asked.add_argument("--models", action="store_true")
-    asked.add_argument("--worst", type=int, default=10)
-    a = asked.parse_args()
-    todo = list(scenes(a.random, a.seed, tuple(filter(None, a.only.split(","))), a.models))
-    with Pool(2) as pool:
-        found = list(pool.imap_unordered(measured, todo))
+def tell(found: list[Tally], worst: int = 10) -> None:
+    """Print what was found, with the ``worst`` ratios."""
     ratios = np.concatenate([r for t in found for r in t.ratios])
     reasons: Counter[str] = sum((t.reasons for t in found), Counter())
     costs, shares = [c for t in found for c in t.costs], [s for t in found for s in t.shares]
@@ -190,8 +180,23 @@ def main() -> None:
         covered, all_of = np.sum(pairs, axis=0)
         print(f"{what} covered by their error: {covered / max(all_of, 1):.4f} of {all_of}")
     print("decisions of the exact run that neither of the two has:", *(u for t in found for u in t.unseen), sep="\n  ")
-    for least, where in sorted(((w, f"{t.name} {text}") for t in found for w, text in t.worst), key=lambda x: x[0])[: a.worst]:
+    for least, where in sorted(((w, f"{t.name} {text}") for t in found for w, text in t.worst), key=lambda x: x[0])[:worst]:
         print(f"  {least:.3g} {where}")
+
+
+def main() -> None:
+    """Measure and print."""
+    asked = argparse.ArgumentParser()
+    asked.add_argument("--random", type=int, default=200)
+    asked.add_argument("--seed", default="held")
+    asked.add_argument("--only", default="")
+    asked.add_argument("--models", action="store_true")
+    asked.add_argument("--worst", type=int, default=10)
+    a = asked.parse_args()
+    todo = list(scenes(a.random, a.seed, tuple(filter(None, a.only.split(","))), a.models))
+    with Pool(2) as pool:
+        found = list(pool.imap_unordered(measured, todo))
+    tell(found, a.worst)
 
 
 if __name__ == "__main__":
