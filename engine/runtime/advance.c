@@ -22,6 +22,14 @@ static int tr_is_another(int n, const double *was, const double *is) {
   return changed > ANOTHER_ROOT * size;
 }
 
+/* Whether a pair that slides is at rest at a break: its drive has come to rest there, which is no event of its own. Maps in place. */
+static int tr_rests_now(const tr_sim *s) {
+  if (!s->clock.next_break || TR_A(s, breaks)[s->clock.next_break - 1] < s->clock.t - tr_same_time(s->clock.t)) return 0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_set(s, i) && tr_slides(s, i) && tr_pair_speed(s, i) <= REST_SPEED * tr_speed_unit(s)) return 1;
+  return 0;
+}
+
 /* Derivative and first step size at the start of a step; directions of sliding are frozen here. */
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
@@ -31,7 +39,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;
     if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
-    if (s->friction.still) { /* loads may have jumped here */
+    if (s->friction.still || tr_rests_now(s)) { /* loads may have jumped here, or a drive has come to rest */
       int code = tr_settle(s, s->clock.t, TR_A(s, y), -1, 0);
       if (code != TR_OK) return code;
     }

@@ -13,6 +13,7 @@ static void tr_full_multipliers(tr_sim *s, const double *y, double *full, int re
 static int tr_settle(tr_sim *s, double t, double *y, int which, const tr_contact *known);
 static int tr_settles_anew(tr_sim *s, int which, const tr_mode *modes, int others);
 static void tr_certify(tr_sim *s);
+double tr_break_after(const tr_sim *s, double t);
 #include "manifold.c"
 #include "coulomb.c"
 #include "groups.c"

@@ -7,6 +7,7 @@
 
 #define SAME_START 1e-3 /* of the accelerations: so far those of a class may be from their ratio, where loops are open by a step's error; */
 #define NO_START 1e-9   /* of length · rate²: and so far where there are none */
+#define DRIVES_MOVE 1e-12 /* of their unit: rates that the loops ask of a mechanism at rest, above round-off */
 
 /* The multiplier of pair m that moves it most, where it moves along a line that the loops leave it; -1: it has more ways, or none. */
 static int tr_line_of(const tr_sim *s, int m) {
@@ -58,12 +59,40 @@ static double tr_line_speed(const tr_sim *s, int i) {
   return sqrt(sum);
 }
 
-/* Whether pair i, of several components, is about to stop on a line that the loops leave it: it then passes through zero, as one of one
+/* Whether drives move the mechanism at y and the time whose signals are in place: whether its loops ask for rates of one at rest. */
+static int tr_drives_move(tr_sim *s, const double *y) {
+  const tr_kernel *k = s->k;
+  double still[s->ny + 1], h[2 * k->rows + 1];
+  memcpy(still, y, sizeof(double) * s->ny);
+  memset(still + k->nq, 0, sizeof(double) * k->nv);
+  k->closure(TR_A(s, x), still, TR_A(s, c) + k->c_closure, h);
+  for (int r = 0; r < k->rows; ++r)
+    if (fabs(h[k->rows + r]) > DRIVES_MOVE * tr_row_unit(s, r) * s->set.rate) return 1;
+  return 0;
+}
+
+/* Whether drives move pair i across its line at (t, y), however slowly: with the loops closed it has a speed there still. Maps are anew in place. */
+static int tr_is_driven_across(tr_sim *s, int i, double t, const double *y) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0, *arm = TR_A(s, arm) + pair->eta0, *line = TR_A(s, line) + pair->eta0;
+  const double length = tr_line_speed(s, i);
+  if (!tr_drives_move(s, y)) return 0;
+  double closed[tr_width(s) + 1], along = 0.0, across = 0.0;
+  memcpy(closed, y, sizeof(double) * tr_width(s));
+  const int closes = tr_project(s, t, closed);
+  tr_maps_at(s, t, closes ? closed : y);
+  for (int j = 0; j < pair->nrates; ++j) along += rates[j] * arm[j] * line[j] * arm[j] / length;
+  for (int j = 0; j < pair->nrates; ++j) across = fmax(across, fabs(rates[j] * arm[j] - along * line[j] * arm[j] / length));
+  tr_maps_at(s, t, y);
+  return closes && across > CRAWLS * tr_speed_unit(s);
+}
+
+/* Whether pair i, of several components, is about to stop at (t, y) on a line that the loops leave it: it then passes through zero, as one of one
  * component does, but for a speed across it by which a step leaves the loops open. Maps in place. */
-static int tr_stops_on_line(tr_sim *s, int i) {
+static int tr_stops_on_line(tr_sim *s, int i, double t, const double *y) {
   if (!s->k->active || tr_pair_speed(s, i) > tr_creep(s)) return 0;
   tr_bind(s);
-  return tr_bound(s)[i] != 0;
+  return tr_bound(s)[i] && !tr_is_driven_across(s, i, t, y);
 }
 
 /* Let the class of pair i slip (`way` > 0: as its freedom moves forward): those of it that are stuck, and i. */

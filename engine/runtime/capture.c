@@ -87,7 +87,8 @@ static double tr_fastest_rate(int n, const double *v, const double *unit) {
 }
 
 /* Whether rest of the pair at (t, y), a copy of the state, leads anywhere: to sticking, or to slip in another direction. In a loop it may
- * be slow without being about to rest, at a dead centre of its own, say: what then stopped it would stop all else. Decided and undone. */
+ * be slow without being about to rest, at a dead centre of its own, say: what then stopped it would stop all else. Nor does one rest of which
+ * a freedom is driven on, however slowly. Decided and undone. */
 static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
   const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0}; /* a shaft's first rate is its travel */
@@ -103,6 +104,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
     const double own = tr_fastest_rate(pair_rates, tr_slider_rates(s, i), own_unit);
     memcpy(change, y + nq, sizeof(double) * nv);
     has = tr_settle(s, t, y, i, 0) == TR_OK;
+    has = has && tr_pair_speed(s, i) <= CRAWLS * tr_speed_unit(s);
     for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
     has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
   }

@@ -32,7 +32,7 @@ static double tr_speed_on_line(tr_sim *s, int i, double *change) {
 static void tr_sharpen(tr_sim *s, int i, double *t, double *y) {
   int n = tr_width(s);
   double moved[n], te = *t, change;
-  if (tr_pair_of(s, i)->nrates > 1 && !tr_stops_on_line(s, i)) return;
+  if (tr_pair_of(s, i)->nrates > 1 && !tr_stops_on_line(s, i, *t, y)) return;
   memcpy(moved, y, sizeof moved);
   for (int it = 0; it < 4; ++it) {
     double v = tr_speed_on_line(s, i, &change);

@@ -9,6 +9,8 @@
 #define TOL_RESOLVE 1e-11  /* of the friction ratio, when modes are decided (below TOL_RELEASE: no dwell time is needed) */
 #define TOL_TWIST 1e-9     /* of the capacity: torque about the force that a ball at rest may have to hold; above round-off of both */
 #define REST_BROKEN 1e-7   /* of the accelerations that cancel: above it a pair whose rest follows from others is not at rest */
+#define CRAWLS 1e-10       /* of the speed unit: what drives move more slowly is at rest while they slow down (as NEAR_MISS) */
+#define RESTS_BY 4.0       /* times the time in which a constant deceleration would stop it: moves that end smoothly take three times that */
 #define NO_FORCE 1e-300    /* N: stands for a capacity or a size of nothing, so that it can be divided by */
 #define NO_FRICTION 1e-290 /* N: friction asked for that is nothing but what stands for nothing above */
 
@@ -166,9 +168,24 @@ static double tr_unrest(tr_sim *s, int i) {
   return fabs(acc) / fmax(size, NO_FORCE);
 }
 
+/* Whether freedom i, which drives move and accelerate by acc, is as good as at rest, and comes to rest with a drive: what changes next does so about
+ * when it would have stopped (else it turns back). Maps in place. */
+static int tr_comes_to_rest(const tr_sim *s, int i, double acc) {
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    if (i < pair->eta0 || i >= pair->eta0 + pair->nrates) continue;
+    const double rate = map_rates(s->k, TR_A(s, maps))[pair->rate0 + i - pair->eta0];
+    if (!(acc * rate < 0.0) || fabs(rate) * TR_A(s, arm)[i] > CRAWLS * tr_speed_unit(s)) return 0;
+    const double now = tr_moment_of(s)->t;
+    return tr_break_after(s, now) - now <= RESTS_BY * fabs(rate / acc);
+  }
+  return 0;
+}
+
 /* Whether freedom i of a held pair moves although nothing but the others holds it. After tr_solve_modes. */
 static int tr_contradicts(tr_sim *s, int i) {
   int kind = tr_row_kinds(s)[i];
+  if (kind == TR_ROW_FREE && tr_comes_to_rest(s, i, tr_freedom_acceleration(s, i))) return 0;
   return (kind == TR_ROW_SHARE || kind == TR_ROW_KEPT || kind == TR_ROW_FREE) && tr_unrest(s, i) > REST_BROKEN;
 }
 

@@ -121,21 +121,21 @@ static int tr_event_at(tr_sim *s, double theta, int *which) {
   if (!s->k->sets) return TR_FOUND;
   if (tr_turns_beyond(s, *which)) return TR_TOO_LARGE;
   int turned = -1;
-  double *y = TR_A(s, yout), was[s->k->nsliders + 1];
+  double *y = TR_A(s, yout), was[s->k->nsliders + 1], t = s->step.t0 + theta * s->step.size;
   tr_speeds_at_start(s, was);
   tr_dense_eval(s, theta, y);
   if (tr_only_seems_to_turn(s, *which, theta, y)) return TR_TOO_LARGE;
-  tr_maps_at(s, s->step.t0 + theta * s->step.size, y);
+  tr_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_turned_back(s, i) || (i != *which && tr_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
-    if (tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s) && !tr_stops_on_line(s, i)) { /* on a line it has across what loops are open by */
+    if (tr_pair_speed(s, i) > NEAR_MISS * tr_speed_unit(s) && !tr_stops_on_line(s, i, t, y)) { /* on a line it has across what loops are open by */
       s->friction.missed = i;
       return TR_TOO_LARGE;
     }
     if (turned < 0 || i == *which) turned = i;
   }
-  *which = turned >= 0 ? turned : tr_stops_first(s, *which);
-  const int beside = turned < 0 && *which < s->k->nsliders ? tr_stops_beside(s, *which, was) : -1;
+  *which = turned >= 0 ? turned : tr_stops_first(s, *which, t, y);
+  const int beside = turned < 0 && *which < s->k->nsliders ? tr_stops_beside(s, *which, was, t, y) : -1;
   if (beside >= 0) s->friction.missed = beside;
   return beside >= 0 ? TR_TOO_LARGE : TR_FOUND;
 }

@@ -103,6 +103,16 @@ static void tr_turn_from_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
+/* Pair i, said to stop at (t, y), has no speed any more but what drives give it, and is not at rest with that: it goes on as they move it. */
+static int tr_goes_on_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
+  tr_put_modes(s, modes);
+  tr_maps_at(s, t, y);
+  const double speed = tr_pair_speed(s, i);
+  if (tr_pair_of(s, i)->nrates == 1 || tr_flag(modes + i) == TR_STUCK || !(speed > 2.0 * TOL_SPEED * tr_speed_unit(s))) return 0;
+  tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), speed);
+  return tr_rhs(s, t, y, TR_A(s, dy));
+}
+
 /* At the event of ``which`` (a pair, or −1: something else has jumped) at (t, y), evaluated in the old modes: decide anew. known: contact
  * forces up to there (0: those at y). */
 static int tr_settle(tr_sim *s, double t, double *y, int which, const tr_contact *known) {
@@ -125,6 +135,7 @@ static int tr_settle(tr_sim *s, double t, double *y, int which, const tr_contact
   if (n) n = tr_all_to_rest(s, y, own ? which : -1, rest, n);
   tr_turn_from_lines(s, rest, n);
   int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
+  if (code != TR_OK && own && tr_goes_on_driven(s, t, y, which, modes)) return TR_OK;
   if (code != TR_OK) return code;
   tr_hangs_on(s, tr_decision_margin(s, rest, n, released, shares));
   s->step.margin_end = tr_beyond(s, y, &n);

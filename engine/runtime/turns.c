@@ -3,6 +3,7 @@
 #include "modes.h"
 
 #define ALL_BUT_STOPPED 0.01 /* of its speed at the step's start: what is left of it turns by the step's error */
+#define RIGHT_ANGLE 1e-12 /* of what cancels in a product of directions: its round-off, where the two were found to be at a right angle */
 #define LINE_TURNS 0.98 /* cosine of eleven degrees: by no more does a line that the loops leave turn within a step */
 #define LINE_TURNED 1e-8 /* of the speed, and rtol: by no more may a pair be across the line along which it is said to move */
 
@@ -11,10 +12,10 @@
 static int tr_turned_back(const tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *dir = tr_mode_of(s, i)->direction, *r = tr_slider_rates(s, i), *arm = TR_A(s, arm) + pair->eta0;
-  double along = 0.0;
+  double along = 0.0, size = 0.0;
   if (!tr_is_set(s, i) || pair->nrates == 1 || !tr_slides(s, i)) return 0;
-  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j];
-  return along < 0.0 && tr_pair_speed(s, i) > TOL_SPEED * tr_speed_unit(s);
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * arm[j] * arm[j], size += fabs(r[j] * dir[j]) * arm[j] * arm[j];
+  return along < RIGHT_ANGLE * size && tr_pair_speed(s, i) > TOL_SPEED * tr_speed_unit(s);
 }
 
 /* Speeds of pairs of several components at the start of the step just made; 0 of all others. */
@@ -25,10 +26,10 @@ static void tr_speeds_at_start(tr_sim *s, double *was) {
 
 /* A pair of several components, other than ``which``, that has all but stopped since the step's start, where its speed was `was`: its
  * friction turns on its way to rest and takes others beyond their modes. -1: there is none. Along a line nothing turns. Maps in place. */
-static int tr_stops_beside(tr_sim *s, int which, const double *was) {
+static int tr_stops_beside(tr_sim *s, int which, const double *was, double t, const double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !(was[i] > NEAR_MISS * tr_speed_unit(s)) || tr_frozen_length(s, i) > TR_LINE) continue;
-    if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_stops_on_line(s, i)) return i;
+    if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_stops_on_line(s, i, t, y)) return i;
   }
   return -1;
 }
@@ -62,12 +63,12 @@ static int tr_leaves_lines(tr_sim *s) {
 /* The pair that comes to the end of its sliding where another one, `which`, seems to leave its mode: its friction jumps there, and takes that one
  * along. On a line it has across it what the step leaves the loops open by, to which its friction turns already. `which` where there is none. Maps
  * in place. */
-static int tr_stops_first(tr_sim *s, int which) {
+static int tr_stops_first(tr_sim *s, int which, double t, const double *y) {
   if (which < s->k->nsliders && tr_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !tr_is_set(s, i) || tr_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
     const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = NEAR_MISS * tr_speed_unit(s);
-    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_stops_on_line(s, i))) return i;
+    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_stops_on_line(s, i, t, y))) return i;
   }
   return which;
 }
@@ -76,9 +77,10 @@ static int tr_stops_first(tr_sim *s, int which) {
  * step that is too long for how fast its direction answers to friction went to and fro, and what they have others do at an earlier time is no event. */
 static int tr_turns_beyond(tr_sim *s, int which) {
   if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_moving_ball(s, which))) return 0;
-  tr_maps_at(s, s->step.t0 + s->step.size, TR_A(s, ynew));
+  const double end = s->step.t0 + s->step.size, *y = TR_A(s, ynew);
+  tr_maps_at(s, end, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
-    if (i == which || !tr_turned_back(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s) || tr_stops_on_line(s, i)) continue;
+    if (i == which || !tr_turned_back(s, i) || tr_pair_speed(s, i) <= NEAR_MISS * tr_speed_unit(s) || tr_stops_on_line(s, i, end, y)) continue;
     s->friction.missed = i;
     return 1;
   }

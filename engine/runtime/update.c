@@ -205,7 +205,7 @@ int tr_update(tr_sim *s, int jumped, int *changed) {
   tr_moment_between_breaks(s);
   if (!tr_project(s, s->clock.t, y)) return tr_end(s, TR_FAIL_CLOSURE);
   int looked = 0, tried = 0, code = tr_rhs_in_modes(s) ? TR_OK : TR_FAIL_MULTIPLIERS;
-  if (code == TR_OK && jumped && s->friction.still) code = tr_settle_here(s, -1);
+  if (code == TR_OK && jumped && (s->friction.still || tr_rests_now(s))) code = tr_settle_here(s, -1);
   for (;;) {
     if (code == TR_OK) {
       tr_tell(s);

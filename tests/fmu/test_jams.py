@@ -35,8 +35,9 @@ def jamming(half_length: float, flavour: str) -> Path:
 @pytest.mark.parametrize("half_length", [0.22, 0.15], ids=["jams on its way", "jams at its start"])
 def test_a_scene_that_goes_through_its_jams_does_so_in_its_fmu(half_length: float, flavour: str) -> None:
     """The engine passes the same jams. It rounds otherwise than an FMU, and errors of rtol 1e-6 grow at each of up to six impacts:
-    the travel of 6 m is compared to a hundred times that, 1e-4 m."""
-    until, steps, names = 5.0, 50, ["events.count", "guide.q[1]"]
+    the travel of 6 m is compared to a hundred times that, 1e-4 m. (Behind 4.94 s the guide jams as it turns back: how often is a
+    matter of the tolerance, three times or not at all at 1e-9.)"""
+    until, steps, names = 4.9, 49, ["events.count", "guide.q[1]"]
     asked = {"every": until / steps, "overrides": through(half_length), "outputs": names}
     expected = engine.simulate("double_pendulum", until=1.1 * until, **asked)  # an FMU does not know where its host stops
     assert expected.outcome.ok

@@ -1,0 +1,131 @@
+"""Pairs of two components of which one is driven: they slide for as long as the drive moves, however slowly, and creep along the
+other one under any load (a tight pin comes loose when it is turned); they rest when the drive does. Against the equation of that
+motion alone, solved by SciPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from engine.scene.load import scene_from_text
+from engine.scene.model import Scene
+from engine.simulation.run import simulate
+
+MASS, G, RADIUS, LONG, UNTIL = 2.0, 9.81, 0.02, 5.0, 1.0
+"""The sleeve is so long that friction on its surface, which tilts it, does not part the loads of its ends: by (radius/length)² of
+2e-5. Its length is also that of which tolerances are parts."""
+SETTINGS = [("rk5", 1e-4), ("rk8", 1e-6), ("auto", 1e-4), ("auto", 1e-8), ("rosenbrock", 1e-4), ("rosenbrock", 1e-6)]
+REST = 1e-8
+"""rad/s: SciPy's drives do not go slower, for the equation has no answer at rest."""
+DRIVES: dict[str, tuple[str, Callable[[float], float]]] = {
+    "starts": ("{ramp: {start: 0, end: 1, begin: 0.5, duration: 0.2}}", lambda t: np.interp(t, [0.5, 0.7], [0.0, 1.0])),
+    "ends": ("{ramp: {start: 1, end: 0, begin: 0.1, duration: 0.5}}", lambda t: np.interp(t, [0.1, 0.6], [1.0, 0.0])),
+    "turns": ("{ramp: {start: 1, end: -1, begin: 0.1, duration: 0.5}}", lambda t: np.interp(t, [0.1, 0.6], [1.0, -1.0])),
+    "goes": (
+        "{move: {start: 0, end: 0.1, begin: 0.1, duration: 0.5}}",
+        lambda t: 0.1 / 0.5 * 30.0 * (x := np.clip((t - 0.1) / 0.5, 0.0, 1.0)) ** 2 * (1.0 - x) ** 2,
+    ),
+    "swings": ("{harmonic: {amplitude: 0.2, frequency: 2 Hz}}", lambda t: 0.2 * 4.0 * np.pi * np.cos(4.0 * np.pi * t)),
+}
+"""A drive as scenes have it, and its rate, rad/s."""
+
+
+def turned(drive: str, mu: float, share: float, speed: float) -> Scene:
+    """A sleeve on a level shaft, pushed along it by ``share`` of what its friction may be, that is turned by a drive."""
+    return scene_from_text(f"""
+schema: 1
+gravity: [0, 0, -{G}]
+bodies:
+  sleeve: {{mass: {MASS}, inertia: [0.01, 0.01, 0.01]}}
+joints:
+  shaft:
+    type: cylindrical
+    axis: x
+    pin: outboard
+    inboard: ground
+    outboard: sleeve
+    friction: {{mu: {mu}, radius: {RADIUS}, half_length: {LONG}}}
+    start: {{qd: [{speed}, 0]}}
+    effort: [{share * mu * MASS * G}, 0]
+    drive: [null, {drive}]
+simulation: {{until: {UNTIL}}}
+""")
+
+
+def alone(rate: Callable[[float], float], mu: float, share: float, speed: float, times: np.ndarray) -> np.ndarray:
+    """Its travel and speed. u: the speed at which the drive turns its surface. Where that rubs the normal leans, so that both bear
+    the weight together: N² (1 + (μ u/V)²) = (m g)²; v' = μ (g share - N/m v/V), V² = v² + u²."""
+
+    def motion(t: float, x: np.ndarray) -> list[float]:
+        u = max(abs(rate(t)), REST) * RADIUS
+        surface = np.hypot(x[1], u)
+        return [x[1], mu * G * (share - x[1] / surface / np.hypot(1.0, mu * u / surface))]
+
+    return solve_ivp(motion, (0.0, UNTIL), [0.0, speed], "Radau", times, rtol=1e-11, atol=1e-14, max_step=0.01).y
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(("method", "rtol"), SETTINGS)
+def test_a_sleeve_that_is_turned_creeps_along_its_shaft_and_never_rests(method: str, rtol: float, seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    rate = float(chance.choice([-1.0, 1.0]) * 10.0 ** chance.uniform(-5.0, 1.0))
+    mu, share, speed = chance.uniform(0.05, 0.5), chance.uniform(0.1, 0.9), chance.uniform(0.1, 1.0)
+    r = simulate(turned(f"{{constant: {{rate: {rate}}}}}", mu, share, speed), every=0, method=method, rtol=rtol)
+    q, v = alone(lambda _: rate, mu, share, speed, r.time)
+    assert r.outcome.ok
+    assert not r.events
+    assert np.abs(r["shaft.q[1]"] - q).max() <= 20.0 * rtol * LONG
+    assert np.abs(r["shaft.qd[1]"] - v).max() <= 20.0 * rtol * LONG / UNTIL
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("what", DRIVES)
+@pytest.mark.parametrize(("method", "rtol"), SETTINGS[2:])
+def test_a_sleeve_rests_when_its_drive_does_and_starts_with_it(method: str, rtol: float, what: str, share: float) -> None:
+    drive, rate = DRIVES[what]
+    r = simulate(turned(drive, 0.2, share, 0.3), every=0.05, method=method, rtol=rtol)
+    q, _ = alone(rate, 0.2, share, 0.3, r.time)
+    last = [e for e in r.events if e.kind in ("slip", "stop")]
+    assert r.outcome.ok
+    assert np.abs(r["shaft.q[1]"] - q).max() <= 20.0 * rtol * LONG
+    if what == "starts" and share < 0.9:
+        assert [e.kind for e in last] == ["stop", "slip"]
+        assert last[1].time == 0.5
+    if what in ("ends", "goes") and share < 0.9:  # SciPy's drive does not quite rest
+        assert [e.kind for e in last] == ["stop"]
+        assert abs(r["shaft.qd[1]"][-1]) <= REST * RADIUS
+
+
+def any_drive(chance: np.random.Generator) -> tuple[str, Callable[[float], float]]:
+    """A ramp, a move or a swing."""
+    begin, lasts, size = chance.uniform(0.05, 0.4), chance.uniform(0.05, 0.5), 10.0 ** chance.uniform(-3.0, 1.0)
+    first, last = (float(x) for x in chance.choice([0.0, size, -size], 2))
+    what, hertz = chance.integers(3), chance.uniform(0.5, 4.0)
+    if what == 0:
+        ramp = f"{{ramp: {{start: {first}, end: {last}, begin: {begin}, duration: {lasts}}}}}"
+        return ramp, lambda t: np.interp(t, [begin, begin + lasts], [first, last])
+    if what == 1:
+        move = f"{{move: {{start: 0, end: {size}, begin: {begin}, duration: {lasts}}}}}"
+        return move, lambda t: size / lasts * 30.0 * (x := np.clip((t - begin) / lasts, 0.0, 1.0)) ** 2 * (1.0 - x) ** 2
+    return (
+        f"{{harmonic: {{amplitude: {size}, frequency: {hertz} Hz}}}}",
+        lambda t: size * 2.0 * np.pi * hertz * np.cos(2.0 * np.pi * hertz * t),
+    )
+
+
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 60))])
+def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
+    chance = np.random.default_rng(1000 + seed)
+    drive, rate = any_drive(chance)
+    mu, share, speed = (
+        chance.uniform(0.05, 0.5),
+        chance.uniform(-0.9, 0.9),
+        chance.uniform(0.0, 0.6) * chance.choice([0.0, 1.0, -1.0]),
+    )
+    for method, rtol in (("auto", 1e-6), ("rosenbrock", 1e-4), ("rk8", 1e-6)):
+        r = simulate(turned(drive, mu, share, speed), every=0.02, method=method, rtol=rtol)
+        assert r.outcome.ok
+        assert np.abs(r["shaft.q[1]"] - alone(rate, mu, share, speed, r.time)[0]).max() <= 20.0 * rtol * LONG
