@@ -59,16 +59,19 @@ static double tr_line_speed(const tr_sim *s, int i) {
   return sqrt(sum);
 }
 
-/* Whether drives move the mechanism at y and the time whose signals are in place: whether its loops ask for rates of one at rest. */
-static int tr_drives_move(tr_sim *s, const double *y) {
+/* Whether drives may move pair i at (t, y): with no rates in the state it has a speed, or its loops ask for some. Maps are anew in place. */
+static int tr_drives_move(tr_sim *s, int i, double t, const double *y) {
   const tr_kernel *k = s->k;
   double still[s->ny + 1], h[2 * k->rows + 1];
+  int moves;
   memcpy(still, y, sizeof(double) * s->ny);
   memset(still + k->nq, 0, sizeof(double) * k->nv);
-  k->closure(TR_A(s, x), still, TR_A(s, c) + k->c_closure, h);
-  for (int r = 0; r < k->rows; ++r)
-    if (fabs(h[k->rows + r]) > DRIVES_MOVE * tr_row_unit(s, r) * s->set.rate) return 1;
-  return 0;
+  tr_maps_at(s, t, still);
+  moves = tr_pair_speed(s, i) > 0.0;
+  if (k->rows) k->closure(TR_A(s, x), still, TR_A(s, c) + k->c_closure, h);
+  for (int r = 0; r < k->rows; ++r) moves |= fabs(h[k->rows + r]) > DRIVES_MOVE * tr_row_unit(s, r) * s->set.rate;
+  tr_maps_at(s, t, y);
+  return moves;
 }
 
 /* Whether drives move pair i across its line at (t, y), however slowly: with the loops closed it has a speed there still. Maps are anew in place. */
@@ -76,7 +79,7 @@ static int tr_is_driven_across(tr_sim *s, int i, double t, const double *y) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0, *arm = TR_A(s, arm) + pair->eta0, *line = TR_A(s, line) + pair->eta0;
   const double length = tr_line_speed(s, i);
-  if (!tr_drives_move(s, y)) return 0;
+  if (!tr_drives_move(s, i, t, y)) return 0;
   double closed[tr_width(s) + 1], along = 0.0, across = 0.0;
   memcpy(closed, y, sizeof(double) * tr_width(s));
   const int closes = tr_project(s, t, closed);

@@ -109,6 +109,7 @@ static int tr_goes_on_driven(tr_sim *s, double t, const double *y, int i, const 
   tr_maps_at(s, t, y);
   const double speed = tr_pair_speed(s, i);
   if (tr_pair_of(s, i)->nrates == 1 || tr_flag(modes + i) == TR_STUCK || !(speed > 2.0 * TOL_SPEED * tr_speed_unit(s))) return 0;
+  if (!tr_drives_move(s, i, t, y)) return 0;
   tr_freeze_along(s, i, ON_LINE, tr_slider_rates(s, i), speed);
   return tr_rhs(s, t, y, TR_A(s, dy));
 }

@@ -18,19 +18,22 @@ from engine.simulation.result import Result
 from tests.benchmarks.certainty import METHODS, MOST_STEPS, ROWS, _try, scene, scenes
 
 ACCURACIES = tuple(10.0**-k for k in range(3, 10))
+DEAR = 4.0
 HALVES = tuple(10.0 ** (-k / 2) for k in range(4, 25))
 
 
 @dataclass
 class Found:
     """Of one scene: how many accuracies were asked, said to be met, and met by the true error; costs over the cheapest; tries over
-    the cost of the run chosen; what was wrong."""
+    the cost of the run chosen; which were dear, and which not said to be met; what was wrong."""
 
     name: str
     asked: int = 0
     said: int = 0
     met: int = 0
     costs: list[float] = field(default_factory=list)
+    dear: list[str] = field(default_factory=list)
+    unmet: list[str] = field(default_factory=list)
     wrong: list[str] = field(default_factory=list)
 
 
@@ -51,6 +54,7 @@ def measured(given: tuple[str, str]) -> Found:
             r = searched(model, Wanted(until, until / ROWS, Settings(max_steps=MOST_STEPS), a), bound)
             out.asked += 1
             if r.certainty is None or not r.certainty.met:
+                out.unmet.append(f"{out.name} {a:g}: {r.outcome.name}, {r.certainty and r.certainty.promise}")
                 continue
             out.said += 1
             true = _error(r, exact, bound, k)
@@ -59,6 +63,9 @@ def measured(given: tuple[str, str]) -> Found:
                 out.wrong.append(f"{out.name} {a:g}: rtol {r.settings['rtol']:.1e}, true {true:.2g}")
             good = [cost for cost, other in ladder if _error(other, exact, bound, k) <= a]
             out.costs += [_cost(r) / min(good)] if good else []
+            if good and out.costs[-1] > DEAR:
+                by = f"{r.settings['method']} {r.settings['rtol']:.1e}, {_cost(r):.0f} evaluations for {min(good):.0f}"
+                out.dear.append(f"{out.costs[-1]:.1f} times the cheapest: {out.name} {a:g}: {by}")
     except Exception as e:  # noqa: BLE001 (told, and the others go on)
         out.wrong.append(f"{out.name}: {type(e).__name__} {e}"[:100])
     return out
@@ -86,7 +93,7 @@ def main() -> None:
     costs = np.array([c for f in found for c in f.costs])
     print(f"{len(found)} scenes, {total} accuracies asked; said to be met {said / total:.4f}; of these truly met {met / said:.4f}")
     print(f"run over the cheapest: median {np.median(costs):.2f}, within 4: {np.mean(costs <= 4):.4f}, most {costs.max():.1f}")
-    print(*(f"  {w}" for f in found for w in f.wrong), sep="\n")
+    print(*(f"  {w}" for f in found for w in (*f.wrong, *(f"not met: {u}" for u in f.unmet), *f.dear)), sep="\n")
 
 
 if __name__ == "__main__":
