@@ -191,6 +191,18 @@ def test_an_accuracy_asked_for_is_met_by_the_true_error(asked: str | float) -> N
     assert c.document()["accuracy"] == {"asked": f"{asked:g}" if isinstance(asked, float) else asked, "met": True}
 
 
+def test_an_accuracy_that_is_met_by_far_costs_no_tight_run() -> None:
+    """The drive gives the motion of a press: positions are exact at any tolerance."""
+    r, exact = (
+        simulate("toggle_press", every=0.01, outputs="*.position[*]", **k) for k in ({"accuracy": "1e-9 m"}, {"rtol": 1e-12})
+    )
+    tight = simulate("toggle_press", every=0.01, outputs="*.position[*]", rtol=1e-10)
+    assert certain(r).met
+    assert max(np.abs(r[n] - exact[n]).max() for n in r.names) <= 1e-9
+    assert r.settings["rtol"] > 1e-10
+    assert r.stats.rhs_evaluations < tight.stats.rhs_evaluations / 4
+
+
 def test_ctrl_c_in_the_tighter_run_keeps_the_run_and_promises_up_to_there(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(float(t) for t in range(10**6))
     monkeypatch.setattr("time.perf_counter", lambda: next(clock))
