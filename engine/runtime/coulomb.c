@@ -11,6 +11,7 @@
 #define REST_BROKEN 1e-7   /* of the accelerations that cancel: above it a pair whose rest follows from others is not at rest */
 #define CRAWLS 1e-10       /* of the speed unit: what drives move more slowly is at rest while they slow down (as NEAR_MISS) */
 #define RESTS_BY 4.0       /* times the time in which a constant deceleration would stop it: moves that end smoothly take three times that */
+#define RESTS_FOR 1e-6     /* of 1/rate: far more than one that turns back takes at such a speed */
 #define NO_FORCE 1e-300    /* N: stands for a capacity or a size of nothing, so that it can be divided by */
 #define NO_FRICTION 1e-290 /* N: friction asked for that is nothing but what stands for nothing above */
 
@@ -169,15 +170,15 @@ static double tr_unrest(tr_sim *s, int i) {
 }
 
 /* Whether freedom i, which drives move and accelerate by acc, is as good as at rest, and comes to rest with a drive: what changes next does so about
- * when it would have stopped (else it turns back). Maps in place. */
+ * when it would have stopped, or that takes long (a drive that follows an input dies away). Else it turns back. Maps in place. */
 static int tr_comes_to_rest(const tr_sim *s, int i, double acc) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
     if (i < pair->eta0 || i >= pair->eta0 + pair->nrates) continue;
     const double rate = map_rates(s->k, TR_A(s, maps))[pair->rate0 + i - pair->eta0];
     if (!(acc * rate < 0.0) || fabs(rate) * TR_A(s, arm)[i] > CRAWLS * tr_speed_unit(s)) return 0;
-    const double now = tr_moment_of(s)->t;
-    return tr_break_after(s, now) - now <= RESTS_BY * fabs(rate / acc);
+    const double now = tr_moment_of(s)->t, left = fabs(rate / acc);
+    return tr_break_after(s, now) - now <= RESTS_BY * left || left >= RESTS_FOR / s->set.rate;
   }
   return 0;
 }

@@ -33,9 +33,9 @@ DRIVES: dict[str, tuple[str, Callable[[float], float]]] = {
 """A drive as scenes have it, and its rate, rad/s."""
 
 
-def turned(drive: str, mu: float, share: float, speed: float) -> Scene:
+def drawn(drive: str, mu: float, share: float, speed: float) -> str:
     """A sleeve on a level shaft, pushed along it by ``share`` of what its friction may be, that is turned by a drive."""
-    return scene_from_text(f"""
+    return f"""
 schema: 1
 gravity: [0, 0, -{G}]
 bodies:
@@ -52,7 +52,12 @@ joints:
     effort: [{share * mu * MASS * G}, 0]
     drive: [null, {drive}]
 simulation: {{until: {UNTIL}}}
-""")
+"""
+
+
+def turned(drive: str, mu: float, share: float, speed: float) -> Scene:
+    """The scene of that."""
+    return scene_from_text(drawn(drive, mu, share, speed))
 
 
 def alone(rate: Callable[[float], float], mu: float, share: float, speed: float, times: np.ndarray) -> np.ndarray:
@@ -64,7 +69,7 @@ def alone(rate: Callable[[float], float], mu: float, share: float, speed: float,
         surface = np.hypot(x[1], u)
         return [x[1], mu * G * (share - x[1] / surface / np.hypot(1.0, mu * u / surface))]
 
-    return solve_ivp(motion, (0.0, UNTIL), [0.0, speed], "Radau", times, rtol=1e-11, atol=1e-14, max_step=0.01).y
+    return solve_ivp(motion, (0.0, times[-1]), [0.0, speed], "Radau", times, rtol=1e-11, atol=1e-14, max_step=0.01).y
 
 
 @pytest.mark.parametrize("seed", range(8))
