@@ -97,7 +97,9 @@ def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: t
     (turns,) = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
     assert r.outcome.ok
     assert abs(turns - 0.2447825447) < 1e-5 * time_scale(case)
-    assert np.sum(np.abs(r.time - turns) < 1e-5 * time_scale(case)) <= 10
+    near = r.time[np.abs(r.time - turns) < 1e-5 * time_scale(case)]
+    assert len(near) <= 20  # hundreds where they shrink with the speed; at 1e-8 the turn itself takes 15
+    assert np.diff(near).min(initial=np.inf) > 1e-8 * time_scale(case)
     assert r.stats.counters["refused"] == 0
 
 
