@@ -104,6 +104,20 @@ def test_a_sleeve_rests_when_its_drive_does_and_starts_with_it(method: str, rtol
         assert abs(r["shaft.qd[1]"][-1]) <= REST * RADIUS
 
 
+CRANK = {
+    "bodies:": """
+  crank: {mass: 1, inertia: [0.01, 0.01, 0.01], points: {tip: [0.1, 0, 0]}}
+  rod: {mass: 1, inertia: [0.01, 0.01, 0.01], points: {a: [-0.2, 0, 0], b: [0.2, 0, 0]}}
+  block: {mass: 1, inertia: [0.01, 0.01, 0.01]}""",
+    "joints:": """
+  main: {type: revolute, axis: y, inboard: ground, outboard: crank, start: {qd: 3, q: 0.3}}
+  pin: {type: revolute, axis: y, inboard: crank.tip, outboard: rod.a}
+  guide: {type: prismatic, axis: x, inboard: ground, outboard: block}
+  wrist: {type: revolute, axis: y, inboard: rod.b, outboard: block}""",
+}
+"""A crank beside the sleeve, which has nothing to do with it: what is said of loops is then asked of the sleeve, too."""
+
+
 def any_drive(chance: np.random.Generator) -> tuple[str, Callable[[float], float]]:
     """A ramp, a move or a swing."""
     begin, lasts, size = chance.uniform(0.05, 0.4), chance.uniform(0.05, 0.5), 10.0 ** chance.uniform(-3.0, 1.0)
@@ -121,8 +135,8 @@ def any_drive(chance: np.random.Generator) -> tuple[str, Callable[[float], float
     )
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 60))])
-def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
+def moves_alone(seed: int, more: dict[str, str]) -> None:
+    """With any drive the sleeve moves as its equation says, whatever else is in the scene (``more``, behind words of it)."""
     chance = np.random.default_rng(1000 + seed)
     drive, rate = any_drive(chance)
     mu, share, speed = (
@@ -130,7 +144,20 @@ def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
         chance.uniform(-0.9, 0.9),
         chance.uniform(0.0, 0.6) * chance.choice([0.0, 1.0, -1.0]),
     )
+    text = drawn(drive, mu, share, speed)
+    for part, rest in more.items():
+        text = text.replace(part, part + rest, 1)
     for method, rtol in (("auto", 1e-6), ("rosenbrock", 1e-4), ("rk8", 1e-6)):
-        r = simulate(turned(drive, mu, share, speed), every=0.02, method=method, rtol=rtol)
+        r = simulate(scene_from_text(text), every=0.02, method=method, rtol=rtol)
         assert r.outcome.ok
         assert np.abs(r["shaft.q[1]"] - alone(rate, mu, share, speed, r.time)[0]).max() <= 20.0 * rtol * LONG
+
+
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 60))])
+def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
+    moves_alone(seed, {})
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_loop_beside_it_changes_nothing(seed: int) -> None:
+    moves_alone(seed, CRANK)
