@@ -3,6 +3,7 @@
  * The correction is the smallest in the mass metric: δv = M⁻¹Gᵀ δλ, obtained as a difference of two stage-2 evaluations. */
 #include "tr.h"
 
+#define NO_IMPULSE 1e-250 /* largest multiplier of impulses that move nothing: its inverse, scaled up, is still a number */
 #define CLOSED 4e-15      /* of the length (rad), of length · rate: round-off of a closed loop */
 #define OPEN_LOOP 1e-8    /* of the length (rad): what is left after all iterations is no round-off: the loops cannot be closed */
 #define SHRINKS 0.2       /* of the residual before: an iteration that leaves more has come to round-off */
@@ -43,7 +44,7 @@ static void tr_impulse(tr_sim *s, const double *y, const double *dlam, const dou
   double z[a + k->neta + 1], big = 0.0, *f = TR_A(s, dy), *base = TR_A(s, unmoved);
   for (int i = 0; i < a; ++i) big = fmax(big, fabs(dlam[i]));
   for (int i = 0; i < e; ++i) big = fmax(big, fabs(deta[i]));
-  double up = big > 0.0 ? 1.0 / big : 0.0;
+  double up = big > NO_IMPULSE ? 1.0 / big : 0.0;
   memset(z, 0, sizeof z);
   tr_form_maps(s);
   if (!again) {
