@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, ClassVar
 
-from engine.abi import LINE, PairState
+from engine.abi import PairState
 from engine.basics.numbers import Number, checked_numbers
 from engine.basics.symbolic import SX, ca
 
@@ -26,8 +26,8 @@ HAIR = 1e-120
 """Part of the frozen direction added to a velocity of several components: nothing, unless the runtime freezes a direction of huge
 length, which then is the direction of sliding (the first step of slip from rest, ``onset.c``)."""
 AT_REST = 1e-138
-"""Part of the square of a frozen direction below which there is no side: against one that is frozen so long less than 1e-12 m/s is
-the round-off of a pair at rest, whose rates follow from those of others."""
+"""The same for the side on which a velocity is: of a pair that starts, less than 1e-12 m/s the other way is the round-off of rates
+that follow from those of others; of one on a line (``line.c``, whose directions are longer still) so is any velocity."""
 
 
 class Rest(Enum):
@@ -194,21 +194,15 @@ class Law:
         that turn rates into velocities, m for rotations, 1 for travels."""
         if len(v) == 1:
             return ca.if_else(v[0] * self.frozen[0] < 0, -1, 1)
-        return ca.if_else(self._along(v, arms) < 0, -1, 1)
-
-    def _along(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The velocity along the frozen direction, times its length."""
-        return sum(x * d * a for x, d, a in zip(v, self.frozen, arms, strict=False))
+        dot = sum(x * d * a for x, d, a in zip(v, self.frozen, arms, strict=False))
+        return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
         """The same for friction: of a direction that is frozen because the pair moves along a line (``line.c``: it is that long),
         +1 past its reversal too, where friction goes on as it was until the event is made; and so it is of one that is frozen
-        because the pair starts, while it is at rest but for round-off."""
-        if len(v) == 1:
-            return self.sign(v, arms)
-        on_line = sum(d * d for d in self.frozen) > LINE**2
-        hair = AT_REST * sum(d * a * d * a for d, a in zip(self.frozen, arms, strict=False))
-        return ca.if_else(on_line, 1, ca.if_else(self._along(v, arms) + hair < 0, -1, 1))
+        because the pair starts, while it is at rest but for round-off (both by ``AT_REST``)."""
+        along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
+        return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
         """Signed ratios k, one for each component of the sliding velocity v (m/s). On the sliding branch the sign is frozen

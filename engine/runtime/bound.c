@@ -83,7 +83,7 @@ static int tr_is_driven_across(tr_sim *s, int i, double t, const double *y) {
   double closed[tr_width(s) + 1], along = 0.0, across = 0.0;
   memcpy(closed, y, sizeof(double) * tr_width(s));
   const int closes = tr_project(s, t, closed);
-  tr_maps_at(s, t, closes ? closed : y);
+  tr_maps_at(s, t, closed);
   for (int j = 0; j < pair->nrates; ++j) along += rates[j] * arm[j] * line[j] * arm[j] / length;
   for (int j = 0; j < pair->nrates; ++j) across = fmax(across, fabs(rates[j] * arm[j] - along * line[j] * arm[j] / length));
   tr_maps_at(s, t, y);

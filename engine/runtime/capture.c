@@ -103,8 +103,7 @@ static int tr_rest_has_answer(tr_sim *s, double t, double *y, int i) {
   if (has) {
     const double own = tr_fastest_rate(pair_rates, tr_slider_rates(s, i), own_unit);
     memcpy(change, y + nq, sizeof(double) * nv);
-    has = tr_settle(s, t, y, i, 0) == TR_OK;
-    has = has && tr_pair_speed(s, i) <= CRAWLS * tr_speed_unit(s);
+    has = tr_settle(s, t, y, i, 0) == TR_OK && tr_pair_speed(s, i) <= CRAWLS * tr_speed_unit(s);
     for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
     has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
   }

@@ -1,7 +1,7 @@
 /* Pairs of several components that move along a line: the direction in their mode is frozen, and told from others by its length. */
 #include "modes.h"
 
-#define ON_LINE 1e140     /* length of the direction of a pair that moves along a line, which stays frozen while it does: beyond TR_LINE
+#define ON_LINE 1e144     /* length of the direction of a pair that moves along a line, which stays frozen while it does: beyond TR_LINE
                              whatever unit vector and levers it was made of */
 #define LINE_WIDTH 1e-9   /* of the speed: what is across the line and is round-off, or as good as that */
 

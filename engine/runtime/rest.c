@@ -42,8 +42,8 @@ static double tr_fastest(const tr_sim *s, const int *rest, int n) {
   return biggest;
 }
 
-/* Whether rates of the pairs `rest` follow from those of others, in loops or where a drive gives some of them: no state is to be made zero then. */
-static int tr_has_no_rates(const tr_sim *s, const int *rest, int n) {
+/* Whether rates of the pairs `rest` follow from those of others, in loops or where a drive gives some of them: no zero in the state stops them. */
+static int tr_rates_follow(const tr_sim *s, const int *rest, int n) {
   int follow = s->k->rows > 0;
   for (int q = 0; q < n; ++q) follow |= tr_pair_of(s, rest[q])->v0 < 0;
   return follow;
@@ -84,7 +84,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta;
   const double *rates = map_rates(k, TR_A(s, maps));
-  if (tr_fastest(s, rest, n) > (tr_has_no_rates(s, rest, n) ? 0.0 : REST_SPEED * s->set.rate)) {
+  if (tr_fastest(s, rest, n) > (tr_rates_follow(s, rest, n) ? 0.0 : REST_SPEED * s->set.rate)) {
     double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
     tr_without_loops(s, 1);
     const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);

@@ -130,9 +130,10 @@ static int tr_drives(const tr_sim *s, int i, const tr_answer *it, int starts) {
 static int tr_not_held(const tr_sim *s, int i, const tr_answer *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
-  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     if (tr_row_kinds(s)[e] == TR_ROW_FREE && tr_comes_to_rest(s, e, it->acc[e])) continue;
-    else if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e] + STANDS * tr_speed_unit(s) * s->set.rate / TR_A(s, arm)[e])) broken = TR_BREAKS_REST;
+    if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e] + STANDS * tr_speed_unit(s) * s->set.rate / TR_A(s, arm)[e])) broken = TR_BREAKS_REST;
+  }
   const double crawl = pair->v0 >= 0 && !s->k->rows ? AT_REST_SPEED * tr_speed_unit(s) : tr_creep(s);
   if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl)) broken = TR_BREAKS_REST;
   double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);

@@ -20,17 +20,32 @@ MASS, G, RADIUS, LONG, UNTIL = 2.0, 9.81, 0.02, 5.0, 1.0
 SETTINGS = [("rk5", 1e-4), ("rk8", 1e-6), ("auto", 1e-4), ("auto", 1e-8), ("rosenbrock", 1e-4), ("rosenbrock", 1e-6)]
 REST = 1e-8
 """rad/s: SciPy's drives do not go slower, for the equation has no answer at rest."""
-DRIVES: dict[str, tuple[str, Callable[[float], float]]] = {
-    "starts": ("{ramp: {start: 0, end: 1, begin: 0.5, duration: 0.2}}", lambda t: np.interp(t, [0.5, 0.7], [0.0, 1.0])),
-    "ends": ("{ramp: {start: 1, end: 0, begin: 0.1, duration: 0.5}}", lambda t: np.interp(t, [0.1, 0.6], [1.0, 0.0])),
-    "turns": ("{ramp: {start: 1, end: -1, begin: 0.1, duration: 0.5}}", lambda t: np.interp(t, [0.1, 0.6], [1.0, -1.0])),
-    "goes": (
-        "{move: {start: 0, end: 0.1, begin: 0.1, duration: 0.5}}",
-        lambda t: 0.1 / 0.5 * 30.0 * (x := np.clip((t - 0.1) / 0.5, 0.0, 1.0)) ** 2 * (1.0 - x) ** 2,
-    ),
-    "swings": ("{harmonic: {amplitude: 0.2, frequency: 2 Hz}}", lambda t: 0.2 * 4.0 * np.pi * np.cos(4.0 * np.pi * t)),
-}
+Drive = tuple[str, Callable[[float], float]]
 """A drive as scenes have it, and its rate, rad/s."""
+
+
+def ramp(first: float, last: float, begin: float, lasts: float) -> Drive:
+    """A rate that changes linearly."""
+    text = f"{{ramp: {{start: {first}, end: {last}, begin: {begin}, duration: {lasts}}}}}"
+    return text, lambda t: np.interp(t, [begin, begin + lasts], [first, last])
+
+
+def move(size: float, begin: float, lasts: float) -> Drive:
+    """From rest to rest, by the polynomial of fifth order."""
+    text = f"{{move: {{start: 0, end: {size}, begin: {begin}, duration: {lasts}}}}}"
+    return text, lambda t: size / lasts * 30.0 * (x := np.clip((t - begin) / lasts, 0.0, 1.0)) ** 2 * (1.0 - x) ** 2
+
+
+def swing(size: float, hertz: float) -> Drive:
+    """To and fro."""
+    text = f"{{harmonic: {{amplitude: {size}, frequency: {hertz} Hz}}}}"
+    return text, lambda t: size * 2.0 * np.pi * hertz * np.cos(2.0 * np.pi * hertz * t)
+
+
+DRIVES = {
+    "starts": ramp(0, 1, 0.5, 0.2), "ends": ramp(1, 0, 0.1, 0.5), "turns": ramp(1, -1, 0.1, 0.5),
+    "goes": move(0.1, 0.1, 0.5), "swings": swing(0.2, 2),
+}  # fmt: skip
 
 
 def drawn(drive: str, mu: float, share: float, speed: float) -> str:
@@ -118,32 +133,20 @@ CRANK = {
 """A crank beside the sleeve, which has nothing to do with it: what is said of loops is then asked of the sleeve, too."""
 
 
-def any_drive(chance: np.random.Generator) -> tuple[str, Callable[[float], float]]:
+def any_drive(chance: np.random.Generator) -> Drive:
     """A ramp, a move or a swing."""
     begin, lasts, size = chance.uniform(0.05, 0.4), chance.uniform(0.05, 0.5), 10.0 ** chance.uniform(-3.0, 1.0)
     first, last = (float(x) for x in chance.choice([0.0, size, -size], 2))
     what, hertz = chance.integers(3), chance.uniform(0.5, 4.0)
-    if what == 0:
-        ramp = f"{{ramp: {{start: {first}, end: {last}, begin: {begin}, duration: {lasts}}}}}"
-        return ramp, lambda t: np.interp(t, [begin, begin + lasts], [first, last])
-    if what == 1:
-        move = f"{{move: {{start: 0, end: {size}, begin: {begin}, duration: {lasts}}}}}"
-        return move, lambda t: size / lasts * 30.0 * (x := np.clip((t - begin) / lasts, 0.0, 1.0)) ** 2 * (1.0 - x) ** 2
-    return (
-        f"{{harmonic: {{amplitude: {size}, frequency: {hertz} Hz}}}}",
-        lambda t: size * 2.0 * np.pi * hertz * np.cos(2.0 * np.pi * hertz * t),
-    )
+    return [ramp(first, last, begin, lasts), move(size, begin, lasts), swing(size, hertz)][what]
 
 
 def moves_alone(seed: int, more: dict[str, str]) -> None:
     """With any drive the sleeve moves as its equation says, whatever else is in the scene (``more``, behind words of it)."""
     chance = np.random.default_rng(1000 + seed)
     drive, rate = any_drive(chance)
-    mu, share, speed = (
-        chance.uniform(0.05, 0.5),
-        chance.uniform(-0.9, 0.9),
-        chance.uniform(0.0, 0.6) * chance.choice([0.0, 1.0, -1.0]),
-    )
+    mu, share, speed = chance.uniform(0.05, 0.5), chance.uniform(-0.9, 0.9), chance.choice([0.0, 1.0, -1.0])
+    speed *= chance.uniform(0.0, 0.6)
     text = drawn(drive, mu, share, speed)
     for part, rest in more.items():
         text = text.replace(part, part + rest, 1)

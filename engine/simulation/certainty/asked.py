@@ -122,7 +122,7 @@ def searched(model: Model, w: Wanted, bound: Bound, progress: Progress | None = 
             break
         rtol = max(rtol * max(AIM / share, LEAP), TIGHTEST)
     if share <= SPARE and rtol < LOOSEST and not _stopped(found):
-        looser = min(rtol * AIM / max(share, TIGHTEST), LOOSEST)
+        looser = min(rtol * AIM / share, LOOSEST) if share > 0.0 else LOOSEST
         other = compared(model, w.until, w.every, replace(w.settings, rtol=looser), progress, limited=False)
         if bound.share(other) <= 1.0 and not _stopped(other):
             found, share = other, bound.share(other)
